@@ -1,7 +1,6 @@
 /* The loops of elementary.c for vectors of WIDTH numbers (every_width.h). */
 
-#define BITS VARIANT(bits)
-typedef uint64_t BITS __attribute__((vector_size(8*WIDTH), may_alias));
+#include "functions_variant.h"
 
 /* Philox 4x32-10: WIDTH blocks, a word of 32 bits in each 64, from `counter` on, by words. A round is two products, two
    shifts, two masks and four exclusive ors; a product of 64 bits is eight instructions where the processor has none. */
@@ -77,6 +76,12 @@ TARGET static void VARIANT(sines_cosines)(int n, const double *turns, double *si
     }
 }
 
+/* 19 products, sums and comparisons a vector, and a quotient */
+TARGET static void VARIANT(exponentials)(int n, const double *x, double *y)
+{
+    for (int i = 0; i < n; i += WIDTH) AT(&y[i]) = VARIANT(exponential)(READ(&x[i]));
+}
+
 /* The first block alone */
 TARGET static void VARIANT(block)(const uint64_t *key, const uint64_t *counter, uint64_t *words)
 {
@@ -86,8 +91,8 @@ TARGET static void VARIANT(block)(const uint64_t *key, const uint64_t *counter, 
     for (int i = 0; i < 4; i++) words[i] = word[i][0];
 }
 
-/* Two normal numbers from each block, by Box and Muller: some 80 products and sums of vectors, a quotient, and a root for
-   each pair. */
+/* Two normal numbers from each block, by Box and Muller: some 80 products and sums of vectors, a quotient and a
+   root. */
 TARGET static void VARIANT(normals)(const uint64_t *key, const uint64_t *first, int pairs, double *x)
 {
     uint64_t counter[4] = { first[0], first[1], first[2], first[3] };
@@ -98,8 +103,7 @@ TARGET static void VARIANT(normals)(const uint64_t *key, const uint64_t *first, 
         VECTOR radius, along, across;
 
         VARIANT(blocks)(key, counter, word);
-        radius = -2*VARIANT(natural_logarithm)(VARIANT(open_unit_interval)(word[0], word[1]));
-        for (int l = 0; l < WIDTH; l++) radius[l] = sqrt(radius[l]);
+        radius = VARIANT(root)(-2*VARIANT(natural_logarithm)(VARIANT(open_unit_interval)(word[0], word[1])));
         VARIANT(sine_and_cosine)(VARIANT(open_unit_interval)(word[2], word[3]), &across, &along);
         along *= radius;
         across *= radius;
@@ -109,5 +113,3 @@ TARGET static void VARIANT(normals)(const uint64_t *key, const uint64_t *first, 
         }
     }
 }
-
-#undef BITS

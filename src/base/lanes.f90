@@ -6,7 +6,7 @@ module gracecg_base_lanes
     private
     public :: LANES, MOST_LANES, MOST_ROWS, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
     public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, &
-        lanes_sines_cosines
+        lanes_sines_cosines, lanes_exponentials
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
     integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
@@ -105,10 +105,20 @@ module gracecg_base_lanes
         pure subroutine lanes_sines_cosines(widest, n, turns, sines, cosines) bind(c, name='gracecg_lanes_sines_cosines')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES
+            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES or half as many
             real(c_double), intent(in) :: turns(n)              !! Of 360 deg; less than 2^49
             real(c_double), intent(out) :: sines(n), cosines(n)
         end subroutine lanes_sines_cosines
+
+        !> The exponential function of numbers, good to a unit of the last place. Those below -708 and above 709 are taken for
+        !> these; NaN stays.
+        pure subroutine lanes_exponentials(widest, n, x, y) bind(c, name='gracecg_lanes_exponentials')
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: n          !! Numbers, a multiple of LANES or half as many
+            real(c_double), intent(in) :: x(n)
+            real(c_double), intent(out) :: y(n)
+        end subroutine lanes_exponentials
     end interface
 
 contains

@@ -25,7 +25,21 @@
 #pragma GCC optimize("O3", "fp-contract=off")
 #endif
 
+#ifdef __x86_64__
+#include <immintrin.h>
+#endif
+
 #define INLINE static inline __attribute__((always_inline))
+
+/* The sum of 8 numbers, as many as the widest vector has, in pairs: vectors of two numbers, which every processor has, in
+   memory that was written as wider ones */
+INLINE double total_of(const double *value)
+{
+    typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
+    const pair *pairs = (const pair *)value, sum = (pairs[0] + pairs[2]) + (pairs[1] + pairs[3]);
+
+    return sum[0] + sum[1];
+}
 
 /* A function that the library's Fortran calls; the shared library does not show it. */
 #define INTERNAL __attribute__((visibility("hidden")))

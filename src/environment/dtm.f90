@@ -1,10 +1,11 @@
 !> The Drag Temperature Models: DTM-77 of Barlier et al. (1978), which CSR-TM-00-01 section 2.3.2.1 takes,
 !> DTM-78 as CNES has it, and DTM-94 of Berger et al. (1998).
 module gracecg_environment_dtm
+    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, PI
     use gracecg_base_error, only: error_t, fail, fail_unknown_name, number_text, require_range
-    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines
+    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines, lanes_exponentials
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         EARTH_RADIUS, SURFACE_GRAVITY, GAS_CONSTANT, ATOMIC_MASS_UNIT, MASS_O
     use gracecg_environment_table_dtm77, only: DTM77_TEMPERATURE, DTM77_HELIUM, DTM77_OXYGEN, DTM77_NITROGEN
@@ -19,36 +20,34 @@ module gracecg_environment_dtm
     !> The editions of the model, by the year
     character(5), parameter :: DTM_EDITIONS(3) = ['dtm77', 'dtm78', 'dtm94']
 
-    integer, parameter :: TERMS = 39    !! Coefficients of DTM-94; the earlier ones end at 36
+    !> Lanes of the expansions that lie side by side. That of the temperature serves molecular oxygen after it, which has no
+    !> expansion: without hydrogen there are four
+    integer, parameter :: TEMPERATURE = 1, MOLECULAR_OXYGEN = 1, HELIUM = 2, OXYGEN = 3, NITROGEN = 4, HYDROGEN = 5
 
-    !> The expansion G(L) for the exospheric temperature or a constituent, with all that does not depend on
-    !> the point worked out.
-    type :: expansion_t
-        real(dp) :: a(TERMS) = 0        !! Coefficients A(1..39)
-        real(dp) :: beta                !! Factor of the annual and daily terms
-        real(dp) :: flux                !! 1 + F1
-        logical :: exponential_kp = .false.     !! A(39) stands by exp(Kp), not by Kp^2
-        ! Phases of the annual and semiannual terms as [cosine, sine]
-        real(dp) :: annual(2), semiannual(2)
-        real(dp) :: antisymmetric_annual(2), antisymmetric_semiannual(2)
-    end type expansion_t
+    !> Columns of an expansion G(L), as in dtm_expansions.c: the coefficients A(1..39), of which the earlier editions have 36;
+    !> what stands by exp(Kp); and what does not depend on the point, worked out: 1 + F1, the factor of the annual and daily
+    !> terms, and phases of annual and semiannual terms as [cosine, sine]
+    integer, parameter :: TERMS = 39, EXPONENTIAL_KP = 40, FLUX = 41, BETA = 42, ANNUAL(2) = [43, 44], SEMIANNUAL(2) = [45, 46], &
+        ANTISYMMETRIC_ANNUAL(2) = [47, 48], ANTISYMMETRIC_SEMIANNUAL(2) = [49, 50], COLUMNS = 50
 
     !> Functions of place and time that the expansions share: Legendre functions of the sine of
     !> the latitude (not normalised, without the factor (-1)^m), cosines and sines.
-    type :: harmonics_t
-        real(dp) :: p10, p20, p30, p40, p50, p11, p21, p31, p51, p22, p32, p33
+    type, bind(c) :: harmonics_t
+        real(c_double) :: p10, p20, p30, p40, p50, p11, p21, p31, p51, p22, p32, p33
         ! [cosine, sine] of the day in the year, of twice it, and of one to three times the hour
-        real(dp) :: year(2), half_year(2), day(2), half_day(2), third_day(2)
-        real(dp) :: kp      !! Of the place: see dtm_t
+        real(c_double) :: year(2), half_year(2), day(2), half_day(2), third_day(2)
+        real(c_double) :: kp, exponential_kp    !! Kp of the place, see dtm_t, and where an edition has it, exp(Kp)
     end type harmonics_t
 
     type, extends(density_model_t) :: dtm_t
         !! A Drag Temperature Model for given solar and geomagnetic activity; made by `new_dtm`
         private
-        type(expansion_t) :: temperature, hydrogen, helium, oxygen, nitrogen
+        integer(c_int32_t) :: expansions = NITROGEN     !! Number of them: HYDROGEN where an edition has it
+        real(c_double) :: columns(LANES, COLUMNS) = 0   !! Of the expansions
+        real(dp) :: base_density(LANES) = 0             !! At 120 km, A(1) of a constituent, 1/cm^3
+        real(dp) :: thermal_diffusion(LANES) = 0        !! alpha; 0 for O, N2, O2
         real(dp) :: kp_pole, kp_equator     !! Kp three hours before; DTM-94: at the pole, six at the equator
         real(dp) :: gas_constant = GAS_CONSTANT         !! J/(mol K)
-        real(dp) :: thermal_diffusion_h = 0             !! alpha of hydrogen
         logical :: with_gradient = .false.
         !! The temperature's gradient at 120 km is given (DTM-94), and not sigma
     contains
@@ -65,12 +64,25 @@ module gracecg_environment_dtm
     real(dp), parameter :: BASE_GRAVITY = SURFACE_GRAVITY*(EARTH_RADIUS/BASE_RADIUS)**2
     real(dp), parameter :: GAS_CONSTANT_78 = 8.3143_dp              !! J/(mol K), CNES's DTM-78
     real(dp), parameter :: MASS_H = 1, MASS_HE = 4, MASS_N2 = 28, MASS_O2 = 32     ! g/mol
-    real(dp), parameter :: THERMAL_DIFFUSION_HE = -0.38_dp          !! 0 for O, N2, O2
+    real(dp), parameter :: MASS(LANES) = [MASS_O2, MASS_HE, MASS_O, MASS_N2, MASS_H, 0.0_dp, 0.0_dp, 0.0_dp]
+    real(dp), parameter :: THERMAL_DIFFUSION_HE = -0.38_dp
     real(dp), parameter :: THERMAL_DIFFUSION_H_78 = -0.40_dp, THERMAL_DIFFUSION_H_94 = -0.38_dp
     real(dp), parameter :: BASE_DENSITY_O2 = 4.775e10_dp            !! 1/cm^3, constant at 120 km
     real(dp), parameter :: PER_CUBIC_METRE = 1e6_dp                 !! 1/m^3 in 1/cm^3
     real(dp), parameter :: YEAR = 365.0_dp                          !! days, of the annual terms
     real(dp), parameter :: MEAN_FLUX = 150.0_dp                !! sfu, reference of the mean flux
+
+    interface
+        !> G(L) of the expansions, those side by side in vectors: dtm_expansions.c.
+        pure subroutine dtm_expansions(widest, count, columns, h, g) bind(c, name='gracecg_dtm_expansions')
+            import :: c_double, c_int32_t, LANES, harmonics_t
+            integer(c_int32_t), intent(in), value :: widest     ! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: count      ! Of the expansions; what is behind them may be set or not
+            real(c_double), intent(in) :: columns(LANES, *)
+            type(harmonics_t), intent(in) :: h
+            real(c_double), intent(inout) :: g(LANES)
+        end subroutine dtm_expansions
+    end interface
 
 contains
 
@@ -106,26 +118,27 @@ contains
         model%kp_equator = kp
         select case (edition)
         case ('dtm77')
-            model%temperature = new_expansion(DTM77_TEMPERATURE, f107, f107_mean)
-            model%helium = new_expansion(DTM77_HELIUM, f107, f107_mean)
-            model%oxygen = new_expansion(DTM77_OXYGEN, f107, f107_mean)
-            model%nitrogen = new_expansion(DTM77_NITROGEN, f107, f107_mean)
+            call set_expansion(model, TEMPERATURE, DTM77_TEMPERATURE, f107, f107_mean)
+            call set_expansion(model, HELIUM, DTM77_HELIUM, f107, f107_mean)
+            call set_expansion(model, OXYGEN, DTM77_OXYGEN, f107, f107_mean)
+            call set_expansion(model, NITROGEN, DTM77_NITROGEN, f107, f107_mean)
         case ('dtm78')
-            model%temperature = new_expansion(DTM78_TEMPERATURE, f107, f107_mean)
-            model%hydrogen = new_expansion(DTM78_HYDROGEN, f107, f107_mean)
-            model%helium = new_expansion(DTM78_HELIUM, f107, f107_mean)
-            model%oxygen = new_expansion(DTM78_OXYGEN, f107, f107_mean)
-            model%nitrogen = new_expansion(DTM78_NITROGEN, f107, f107_mean)
+            call set_expansion(model, TEMPERATURE, DTM78_TEMPERATURE, f107, f107_mean)
+            call set_expansion(model, HYDROGEN, DTM78_HYDROGEN, f107, f107_mean)
+            call set_expansion(model, HELIUM, DTM78_HELIUM, f107, f107_mean)
+            call set_expansion(model, OXYGEN, DTM78_OXYGEN, f107, f107_mean)
+            call set_expansion(model, NITROGEN, DTM78_NITROGEN, f107, f107_mean)
             model%gas_constant = GAS_CONSTANT_78
-            model%thermal_diffusion_h = THERMAL_DIFFUSION_H_78
+            model%thermal_diffusion(HYDROGEN) = THERMAL_DIFFUSION_H_78
         case ('dtm94')
-            model%temperature = new_expansion(DTM94_TEMPERATURE, f107, f107_mean)
-            model%hydrogen = new_expansion(DTM94_HYDROGEN, f107, f107_mean)
-            model%helium = new_expansion(DTM94_HELIUM, f107, f107_mean)
-            model%oxygen = new_expansion(DTM94_OXYGEN, f107, f107_mean)
-            model%nitrogen = new_expansion(DTM94_NITROGEN, f107, f107_mean)
-            model%temperature%exponential_kp = .true.
-            model%thermal_diffusion_h = THERMAL_DIFFUSION_H_94
+            call set_expansion(model, TEMPERATURE, DTM94_TEMPERATURE, f107, f107_mean)
+            call set_expansion(model, HYDROGEN, DTM94_HYDROGEN, f107, f107_mean)
+            call set_expansion(model, HELIUM, DTM94_HELIUM, f107, f107_mean)
+            call set_expansion(model, OXYGEN, DTM94_OXYGEN, f107, f107_mean)
+            call set_expansion(model, NITROGEN, DTM94_NITROGEN, f107, f107_mean)
+            model%columns(TEMPERATURE, EXPONENTIAL_KP) = model%columns(TEMPERATURE, TERMS)  ! A(39) exp(Kp), not A(39) Kp^2
+            model%columns(TEMPERATURE, TERMS) = 0
+            model%thermal_diffusion(HYDROGEN) = THERMAL_DIFFUSION_H_94
             model%with_gradient = .true.
             if (present(kp_6h_before)) then
                 call require_range('kp', kp_6h_before, [0.0_dp, 9.0_dp], '', error)
@@ -136,9 +149,14 @@ contains
             call fail_unknown_name(error, 'edition of the Drag Temperature Model', edition, DTM_EDITIONS)
             return
         end select
-        model%hydrogen%beta = 1
-        model%helium%beta = 1
-        mean_temperature = model%temperature%a(1)*(model%temperature%flux + model%temperature%a(7)*kp)
+        model%base_density = model%columns(:, 1)
+        model%base_density(MOLECULAR_OXYGEN) = BASE_DENSITY_O2
+        model%thermal_diffusion(HELIUM) = THERMAL_DIFFUSION_HE
+        if (model%base_density(HYDROGEN) > 0) model%expansions = HYDROGEN
+        model%columns([HYDROGEN, HELIUM], BETA) = 1
+        associate (t => model%columns(TEMPERATURE, :))
+            mean_temperature = t(1)*(t(FLUX) + t(7)*kp)
+        end associate
         if (mean_temperature < LOWEST_MEAN_TEMPERATURE) then
             call fail(error, 'f107 = '//number_text(f107)//' and f107_mean = '// &
                       number_text(f107_mean)//' sfu are too far apart for '//edition//': they give a '// &
@@ -147,24 +165,27 @@ contains
         end if
     end subroutine new_dtm
 
-    !> The part of an expansion that does not depend on the point: F1 and the annual phases.
-    pure function new_expansion(a, f107, f107_mean) result(e)
+    !> The coefficients of an expansion, and the part that does not depend on the point: F1 and the annual phases.
+    pure subroutine set_expansion(model, lane, a, f107, f107_mean)
+        type(dtm_t), intent(inout) :: model
+        integer, intent(in) :: lane
         real(dp), intent(in) :: a(:)            !! As many as the edition has
         real(dp), intent(in) :: f107, f107_mean
-        type(expansion_t) :: e
 
         real(dp) :: f1
 
-        e%a(:size(a)) = a
-        f1 = a(4)*(f107 - f107_mean) + a(5)*(f107 - f107_mean)**2 + a(6)*(f107_mean - MEAN_FLUX) + &
-             e%a(38)*(f107_mean - MEAN_FLUX)**2
-        e%beta = 1 + f1
-        e%flux = 1 + f1
-        e%annual = cosine_sine(TWO_PI*a(11)/YEAR)
-        e%semiannual = cosine_sine(2*TWO_PI*a(14)/YEAR)
-        e%antisymmetric_annual = cosine_sine(TWO_PI*a(18)/YEAR)
-        e%antisymmetric_semiannual = cosine_sine(2*TWO_PI*a(20)/YEAR)
-    end function new_expansion
+        associate (e => model%columns(lane, :))
+            e(:size(a)) = a
+            f1 = a(4)*(f107 - f107_mean) + a(5)*(f107 - f107_mean)**2 + a(6)*(f107_mean - MEAN_FLUX) + &
+                 e(38)*(f107_mean - MEAN_FLUX)**2
+            e(BETA) = 1 + f1
+            e(FLUX) = 1 + f1
+            e(ANNUAL) = cosine_sine(TWO_PI*a(11)/YEAR)
+            e(SEMIANNUAL) = cosine_sine(2*TWO_PI*a(14)/YEAR)
+            e(ANTISYMMETRIC_ANNUAL) = cosine_sine(TWO_PI*a(18)/YEAR)
+            e(ANTISYMMETRIC_SEMIANNUAL) = cosine_sine(2*TWO_PI*a(20)/YEAR)
+        end associate
+    end subroutine set_expansion
 
     !> Temperature by the profile of Bates, constituents in diffusive equilibrium above 120 km:
     !> Barlier et al. (1978). Hydrogen and helium carry thermal diffusion. DTM-94 has the temperature's gradient
@@ -177,14 +198,18 @@ contains
 
         type(harmonics_t) :: h
         real(dp) :: height, geopotential_height, log_temperature_ratio, t_inf, rate, gamma_factor
+        real(dp), dimension(LANES) :: g, gamma, exponent, n
 
         h = harmonics_of(point)
         h%kp = self%kp_pole + (self%kp_equator - self%kp_pole)*(1 - abs(point%latitude)/(PI/2))
+        if (self%with_gradient) h%exponential_kp = exp(h%kp)
         height = point%height
         if (height < BASE_HEIGHT) height = BASE_HEIGHT      ! and not max(), which may drop a NaN
         geopotential_height = (height - BASE_HEIGHT)*BASE_RADIUS/(EARTH_RADIUS + height)
 
-        t_inf = self%temperature%a(1)*expansion(self%temperature, h)
+        g = 1
+        call dtm_expansions(WIDEST, self%expansions, self%columns, h, g)
+        t_inf = self%columns(TEMPERATURE, 1)*g(TEMPERATURE)
         rate = SIGMA
         if (self%with_gradient) rate = BASE_GRADIENT_94/(t_inf - BASE_TEMPERATURE)
         gamma_factor = 1e-3_dp*BASE_GRAVITY/(rate*self%gas_constant)
@@ -192,76 +217,34 @@ contains
         state%temperature = t_inf - (t_inf - BASE_TEMPERATURE)*exp(-rate*geopotential_height)
         log_temperature_ratio = log(BASE_TEMPERATURE/state%temperature)
 
-        if (self%hydrogen%a(1) > 0) then
-            state%n_h = number_density(self%hydrogen%a(1), expansion(self%hydrogen, h), MASS_H, &
-                                       self%thermal_diffusion_h)
-        end if
-        state%n_he = number_density(self%helium%a(1), expansion(self%helium, h), &
-                                    MASS_HE, THERMAL_DIFFUSION_HE)
-        state%n_o = number_density(self%oxygen%a(1), expansion(self%oxygen, h), MASS_O, 0.0_dp)
-        state%n_n2 = number_density(self%nitrogen%a(1), expansion(self%nitrogen, h), &
-                                    MASS_N2, 0.0_dp)
-        state%n_o2 = number_density(BASE_DENSITY_O2, 1.0_dp, MASS_O2, 0.0_dp)
+        ! n = A(1) exp(G - 1) (T120/T)^(1 + alpha + gamma) exp(-sigma gamma xi) in 1/m^3: the two
+        ! powers and the exponential in one.
+        g(MOLECULAR_OXYGEN) = 1
+        n = 0
+        gamma = MASS*(gamma_factor/t_inf)
+        exponent = g - 1 - rate*geopotential_height*gamma + (1 + self%thermal_diffusion + gamma)*log_temperature_ratio
+        call lanes_exponentials(WIDEST, merge(LANES, LANES/2, self%expansions > LANES/2), exponent, n)
+        n = self%base_density*PER_CUBIC_METRE*n
+        state%n_he = n(HELIUM)
+        state%n_o = n(OXYGEN)
+        state%n_n2 = n(NITROGEN)
+        state%n_o2 = n(MOLECULAR_OXYGEN)
+        state%n_h = n(HYDROGEN)
         state%density = ATOMIC_MASS_UNIT*(MASS_HE*state%n_he + MASS_O*state%n_o + &
                                           MASS_N2*state%n_n2 + MASS_O2*state%n_o2 + MASS_H*state%n_h)
-
-    contains
-
-        !> n = A(1) exp(G - 1) (T120/T)^(1 + alpha + gamma) exp(-sigma gamma xi) in 1/m^3: the two
-        !> powers and the exponential in one.
-        pure real(dp) function number_density(a1, g, molar_mass, thermal_diffusion) result(n)
-            real(dp), intent(in) :: a1                  !! 1/cm^3
-            real(dp), intent(in) :: g                   !! G(L)
-            real(dp), intent(in) :: molar_mass          !! g/mol
-            real(dp), intent(in) :: thermal_diffusion   !! alpha
-
-            real(dp) :: gamma
-
-            gamma = molar_mass*gamma_factor/t_inf
-            n = a1*PER_CUBIC_METRE*exp(g - 1 - rate*gamma*geopotential_height + &
-                                       (1 + thermal_diffusion + gamma)*log_temperature_ratio)
-        end function number_density
     end subroutine evaluate_dtm
-
-    !> G(L) = 1 + F1 + M + Q + beta (AN1 + SAN1 + AN2 + SAN2 + D + SD + TD), Barlier et al. (1978); A(37) P10 in Q
-    !> and A(39) exp(Kp) or A(39) Kp^2 in M are of DTM-94.
-    pure real(dp) function expansion(e, h) result(g)
-        type(expansion_t), intent(in) :: e
-        type(harmonics_t), intent(in) :: h
-
-        real(dp) :: steady, annual, semiannual, season, antisymmetric
-        real(dp) :: diurnal, semidiurnal, terdiurnal
-
-        associate (a => e%a)
-            steady = e%flux + a(7)*h%kp + (a(2) + a(8)*h%kp)*h%p20 + a(3)*h%p40 + a(37)*h%p10 + &
-                     a(39)*merge(exp(h%kp), h%kp**2, e%exponential_kp)
-            annual = (a(9) + a(10)*h%p20)*dot_product(e%annual, h%year)
-            semiannual = (a(12) + a(13)*h%p20)*dot_product(e%semiannual, h%half_year)
-            season = dot_product(e%antisymmetric_annual, h%year)
-            antisymmetric = (a(15)*h%p10 + a(16)*h%p30 + a(17)*h%p50)*season + &
-                            a(19)*h%p10*dot_product(e%antisymmetric_semiannual, h%half_year)
-            diurnal = (a(21)*h%p11 + a(22)*h%p31 + a(23)*h%p51 + &
-                       (a(24)*h%p11 + a(25)*h%p21)*season)*h%day(1) + &
-                      (a(26)*h%p11 + a(27)*h%p31 + a(28)*h%p51 + &
-                       (a(29)*h%p11 + a(30)*h%p21)*season)*h%day(2)
-            semidiurnal = (a(31)*h%p22 + a(32)*h%p32*season)*h%half_day(1) + &
-                          (a(33)*h%p22 + a(34)*h%p32*season)*h%half_day(2)
-            terdiurnal = h%p33*(a(35)*h%third_day(1) + a(36)*h%third_day(2))
-        end associate
-        g = steady + e%beta*(annual + semiannual + antisymmetric + &
-                             diurnal + semidiurnal + terdiurnal)
-    end function expansion
 
     pure function harmonics_of(point) result(h)
         type(atmosphere_point_t), intent(in) :: point
         type(harmonics_t) :: h
 
-        real(dp), dimension(LANES) :: turns, sine, cosine
+        real(dp), dimension(LANES/2) :: turns, sine, cosine
         real(dp) :: x, c, x2, x4
 
-        turns = 0
+        h%exponential_kp = 0
+        turns(4) = 0
         turns(:3) = [point%latitude/TWO_PI, point%day_of_year/YEAR, point%local_solar_time/24]
-        call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
+        call lanes_sines_cosines(WIDEST, LANES/2, turns, sine, cosine)
         x = sine(1)
         c = cosine(1)
         x2 = x**2

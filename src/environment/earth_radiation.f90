@@ -7,10 +7,13 @@
 !> Albedo and emissivity are zonal harmonics of degree 2 with a yearly term, taken at the
 !> segment's centre.
 module gracecg_environment_earth_radiation
+    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
+    use gracecg_base_lanes, only: WIDEST, lanes_of
     use gracecg_base_constants, only: TWO_PI, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, fail_unknown_name
     use gracecg_base_text, only: integer_text
+    use gracecg_base_vectors, only: transformed, transformed_back
     use gracecg_environment_table_earth_radiation, only: REPORT_ALBEDO, REPORT_EMISSIVITY, KNOCKE_ALBEDO, &
         KNOCKE_EMISSIVITY, PERIOD_DAYS, EPOCH_JD, SOLAR_IRRADIANCE_1AU
     implicit none
@@ -35,8 +38,35 @@ module gracecg_environment_earth_radiation
     !! W/m^2 at 1 au; CSR-TM-00-01 gives no figure
     real(dp), parameter :: ABSORBED_TO_EMITTED = 0.25_dp
     !! M_B/E_s: a sphere absorbs over its cross-section and emits over its surface
-    real(dp), parameter :: SUBSATELLITE_POINT(2) = [1.0_dp, 0.0_dp]
-    !! Cosine and sine of the angle zero at the Earth's centre
+    ! As in earth_light.c: numbers of rings, the cap included, and of segments, when each ring begins a new vector
+    integer, parameter :: RING_LANES = 24, SEGMENT_LANES = 288
+
+    !> The segments of all rings, which do not depend on the place; the cap is the first ring.
+    type, bind(c) :: segments_t
+        real(c_double) :: inner(RING_LANES) = 0, outer(RING_LANES) = 0
+        !! Parts of all segments inside the two boundaries between which a ring's centres are half-way
+        real(c_double) :: cos_azimuth(SEGMENT_LANES) = 0    !! From north towards east; 0 of the cap
+        real(c_double) :: sin_azimuth(SEGMENT_LANES) = 0
+        real(c_double) :: exists(SEGMENT_LANES) = 0         !! 1 where there is a segment, else 0
+        integer(c_int32_t) :: rings = 0
+        integer(c_int32_t) :: first(RING_LANES) = 0         !! Segments, with gaps, before those of a ring
+        integer(c_int32_t) :: count(RING_LANES) = 0         !! Of a ring
+    end type segments_t
+
+    !> The Earth and the Sun as the satellite has them.
+    type, bind(c) :: view_t
+        real(c_double) :: radius = 0                        !! From the Earth's centre, Earth radii
+        real(c_double) :: limb_depth = 0                    !! See `limb_depth`
+        real(c_double) :: up_z = 0, north_z = 0             !! Along the Earth's axis
+        real(c_double) :: sun_up = 0, sun_north = 0, sun_east = 0   !! Unit vector to the Sun
+        real(c_double) :: albedo(0:2) = 0, emissivity(0:2) = 0      !! Polynomials in the sine of the latitude
+    end type view_t
+
+    !> Where the centres of rings are: see earth_light_variant.h.
+    type, bind(c) :: centres_t
+        real(c_double) :: cosine(RING_LANES), sine(RING_LANES)      !! Of the angle at the Earth's centre
+        real(c_double) :: upward(RING_LANES), sideward(RING_LANES)  !! Direction from there to the satellite
+    end type centres_t
 
     type :: earth_radiation_t
         !! The model's constants; built by new_earth_radiation
@@ -47,13 +77,10 @@ module gracecg_environment_earth_radiation
         real(dp) :: solar_irradiance = DEFAULT_SOLAR_IRRADIANCE     !! E_s at 1 au, W/m^2
         logical :: centres_halve_area = .false.     !! Centres at half of a ring's solid angle, and not at mid-angle
         integer :: segment_count = 1                !! N, the cap included
-        integer, private :: ring_count = 0
-        integer, private :: last_segment(0:MAX_RINGS) = 1
-        !! Number of the last segment of each ring; the cap is ring 0 and segment 1
-        real(dp), private :: azimuth(2, MAX_SEGMENTS) = 0
-        !! Cosine and sine of each segment's azimuth, from north towards east
+        type(segments_t), private :: segments       !! N of them
     contains
         procedure :: irradiance_at  !! What the segments send to a place
+        procedure :: flux_at        !! The sum of that as a vector
     end type earth_radiation_t
 
     type :: earth_irradiance_t
@@ -63,6 +90,27 @@ module gracecg_environment_earth_radiation
         !! Unit vectors from the segments' centres to the satellite, inertial axes
         real(dp) :: irradiance(MAX_SEGMENTS)    !! On a surface facing the segment, W/m^2
     end type earth_irradiance_t
+
+    ! The loops over rings and segments: earth_light.c
+    interface
+        !> Where the centres of the rings are.
+        pure subroutine ring_centres(widest, segments, view, centres) bind(c, name='gracecg_ring_centres')
+            import :: c_int32_t, segments_t, view_t, centres_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            type(segments_t), intent(in) :: segments
+            type(view_t), intent(in) :: view
+            type(centres_t), intent(inout) :: centres           !! Of the rings that exist
+        end subroutine ring_centres
+
+        !> The sum over all segments, radiance times direction: along up, north, east.
+        pure subroutine earth_flux(widest, segments, view, flux) bind(c, name='gracecg_earth_flux')
+            import :: c_double, c_int32_t, segments_t, view_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            type(segments_t), intent(in) :: segments
+            type(view_t), intent(in) :: view
+            real(c_double), intent(out) :: flux(3)
+        end subroutine earth_flux
+    end interface
 
 contains
 
@@ -105,7 +153,8 @@ contains
         call set_constants(self, constants, error)
         if (allocated(error)) return
         self%solar_irradiance = solar_irradiance
-        call lay_out_segments(self, segments_per_ring)
+        self%segment_count = 1 + sum(segments_per_ring)
+        self%segments = segments_of([1, segments_per_ring], self%centres_halve_area)
     end subroutine new_earth_radiation
 
     subroutine check_settings(segments_per_ring, solar_irradiance, error)
@@ -154,25 +203,37 @@ contains
     end subroutine set_constants
 
     !> What depends on the number of segments alone.
-    pure subroutine lay_out_segments(self, segments_per_ring)
-        type(earth_radiation_t), intent(inout) :: self
-        integer, intent(in) :: segments_per_ring(:)
+    pure function segments_of(count, centres_halve_area) result(segments)
+        integer, intent(in) :: count(:)     !! Segments of the cap, 1, and of each ring
+        logical, intent(in) :: centres_halve_area
+        type(segments_t) :: segments
 
-        integer :: ring, j, segment
+        integer :: ring, j, lane, before
         real(dp) :: angle
 
-        segment = 1
-        do ring = 1, size(segments_per_ring)
-            do j = 0, segments_per_ring(ring) - 1
-                segment = segment + 1
-                angle = TWO_PI*j/segments_per_ring(ring)
-                self%azimuth(:, segment) = [cos(angle), sin(angle)]
-            end do
-            self%last_segment(ring) = segment
+        segments%rings = size(count)
+        segments%count(:size(count)) = count
+        do ring = 2, size(count)            ! of the cap both boundaries are its centre
+            before = sum(count(:ring - 1))
+            segments%inner(ring) = before/real(sum(count), dp)
+            segments%outer(ring) = (before + count(ring))/real(sum(count), dp)
+            if (centres_halve_area) then
+                segments%inner(ring) = (segments%inner(ring) + segments%outer(ring))/2
+                segments%outer(ring) = segments%inner(ring)
+            end if
+            segments%first(ring) = segments%first(ring - 1) + lanes_of(count(ring - 1))
         end do
-        self%ring_count = size(segments_per_ring)
-        self%segment_count = segment
-    end subroutine lay_out_segments
+        do ring = 1, size(count)
+            do j = 0, count(ring) - 1
+                lane = segments%first(ring) + j + 1
+                segments%exists(lane) = 1
+                if (ring == 1) cycle
+                angle = TWO_PI*j/count(ring)
+                segments%cos_azimuth(lane) = cos(angle)
+                segments%sin_azimuth(lane) = sin(angle)
+            end do
+        end do
+    end function segments_of
 
     !> The radiation that reaches a satellite, by segments: A' (tau a E_s cos(theta_s) + e M_B),
     !> the sum of CSR-TM-00-01 eq. (2-10) without the satellite's own factors. E_s is taken at the
@@ -186,55 +247,77 @@ contains
         real(dp), intent(in) :: days_since_epoch    !! From EARTH_RADIATION_EPOCH_JD, days
         type(earth_irradiance_t), intent(out) :: radiation
 
-        real(dp) :: radius, sun_distance, irradiance, distance
-        real(dp) :: up(3), north(3), east(3), from_centre(3), per_north(3), per_east(3)
-        real(dp) :: season(3), albedo(0:2), emissivity(0:2), sun_up, sun_north, sun_east, sine, cosine
-        real(dp) :: inner_edge(2), outer_edge(2), centre(2)
-        integer :: ring, segment, first
+        type(view_t) :: view
+        type(centres_t) :: centres
+        real(dp) :: axes(3, 3), irradiance, sine, cosine
+        integer :: ring, segment, lane
 
-        radius = sqrt(dot_product(position, position))
-        up = position/radius
-        call horizontal_directions(up, north, east)
-        sun_distance = sqrt(dot_product(sun_position, sun_position))
-        sun_up = dot_product(sun_position, up)/sun_distance
-        sun_north = dot_product(sun_position, north)/sun_distance
-        sun_east = dot_product(sun_position, east)/sun_distance
-        season = seasonal_terms(days_since_epoch)
-        albedo = zonal_coefficients(self%albedo, season)
-        emissivity = zonal_coefficients(self%emissivity, season)*ABSORBED_TO_EMITTED
-        ! projected area times solar irradiance
-        irradiance = 2*limb_depth(radius)/self%segment_count*self%solar_irradiance*(ASTRONOMICAL_UNIT/sun_distance)**2
-
+        call look_down(self, position, sun_position, days_since_epoch, view, axes, irradiance)
+        call ring_centres(WIDEST, self%segments, view, centres)
         radiation%count = self%segment_count
-        first = 1
-        inner_edge = SUBSATELLITE_POINT
-        do ring = 0, self%ring_count
-            outer_edge = boundary(radius, real(self%last_segment(ring), dp), self%segment_count)
-            centre = SUBSATELLITE_POINT
-            if (ring > 0 .and. self%centres_halve_area) then
-                centre = boundary(radius, (first - 1 + self%last_segment(ring))/2.0_dp, self%segment_count)
-            else if (ring > 0) then
-                centre = bisector(inner_edge, outer_edge)
-            end if
-            distance = sqrt((radius - EARTH_RADIUS_EGM96*centre(1))**2 + &
-                            (EARTH_RADIUS_EGM96*centre(2))**2)
-            ! A segment's centre lies outward = c up + s (cos A north + sin A east), in radii of the Earth
-            from_centre = (radius - EARTH_RADIUS_EGM96*centre(1))/distance*up
-            per_north = -EARTH_RADIUS_EGM96*centre(2)/distance*north
-            per_east = -EARTH_RADIUS_EGM96*centre(2)/distance*east
-            do segment = first, self%last_segment(ring)
-                associate (cos_azimuth => self%azimuth(1, segment), sin_azimuth => self%azimuth(2, segment))
-                    sine = centre(1)*up(3) + centre(2)*cos_azimuth*north(3)
-                    cosine = centre(1)*sun_up + centre(2)*(cos_azimuth*sun_north + sin_azimuth*sun_east)
-                    radiation%irradiance(segment) = irradiance*(zonal_value(albedo, sine)*max(0.0_dp, cosine) + &
-                                                                zonal_value(emissivity, sine))
-                    radiation%direction(:, segment) = from_centre + cos_azimuth*per_north + sin_azimuth*per_east
-                end associate
-            end do
-            first = self%last_segment(ring) + 1
-            inner_edge = outer_edge
+        segment = 0
+        do ring = 1, self%segments%rings
+            associate (c => centres%cosine(ring), s => centres%sine(ring))
+                do lane = self%segments%first(ring) + 1, self%segments%first(ring) + self%segments%count(ring)
+                    segment = segment + 1
+                    associate (cos_azimuth => self%segments%cos_azimuth(lane), sin_azimuth => self%segments%sin_azimuth(lane))
+                        ! A segment's centre lies outward = c up + s (cos A north + sin A east), in radii of the Earth
+                        sine = c*view%up_z + s*cos_azimuth*view%north_z
+                        cosine = c*view%sun_up + s*(cos_azimuth*view%sun_north + sin_azimuth*view%sun_east)
+                        radiation%irradiance(segment) = irradiance*(polynomial(view%albedo, sine)*max(0.0_dp, cosine) + &
+                                                                    polynomial(view%emissivity, sine))
+                        radiation%direction(:, segment) = centres%upward(ring)*axes(:, 1) + centres%sideward(ring)* &
+                                                          (cos_azimuth*axes(:, 2) + sin_azimuth*axes(:, 3))
+                    end associate
+                end do
+            end associate
         end do
     end subroutine irradiance_at
+
+    !> The sum of (2-10) as a vector, without the satellite's own factors: irradiance times direction of all segments of
+    !> `irradiance_at`.
+    pure subroutine flux_at(self, position, sun_position, days_since_epoch, flux)
+        class(earth_radiation_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)         !! As for `irradiance_at`
+        real(dp), intent(in) :: sun_position(3)
+        real(dp), intent(in) :: days_since_epoch
+        real(dp), intent(out) :: flux(3)            !! Away from the Earth, inertial axes, W/m^2
+
+        type(view_t) :: view
+        real(dp) :: axes(3, 3), irradiance, sums(3)
+
+        call look_down(self, position, sun_position, days_since_epoch, view, axes, irradiance)
+        call earth_flux(WIDEST, self%segments, view, sums)
+        flux = irradiance*transformed(axes, sums)
+    end subroutine flux_at
+
+    !> What all segments have in common.
+    pure subroutine look_down(self, position, sun_position, days_since_epoch, view, axes, irradiance)
+        type(earth_radiation_t), intent(in) :: self
+        real(dp), intent(in) :: position(3), sun_position(3), days_since_epoch
+        type(view_t), intent(out) :: view
+        real(dp), intent(out) :: axes(3, 3)     !! Up, north and east, in its columns
+        real(dp), intent(out) :: irradiance     !! The projected area of a segment times sunlight, W/m^2
+
+        real(dp) :: radius, sun_distance, season(3), sun(3)
+
+        radius = sqrt(dot_product(position, position))
+        axes(:, 1) = position/radius
+        call horizontal_directions(axes(:, 1), axes(:, 2), axes(:, 3))
+        sun_distance = sqrt(dot_product(sun_position, sun_position))
+        sun = transformed_back(axes, sun_position/sun_distance)
+        season = seasonal_terms(days_since_epoch)
+        view%radius = radius/EARTH_RADIUS_EGM96
+        view%limb_depth = limb_depth(radius)
+        view%up_z = axes(3, 1)
+        view%north_z = axes(3, 2)
+        view%sun_up = sun(1)
+        view%sun_north = sun(2)
+        view%sun_east = sun(3)
+        view%albedo = zonal_polynomial(self%albedo, season)
+        view%emissivity = zonal_polynomial(self%emissivity, season)*ABSORBED_TO_EMITTED
+        irradiance = 2*view%limb_depth/self%segment_count*self%solar_irradiance*(ASTRONOMICAL_UNIT/sun_distance)**2
+    end subroutine look_down
 
     !> 1 - cos(zeta_m), where zeta_m is the nadir angle of the limb, sin(zeta_m) = R/r_s.
     pure real(dp) function limb_depth(radius) result(depth)
@@ -245,42 +328,6 @@ contains
         sin_squared = (EARTH_RADIUS_EGM96/radius)**2
         depth = sin_squared/(1 + sqrt(max(0.0_dp, 1 - sin_squared)))
     end function limb_depth
-
-    !> Cosine and sine of the angle beta at the Earth's centre, from the subsatellite point to the
-    !> boundary that has `inside` of all the segments inside it. All segments fill the same solid
-    !> angle, so the boundary's nadir angle zeta follows from
-    !> 1 - cos(zeta) = (inside/total) (1 - cos(zeta_m)); then beta = gamma - zeta with
-    !> sin(gamma) = r_s sin(zeta)/R.
-    pure function boundary(radius, inside, total) result(cos_sin_beta)
-        real(dp), intent(in) :: radius          !! Satellite's distance from the Earth's centre, m
-        real(dp), intent(in) :: inside          !! Number of segments, the cap included, or half of them
-        integer, intent(in) :: total            !! Of all
-        real(dp) :: cos_sin_beta(2)
-
-        real(dp) :: depth, cos_zeta, sin_zeta, cos_gamma, sin_gamma
-
-        if (.not. inside < total) then   ! the limb: gamma is a right angle
-            cos_sin_beta = [EARTH_RADIUS_EGM96/radius, 1 - limb_depth(radius)]
-            return
-        end if
-        depth = limb_depth(radius)*inside/total
-        cos_zeta = 1 - depth
-        sin_zeta = sqrt(depth*(2 - depth))
-        sin_gamma = radius*sin_zeta/EARTH_RADIUS_EGM96
-        cos_gamma = sqrt((1 - sin_gamma)*(1 + sin_gamma))
-        cos_sin_beta = [cos_gamma*cos_zeta + sin_gamma*sin_zeta, &
-                        sin_gamma*cos_zeta - cos_gamma*sin_zeta]
-    end function boundary
-
-    !> Cosine and sine of the angle half-way between two angles less than pi apart: the direction of
-    !> the sum of their unit vectors.
-    pure function bisector(first, second) result(middle)
-        real(dp), intent(in) :: first(2), second(2)     !! Cosine and sine of the angles
-        real(dp) :: middle(2)
-
-        middle = first + second
-        middle = middle/sqrt(middle(1)**2 + middle(2)**2)
-    end function bisector
 
     !> North and east at a place; at a pole itself, where there is no north, any two.
     pure subroutine horizontal_directions(up, north, east)
@@ -309,21 +356,20 @@ contains
         terms = [1.0_dp, cos(angle), sin(angle)]
     end function seasonal_terms
 
-    !> The three zonal coefficients on a date, CSR-TM-00-01 eqs. (2-13), (2-14).
-    pure function zonal_coefficients(constants, season) result(zonal)
+    !> Albedo or emissivity on a date by latitude, CSR-TM-00-01 eqs. (2-11) to (2-14): the harmonics 1, s, (3 s^2 - 1)/2 as
+    !> a polynomial in the sine s of the latitude.
+    pure function zonal_polynomial(constants, season) result(coefficients)
         real(dp), intent(in) :: constants(5)
         !! Degree 0; degree 1: constant, cosine, sine of the year; degree 2
         real(dp), intent(in) :: season(3)       !! From seasonal_terms
-        real(dp) :: zonal(0:2)
+        real(dp) :: coefficients(0:2)
 
-        zonal = [constants(1), dot_product(constants(2:4), season), constants(5)]
-    end function zonal_coefficients
+        coefficients = [constants(1) - constants(5)/2, dot_product(constants(2:4), season), 1.5_dp*constants(5)]
+    end function zonal_polynomial
 
-    !> Albedo or emissivity at a latitude, CSR-TM-00-01 eqs. (2-11), (2-12).
-    pure real(dp) function zonal_value(zonal, sin_latitude) result(value)
-        real(dp), intent(in) :: zonal(0:2)
-        real(dp), intent(in) :: sin_latitude    !! Geocentric
+    pure real(dp) function polynomial(coefficients, x) result(value)
+        real(dp), intent(in) :: coefficients(0:2), x
 
-        value = zonal(0) + zonal(1)*sin_latitude + zonal(2)*(3*sin_latitude**2 - 1)/2
-    end function zonal_value
+        value = coefficients(0) + x*(coefficients(1) + x*coefficients(2))
+    end function polynomial
 end module gracecg_environment_earth_radiation

@@ -6,7 +6,7 @@
 module gracecg_environment_geomagnetic_field
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_RADIUS_IGRF, NANOTESLA
+    use gracecg_base_constants, only: EARTH_RADIUS_IGRF, EARTH_RADIUS_EGM96, NANOTESLA
     use gracecg_base_error, only: error_t, add_context, fail, fail_out_of_range, fail_unknown_name
     use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_function_t, &
         new_harmonic_function
@@ -37,7 +37,7 @@ module gracecg_environment_geomagnetic_field
         !! igrf, read_shc or new_igrf
         character(:), allocatable :: name               !! 'igrf14', or as its file says
         integer :: degree = 0                           !! Highest of the expansion
-        type(harmonic_function_t), private :: potential     !! -V, T m
+        type(harmonic_function_t) :: potential              !! -V, T m
     contains
         procedure :: evaluate => igrf_evaluate
     end type igrf_t
@@ -142,7 +142,8 @@ contains
     !>     B = -grad V,  V = a sum_nm (a/r)^(n+1) P_nm(cos colat) [g cos m lon + h sin m lon]
     !>
     !> with Schmidt's semi-normalised P_nm = Pbar_nm/sqrt(2n + 1); CSR-TM-00-01 eq. (2-26) in
-    !> Cartesian components. Fails on a degree out of range, on a list of another length, and on
+    !> Cartesian components. The coefficients are turned into those of the radius that gravity's have, where that is within
+    !> 1 %: then both can be computed together. Fails on a degree out of range, on a list of another length, and on
     !> numbers that are not finite.
     subroutine new_igrf(name, radius, degree, list, model, error)
         character(*), intent(in) :: name    !! For output
@@ -153,7 +154,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), allocatable :: g(:, :), h(:, :)
-        real(dp) :: factor
+        real(dp) :: factor, reference
         integer :: n
 
         if (degree < 1 .or. degree > MAX_DEGREE) then
@@ -167,15 +168,17 @@ contains
         if (allocated(error)) return
 
         allocate (g(0:degree, 0:degree), h(0:degree, 0:degree), source=0.0_dp)
+        reference = radius
+        if (abs(radius/EARTH_RADIUS_EGM96 - 1) < 0.01_dp) reference = EARTH_RADIUS_EGM96
         do n = 1, degree
-            factor = -NANOTESLA/sqrt(2*n + 1.0_dp)  ! the minus of -grad
+            factor = -NANOTESLA/sqrt(2*n + 1.0_dp)*(radius/reference)**(n + 1)      ! the minus of -grad
             g(n, 0) = factor*list(n**2)
             g(n, 1:n) = factor*list(n**2 + 1:n**2 + 2*n - 1:2)
             h(n, 1:n) = factor*list(n**2 + 2:n**2 + 2*n:2)
         end do
         model%name = name
         model%degree = degree
-        model%potential = new_harmonic_function(radius, radius, g, h)
+        model%potential = new_harmonic_function(reference, radius, g, h)
     end subroutine new_igrf
 
     pure subroutine igrf_evaluate(self, position, b)

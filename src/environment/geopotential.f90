@@ -68,7 +68,7 @@ module gracecg_environment_geopotential
         integer :: order = 0                                    !! Up to which the sum goes, 0..degree
         real(dp) :: mu = 0          !! m^3/s^2
         real(dp) :: radius = 0      !! Reference radius, m
-        type(harmonic_function_t), private :: harmonics     !! U
+        type(harmonic_function_t) :: harmonics              !! U
     contains
         procedure :: acceleration => geopotential_acceleration
         procedure :: potential => geopotential_potential

@@ -15,8 +15,15 @@ enum { BETA, F, DF = 3, DDF = 5 };
 
 typedef const double (*steps_t)[COLUMNS][LANES];
 
-/* re[2 + m] + i im[2 + m] = (x + i y)^m for 0 <= m < orders, 0 before and behind them. */
-INLINE void powers_of(double x, double y, int blocks, int orders, double *re, double *im)
+struct function {
+    int32_t blocks, orders;
+    const int32_t *first;
+    steps_t steps;
+};
+
+/* re[2 + m] + i im[2 + m] = (x + i y)^m for 0 <= m < LANES*blocks and m <= LANES, 0 before them. Behind the first LANES + 1
+   they are vectors: each is read as it was written, from m = 1 on, for the processor need not wait until it is in memory then. */
+INLINE void powers_of(double x, double y, int blocks, double *re, double *im)
 {
     re[0] = re[1] = im[0] = im[1] = 0;
     re += 2;
@@ -30,18 +37,12 @@ INLINE void powers_of(double x, double y, int blocks, int orders, double *re, do
         re[m] = re[i]*re[k] - im[i]*im[k];
         im[m] = re[i]*im[k] + im[i]*re[k];
     }
-    double step_re = re[LANES], step_im = im[LANES];
-    for (int m = LANES; m < LANES*blocks; m++) {
-        re[m] = re[m - LANES]*step_re - im[m - LANES]*step_im;
-        im[m] = re[m - LANES]*step_im + im[m - LANES]*step_re;
-    }
-    for (int m = orders; m <= LANES*blocks; m++) re[m] = im[m] = 0;
-}
-
-/* The sum of LANES numbers, in pairs */
-INLINE double total_of(const double *value)
-{
-    return ((value[0] + value[4]) + (value[2] + value[6])) + ((value[1] + value[5]) + (value[3] + value[7]));
+    const double step_re = re[LANES], step_im = im[LANES];
+    for (int block = 1; block < blocks; block++)
+        for (int m = LANES*block + 1; m <= LANES*(block + 1); m++) {
+            re[m] = re[m - LANES]*step_re - im[m - LANES]*step_im;
+            im[m] = re[m - LANES]*step_im + im[m - LANES]*step_re;
+        }
 }
 
 #define KERNEL "../environment/harmonic_sums_variant.h"
@@ -52,6 +53,17 @@ INTERNAL void gracecg_harmonic_sums_first(int32_t widest, int32_t blocks, int32_
                                           const double *q, double *sums)
 {
     CALL(sum_first, blocks, orders, first, steps, q, sums);
+}
+
+/* Sums PHI to DZ of two functions at the place q, the other with no more degrees and orders than the first */
+INTERNAL void gracecg_harmonic_sums_two(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
+                                        int32_t other_blocks, int32_t other_orders, const int32_t *other_first,
+                                        steps_t other_steps, const double *q, double (*sums)[FIRST_DERIVATIVES])
+{
+    const struct function one = { blocks, orders, first, steps };
+    const struct function other = { other_blocks, other_orders, other_first, other_steps };
+
+    CALL(sum_two, &one, &other, q, sums);
 }
 
 /* All sums at the place q */

@@ -15,21 +15,22 @@ TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, c
     double power_re[LANES*MOST_BLOCKS + 3], power_im[LANES*MOST_BLOCKS + 3];
     double total[SECOND_DERIVATIVES][LANES], order[LANES];
 
-    powers_of(q[0], q[1], blocks, orders, power_re, power_im);
-    for (int s = 0; s < count; s++)
-        for (int l = 0; l < LANES; l++) total[s][l] = 0;
+    powers_of(q[0], q[1], blocks, power_re, power_im);
     for (int l = 0; l < LANES; l++) order[l] = l;
 
-    for (int block = 0; block < blocks; block++)
-        for (int l = 0; l < LANES; l += WIDTH) {
-            /* k = 0: h is 1 */
+    for (int l = 0; l < LANES; l += WIDTH) {
+        VECTOR sum[SECOND_DERIVATIVES];
+        for (int s = 0; s < count; s++) sum[s] = zero;
+        for (int block = 0; block < blocks && LANES*block + l < orders; block++) {
+            /* k = 0: h is 1. The last step of a block is of its first order, the one before it of the second, ... */
             int i = first[block];
+            const int end = first[block + 1] - l;
             VECTOR h = zero + 1, next = q_z, k = zero + 1;
             VECTOR re = READ(&steps[i][F][l]), im = READ(&steps[i][F + 1][l]);
             VECTOR d_re = READ(&steps[i][DF][l]), d_im = READ(&steps[i][DF + 1][l]);
             VECTOR dd_re = READ(&steps[i][DDF][l]), dd_im = READ(&steps[i][DDF + 1][l]);
             VECTOR k_re = zero, k_im = zero, kk_re = zero, kk_im = zero, kd_re = zero, kd_im = zero;
-            for (i++; i < first[block + 1]; i++) {
+            for (i++; i < end; i++) {
                 const VECTOR after = q_z*next + minus_q_squared*READ(&steps[i][BETA][l])*h;
                 h = next;
                 next = after;
@@ -57,24 +58,26 @@ TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, c
             const VECTOR p_re = READ(&power_re[2 + m_first]), p_im = READ(&power_im[2 + m_first]);
             const VECTOR b_re = READ(&power_re[1 + m_first]), b_im = READ(&power_im[1 + m_first]);
             const VECTOR n_re = m*re + k_re, n_im = m*im + k_im;
-            AT(&total[PHI][l]) += p_re*re + p_im*im;
-            AT(&total[N_PHI][l]) += p_re*n_re + p_im*n_im;
-            AT(&total[DX][l]) += m*(b_re*re + b_im*im);
-            AT(&total[DY][l]) += m*(b_re*im - b_im*re);
-            AT(&total[DZ][l]) += b_re*d_re + b_im*d_im;
+            sum[PHI] += p_re*re + p_im*im;
+            sum[N_PHI] += p_re*n_re + p_im*n_im;
+            sum[DX] += m*(b_re*re + b_im*im);
+            sum[DY] += m*(b_re*im - b_im*re);
+            sum[DZ] += b_re*d_re + b_im*d_im;
             if (count == SECOND_DERIVATIVES) {
                 const VECTOR c_re = READ(&power_re[m_first]), c_im = READ(&power_im[m_first]);
-                AT(&total[NN_PHI][l]) += p_re*(m*(n_re + k_re) + kk_re) + p_im*(m*(n_im + k_im) + kk_im);
-                AT(&total[N_DX][l]) += m*(b_re*n_re + b_im*n_im);
-                AT(&total[N_DY][l]) += m*(b_re*n_im - b_im*n_re);
-                AT(&total[N_DZ][l]) += b_re*(m*d_re + kd_re) + b_im*(m*d_im + kd_im);
-                AT(&total[DXX][l]) += m*(m - 1)*(c_re*re + c_im*im);
-                AT(&total[DXY][l]) += m*(m - 1)*(c_re*im - c_im*re);
-                AT(&total[DXZ][l]) += (m - 1)*(c_re*d_re + c_im*d_im);
-                AT(&total[DYZ][l]) += (m - 1)*(c_re*d_im - c_im*d_re);
-                AT(&total[DZZ][l]) += c_re*dd_re + c_im*dd_im;
+                sum[NN_PHI] += p_re*(m*(n_re + k_re) + kk_re) + p_im*(m*(n_im + k_im) + kk_im);
+                sum[N_DX] += m*(b_re*n_re + b_im*n_im);
+                sum[N_DY] += m*(b_re*n_im - b_im*n_re);
+                sum[N_DZ] += b_re*(m*d_re + kd_re) + b_im*(m*d_im + kd_im);
+                sum[DXX] += m*(m - 1)*(c_re*re + c_im*im);
+                sum[DXY] += m*(m - 1)*(c_re*im - c_im*re);
+                sum[DXZ] += (m - 1)*(c_re*d_re + c_im*d_im);
+                sum[DYZ] += (m - 1)*(c_re*d_im - c_im*d_re);
+                sum[DZZ] += c_re*dd_re + c_im*dd_im;
             }
         }
+        for (int s = 0; s < count; s++) AT(&total[s][l]) = sum[s];
+    }
     for (int s = 0; s < count; s++) sums[s] = total_of(total[s]);
 }
 
@@ -88,6 +91,92 @@ TARGET static void VARIANT(sum_second)(int blocks, int orders, const int32_t *fi
                                        double *sums)
 {
     VARIANT(sum_place)(SECOND_DERIVATIVES, blocks, orders, first, steps, q, sums);
+}
+
+struct VARIANT(order_sums) {
+    VECTOR re, im, k_re, k_im, d_re, d_im;
+};
+
+/* Adds to the sums of orders, of f, k f and the derivative by q_z for cos and sin, the products of a step with h. */
+TARGET INLINE void VARIANT(add_step)(const double (*step)[LANES], int l, VECTOR h, VECTOR k, struct VARIANT(order_sums) *s)
+{
+    const VECTOR f_re = h*READ(&step[F][l]), f_im = h*READ(&step[F + 1][l]);
+
+    s->re += f_re;
+    s->im += f_im;
+    s->k_re += k*f_re;
+    s->k_im += k*f_im;
+    s->d_re += h*READ(&step[DF][l]);
+    s->d_im += h*READ(&step[DF + 1][l]);
+}
+
+/* Adds orders m to the sums of a function; p are their powers of q_x + i q_y, b those of m - 1. */
+TARGET INLINE void VARIANT(add_orders)(const struct VARIANT(order_sums) *s, VECTOR m, const VECTOR p[2], const VECTOR b[2],
+                                       VECTOR *sum)
+{
+    sum[PHI] += p[0]*s->re + p[1]*s->im;
+    sum[N_PHI] += p[0]*(m*s->re + s->k_re) + p[1]*(m*s->im + s->k_im);
+    sum[DX] += m*(b[0]*s->re + b[1]*s->im);
+    sum[DY] += m*(b[0]*s->im - b[1]*s->re);
+    sum[DZ] += b[0]*s->d_re + b[1]*s->d_im;
+}
+
+/* Two functions at one place, the other with no more degrees and orders: recursion and powers serve both. Each has the
+   operations that sum_place has for it. */
+TARGET static void VARIANT(sum_two)(const struct function *one, const struct function *other, const double *q,
+                                    double (*sums)[FIRST_DERIVATIVES])
+{
+    const VECTOR zero = {0}, q_z = zero + q[2], minus_q_squared = zero - (q[0]*q[0] + q[1]*q[1] + q[2]*q[2]);
+    double power_re[LANES*MOST_BLOCKS + 3], power_im[LANES*MOST_BLOCKS + 3];
+    double total[2][FIRST_DERIVATIVES][LANES], order[LANES];
+
+    powers_of(q[0], q[1], one->blocks, power_re, power_im);
+    for (int l = 0; l < LANES; l++) order[l] = l;
+
+    for (int l = 0; l < LANES; l += WIDTH) {
+        VECTOR sum[2][FIRST_DERIVATIVES];
+        for (int s = 0; s < FIRST_DERIVATIVES; s++) sum[0][s] = sum[1][s] = zero;
+        for (int block = 0; block < one->blocks && LANES*block + l < one->orders; block++) {
+            const int m_first = LANES*block + l, both = m_first < other->orders;
+            const int count = one->first[block + 1] - one->first[block] - l;
+            const int other_count = both ? other->first[block + 1] - other->first[block] - l : 0;
+            steps_t step = &one->steps[one->first[block]], other_step = &other->steps[both ? other->first[block] : 0];
+            struct VARIANT(order_sums) s = {{0}}, o = {{0}};
+            VECTOR h = zero + 1, next = q_z, k = zero;
+            int i = 1;
+
+            VARIANT(add_step)(step[0], l, h, k, &s);
+            if (both) VARIANT(add_step)(other_step[0], l, h, k, &o);
+            for (; i < other_count; i++) {
+                const VECTOR after = q_z*next + minus_q_squared*READ(&step[i][BETA][l])*h;
+                h = next;
+                next = after;
+                k += 1;
+                VARIANT(add_step)(step[i], l, h, k, &s);
+                VARIANT(add_step)(other_step[i], l, h, k, &o);
+            }
+            for (; i < count; i++) {
+                const VECTOR after = q_z*next + minus_q_squared*READ(&step[i][BETA][l])*h;
+                h = next;
+                next = after;
+                k += 1;
+                VARIANT(add_step)(step[i], l, h, k, &s);
+            }
+            const VECTOR m = READ(&order[l]) + (double)(block*LANES);
+            const VECTOR p[2] = { READ(&power_re[2 + m_first]), READ(&power_im[2 + m_first]) };
+            const VECTOR b[2] = { READ(&power_re[1 + m_first]), READ(&power_im[1 + m_first]) };
+            VARIANT(add_orders)(&s, m, p, b, sum[0]);
+            if (both) VARIANT(add_orders)(&o, m, p, b, sum[1]);
+        }
+        for (int s = 0; s < FIRST_DERIVATIVES; s++) {
+            AT(&total[0][s][l]) = sum[0][s];
+            AT(&total[1][s][l]) = sum[1][s];
+        }
+    }
+    for (int s = 0; s < FIRST_DERIVATIVES; s++) {
+        sums[0][s] = total_of(total[0][s]);
+        sums[1][s] = total_of(total[1][s]);
+    }
 }
 
 /* At PLACES places, WIDTH of them side by side, order by order: each with the operations that sum_place has for it */
@@ -106,7 +195,7 @@ TARGET static void VARIANT(sum_places)(int orders, const int32_t *first, steps_t
             for (int l = 0; l < LANES; l++) total[s][l] = zero;
         for (int p = 0; p < WIDTH; p++) {
             double re[LANES + 3], im[LANES + 3];
-            powers_of(q_x[p], q_y[p], 1, LANES + 1, re, im);
+            powers_of(q_x[p], q_y[p], 1, re, im);
             for (int l = 0; l <= LANES; l++) {
                 power_re[l][p] = re[1 + l];
                 power_im[l][p] = im[1 + l];

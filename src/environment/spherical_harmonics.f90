@@ -31,7 +31,7 @@ module gracecg_environment_spherical_harmonics
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: MAX_DEGREE, harmonic_function_t, new_harmonic_function
+    public :: MAX_DEGREE, harmonic_function_t, new_harmonic_function, gradients_of_two
 
     ! The last three as in harmonic_sums.c
     integer, parameter :: MAX_DEGREE = 360  !! Highest degree of a function
@@ -69,6 +69,16 @@ module gracecg_environment_spherical_harmonics
             real(c_double), intent(in) :: steps(LANES, 0:6, *), q(3)
             real(c_double), intent(out) :: sums(FIRST_SUMS)
         end subroutine harmonic_sums_first
+
+        !> The first FIRST_SUMS sums of two functions at a place, with the same bits; the other has no more degrees and orders.
+        pure subroutine harmonic_sums_two(widest, blocks, orders, first, steps, other_blocks, other_orders, other_first, &
+                                          other_steps, q, sums) bind(c, name='gracecg_harmonic_sums_two')
+            import :: c_double, c_int32_t, FIRST_SUMS, LANES
+            integer(c_int32_t), intent(in), value :: widest, blocks, orders, other_blocks, other_orders
+            integer(c_int32_t), intent(in) :: first(*), other_first(*)
+            real(c_double), intent(in) :: steps(LANES, 0:6, *), other_steps(LANES, 0:6, *), q(3)
+            real(c_double), intent(out) :: sums(FIRST_SUMS, 2)
+        end subroutine harmonic_sums_two
 
         !> All sums at a place; the first ones with the same bits.
         pure subroutine harmonic_sums_second(widest, blocks, orders, first, steps, q, sums) &
@@ -198,6 +208,27 @@ contains
         call harmonic_sums_first(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
         g = gradient_of(self%radius, q, sums)
     end subroutine gradient
+
+    !> The gradients of two functions at a place other than the centre, with the bits of `gradient`. Where both have one
+    !> radius, and the other no more degrees and orders, one recursion serves both.
+    pure subroutine gradients_of_two(one, other, position, g, g_other)
+        type(harmonic_function_t), intent(in) :: one, other
+        real(dp), intent(in) :: position(3)             !! m
+        real(dp), intent(out) :: g(3), g_other(3)       !! 1/m
+
+        real(dp) :: q(3), sums(FIRST_SUMS, 2)
+
+        if (abs(one%radius - other%radius) > 0 .or. other%first(1) > one%first(1) .or. other%orders > one%orders) then
+            call one%gradient(position, g)
+            call other%gradient(position, g_other)
+            return
+        end if
+        q = inverted(one, position)
+        call harmonic_sums_two(one%widest, one%blocks, one%orders, one%first, one%steps, other%blocks, other%orders, &
+                               other%first, other%steps, q, sums)
+        g = gradient_of(one%radius, q, sums(:, 1))
+        g_other = gradient_of(one%radius, q, sums(:, 2))
+    end subroutine gradients_of_two
 
     !> Value, gradient and second derivatives at a place other than the centre, by one recursion. Value and gradient
     !> have the bits of `value` and `gradient`.

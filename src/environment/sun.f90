@@ -13,8 +13,9 @@ module gracecg_environment_sun
     !! Mean obliquity of the ecliptic at J2000 (IAU 1976), rad
 
     !> Angles of the Sun's motion, by place: mean anomaly; perturbations by Venus (two terms), Jupiter (two terms), the
-    !> Moon, and one inequality of long period
-    integer, parameter :: ANOMALY = 1, VENUS_1 = 2, VENUS_2 = 3, JUPITER_1 = 4, JUPITER_2 = 5, MOON = 6, LONG_PERIOD = 7
+    !> Moon, and one inequality of long period; mean longitude
+    integer, parameter :: ANOMALY = 1, VENUS_1 = 2, VENUS_2 = 3, JUPITER_1 = 4, JUPITER_2 = 5, MOON = 6, LONG_PERIOD = 7, &
+        LONGITUDE = 8
     real(dp), parameter :: PHASE(LANES) = [0.0_dp, 153.23_dp, 216.57_dp, 312.69_dp, 353.06_dp, 350.74_dp, 231.19_dp, 0.0_dp]
     !! Of the perturbations, whose time counts from 1900, degrees
     real(dp), parameter :: RATE(LANES) = [0.0_dp, 22518.7541_dp, 45037.5082_dp, 32964.3577_dp, 65928.7155_dp, 445267.1142_dp, &
@@ -36,13 +37,15 @@ contains
 
         real(dp), parameter :: NODE = 174.876_dp*DEGREE, ARCSECONDS = 1296000
         real(dp), dimension(LANES) :: turns, sine, cosine
-        real(dp) :: t, mean_longitude, eccentricity, centre, longitude_term, distance_term, latitude, distance, x, y, z
+        real(dp) :: t, eccentricity, centre, longitude_term, distance_term, latitude, distance, x, y, z
+        real(dp) :: true_anomaly(2), true_longitude(2), along_latitude(2)  ! [cosine, sine]
 
         t = julian_centuries_tt
-        turns = (PHASE + RATE*(t + 1))/360
+        turns = PHASE/360 + RATE/360*(t + 1)
         turns(ANOMALY) = (357.52911_dp + t*(35999.05029_dp - t*0.0001537_dp))/360
+        turns(LONGITUDE) = (280.46646_dp + t*(36000.76983_dp + t*0.0003032_dp))/360 - &
+                           t*(5029.0966_dp + t*1.11113_dp)/ARCSECONDS     ! from the equinox of J2000
         call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
-        mean_longitude = 280.46646_dp + t*(36000.76983_dp + t*0.0003032_dp)
         eccentricity = 0.016708634_dp - t*(0.000042037_dp + t*0.0000001267_dp)
         centre = (1.914602_dp - t*(0.004817_dp + t*0.000014_dp))*sine(ANOMALY) + &
                  (0.019993_dp - t*0.000101_dp)*(2*sine(ANOMALY)*cosine(ANOMALY)) + &
@@ -52,18 +55,34 @@ contains
         distance_term = 0.00000543_dp*sine(VENUS_1) + 0.00001575_dp*sine(VENUS_2) + 0.00001627_dp*sine(JUPITER_1) + &
                         0.00003076_dp*cosine(MOON) + 0.00000927_dp*sine(JUPITER_2)
 
-        ! true anomaly and longitude
-        turns(1) = turns(ANOMALY) + centre/360
-        turns(2) = (mean_longitude + centre + longitude_term)/360 - t*(5029.0966_dp + t*1.11113_dp)/ARCSECONDS
-        call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
-        latitude = 47.0029_dp*ARCSECOND*t*(sine(2)*cos(NODE) - cosine(2)*sin(NODE))
-        distance = ASTRONOMICAL_UNIT*(1.000001018_dp*(1 - eccentricity**2)/(1 + eccentricity*cosine(1)) + distance_term)
-        x = cos(latitude)*cosine(2)
-        y = cos(latitude)*sine(2)
-        z = sin(latitude)
+        true_anomaly = turned([cosine(ANOMALY), sine(ANOMALY)], centre*DEGREE)
+        true_longitude = turned([cosine(LONGITUDE), sine(LONGITUDE)], (centre + longitude_term)*DEGREE)
+        latitude = 47.0029_dp*ARCSECOND*t*(true_longitude(2)*cos(NODE) - true_longitude(1)*sin(NODE))
+        distance = ASTRONOMICAL_UNIT*(1.000001018_dp*(1 - eccentricity**2)/(1 + eccentricity*true_anomaly(1)) + distance_term)
+        along_latitude = turned([1.0_dp, 0.0_dp], latitude)
+        x = along_latitude(1)*true_longitude(1)
+        y = along_latitude(1)*true_longitude(2)
+        z = along_latitude(2)
         position = distance*[x, y*cos(OBLIQUITY_J2000) - z*sin(OBLIQUITY_J2000), &
                              y*sin(OBLIQUITY_J2000) + z*cos(OBLIQUITY_J2000)]
     end function sun_position
+
+    !> A direction turned by a small angle: sine and cosine to the eighth power, with an error of 1e-18 of 0.04 rad, which the
+    !> equation of the centre does not reach. (The latitude grows by 2.3e-4 a century.)
+    pure function turned(direction, angle) result(u)
+        real(dp), intent(in) :: direction(2)    ! [cosine, sine]
+        real(dp), intent(in) :: angle           ! rad
+        real(dp) :: u(2)
+
+        real(dp), parameter :: S3 = -1/6.0_dp, S5 = 1/120.0_dp, S7 = -1/5040.0_dp
+        real(dp), parameter :: C2 = -1/2.0_dp, C4 = 1/24.0_dp, C6 = -1/720.0_dp, C8 = 1/40320.0_dp
+        real(dp) :: c, s, z
+
+        z = angle**2
+        s = angle*(1 + z*(S3 + z*(S5 + z*S7)))
+        c = 1 + z*(C2 + z*(C4 + z*(C6 + z*C8)))
+        u = [direction(1)*c - direction(2)*s, direction(2)*c + direction(1)*s]
+    end function turned
 
     !> Eclipse factor of eq. (2-8): the part of the Sun's disc that a spherical Earth leaves free, seen from
     !> the satellite (O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4.2). It is 1 in
@@ -73,22 +92,28 @@ contains
         real(dp), intent(in) :: position(3)         !! Satellite, from the Earth's centre, m
         real(dp), intent(in) :: sun_position(3)     !! Sun, same axes, m
 
-        real(dp) :: to_sun(3), radius, sun_distance, sun_disc, earth_disc, separation
+        real(dp) :: to_sun(3), sun_distance_squared, radius_squared, along, sun_disc, earth_disc, separation
 
         to_sun = sun_position - position
-        radius = sqrt(dot_product(position, position))
-        sun_distance = sqrt(dot_product(to_sun, to_sun))
-        ! The Sun above the horizon, as most of the time: no angles are needed
-        sun_disc = SOLAR_RADIUS/sun_distance
-        earth_disc = min(1.0_dp, WGS84_SEMI_MAJOR_AXIS/radius)
-        if (-dot_product(position, to_sun) < radius*sun_distance*(sqrt((1 - sun_disc**2)*(1 - earth_disc**2)) - &
-                                                                  sun_disc*earth_disc)) then
-            illumination = 1
-            return
+        sun_distance_squared = dot_product(to_sun, to_sun)
+        radius_squared = dot_product(position, position)
+        along = dot_product(position, to_sun)
+        ! The Sun above the horizon, as most of the time: no angles are needed. With the sines of the discs' angles R/d and A/r,
+        ! -along < r d cos(sun_disc + earth_disc) = sqrt((d^2 - R^2) (r^2 - A^2)) - R A
+        if (radius_squared > WGS84_SEMI_MAJOR_AXIS**2) then
+            associate (beyond => SOLAR_RADIUS*WGS84_SEMI_MAJOR_AXIS - along)
+                if (beyond < 0 .or. beyond**2 < (sun_distance_squared - SOLAR_RADIUS**2)* &
+                    (radius_squared - WGS84_SEMI_MAJOR_AXIS**2)) then
+                    illumination = 1
+                    return
+                end if
+            end associate
         end if
+        sun_disc = SOLAR_RADIUS/sqrt(sun_distance_squared)
+        earth_disc = min(1.0_dp, WGS84_SEMI_MAJOR_AXIS/sqrt(radius_squared))
         sun_disc = asin(sun_disc)
         earth_disc = asin(earth_disc)
-        separation = atan2(norm2(cross(position, to_sun)), -dot_product(position, to_sun))
+        separation = atan2(norm2(cross(position, to_sun)), -along)
 
         if (separation >= sun_disc + earth_disc) then
             illumination = 1

@@ -96,6 +96,8 @@ contains
         class(density_wave_t), intent(in) :: self
         real(dp), intent(in) :: elapsed_seconds     !! Since the epoch, s
 
-        relative_change = self%amplitude*sin(TWO_PI*elapsed_seconds/self%period + self%phase)
+        relative_change = 0
+        if (abs(self%amplitude) > 0) &
+            relative_change = self%amplitude*sin(TWO_PI*elapsed_seconds/self%period + self%phase)
     end function relative_change
 end module gracecg_environment_thermosphere

@@ -14,6 +14,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_environment_geopotential, only: gravity_model_t
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
+    use gracecg_environment_gravity_and_field, only: evaluate_gravity_and_field
     use gracecg_environment_thermosphere, only: density_model_t, density_wave_t, atmosphere_point_t, &
         atmosphere_state_t
     use gracecg_environment_wind, only: wind_model_t
@@ -21,7 +22,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
-        earth_radiation_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
+        earth_flux_acceleration, air_on_surface, sunlight_on_surface, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_simulation_attitude_control, only: attitude_control_t
@@ -123,7 +124,7 @@ contains
 
         type(loads_t) :: acting
 
-        call self%loads(t, y, acting)
+        call add_loads(self, t, y, .true., acting)
         call self%rate_under(y, acting, dydt)
     end subroutine rate
 
@@ -199,7 +200,7 @@ contains
         logical, intent(in) :: with_torques
         type(loads_t), intent(inout) :: acting  !! As by default
 
-        real(dp) :: earth_from_inertial(3, 3), place(3), quaternion(4), fixed_position(3), radius, vector(3)
+        real(dp) :: earth_from_inertial(3, 3), place(3), quaternion(4), fixed_position(3), radius, gravity(3), field(3)
 
         place = y(POSITION)
         quaternion = y(ATTITUDE)
@@ -209,13 +210,18 @@ contains
         acting%body_from_inertial = rotation_matrix(quaternion/sqrt(dot_product(quaternion, quaternion)))
         acting%vertical = transformed(acting%body_from_inertial, place/radius)
 
-        if (allocated(self%gravity)) then
-            call self%gravity%acceleration(fixed_position, vector)
-            acting%gravity = transformed_back(earth_from_inertial, vector)
+        gravity = 0
+        field = 0
+        if (allocated(self%gravity) .and. with_torques .and. allocated(self%field)) then
+            call evaluate_gravity_and_field(self%gravity, self%field, fixed_position, gravity, field)
+        else if (allocated(self%gravity)) then
+            call self%gravity%acceleration(fixed_position, gravity)
+        else if (with_torques .and. allocated(self%field)) then
+            call self%field%evaluate(fixed_position, field)
         end if
+        acting%gravity = transformed_back(earth_from_inertial, gravity)
         if (with_torques .and. allocated(self%field)) then
-            call self%field%evaluate(fixed_position, vector)
-            acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, vector))
+            acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, field))
             if (self%with_rods .and. self%control%acts) &
                 call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)
             if (self%with_rods) &
@@ -254,16 +260,14 @@ contains
         place = y(POSITION)
         velocity_in_air = y(VELOCITY) - air_velocity(self, place, point)
         velocity_in_air = transformed(acting%body_from_inertial, velocity_in_air)
-        if (.not. self%forces_by_plates) then
-            acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, &
-                                            air%density, velocity_in_air)
-            if (.not. with_torques) return
+        if (.not. (with_torques .or. self%forces_by_plates)) then
+            acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, air%density, velocity_in_air)
+            return
         end if
         ! molecular oxygen, below 1 % of the mass above 300 km, is left out of the mean molar mass
-        load = aerodynamic_load(self%surface, self%centre_of_mass, &
-                                gas_t(air%density, air%temperature, &
-                                      mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
-                                self%wall, velocity_in_air)
+        call air_on_surface(self%surface, self%centre_of_mass, &
+                            gas_t(air%density, air%temperature, mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
+                            self%wall, velocity_in_air, self%mass, self%drag_coefficient, load, acting%drag)
         if (self%forces_by_plates) acting%drag = load%force/self%mass
         if (with_torques) acting%torque_aero = load%torque
     end subroutine air_loads
@@ -303,7 +307,7 @@ contains
 
         type(earth_irradiance_t) :: earthlight
         type(surface_load_t) :: load
-        real(dp) :: place(3), sun(3), to_sun(3), illumination
+        real(dp) :: place(3), sun(3), to_sun(3), illumination, day, flux(3)
 
         place = y(POSITION)
         sun = sun_position(self%julian_centuries_tt + t/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
@@ -311,26 +315,25 @@ contains
             illumination = conical_shadow(place, sun)
             to_sun = transformed(acting%body_from_inertial, sun - place)
             if (with_torques .or. self%forces_by_plates) then
-                load = solar_radiation_load(self%surface, self%centre_of_mass, self%solar_irradiance, &
-                                            illumination, to_sun)
-            end if
-            if (with_torques) acting%torque_solar = load%torque
-            if (self%forces_by_plates) then
-                acting%srp = load%force/self%mass
+                call sunlight_on_surface(self%surface, self%centre_of_mass, self%solar_irradiance, illumination, to_sun, &
+                                         self%mass, self%reflectivity_sun, load, acting%srp)
+                if (self%forces_by_plates) acting%srp = load%force/self%mass
+                if (with_torques) acting%torque_solar = load%torque
             else
                 acting%srp = solar_radiation_acceleration(self%surface, self%mass, self%reflectivity_sun, &
                                                           self%solar_irradiance, illumination, to_sun)
             end if
         end if
         if (self%with_earth_radiation) then
-            call self%earth_radiation%irradiance_at(place, sun, &
-                                                    self%earth_radiation_day + t/SECONDS_PER_DAY, earthlight)
+            day = self%earth_radiation_day + t/SECONDS_PER_DAY
             if (self%forces_by_plates) then
+                call self%earth_radiation%irradiance_at(place, sun, day, earthlight)
                 load = earth_radiation_load(self%surface, self%centre_of_mass, acting%body_from_inertial, earthlight)
                 acting%erp = load%force/self%mass
             else
-                acting%erp = earth_radiation_acceleration(self%surface, self%mass, self%reflectivity_earth, &
-                                                          acting%body_from_inertial, acting%vertical, earthlight)
+                call self%earth_radiation%flux_at(place, sun, day, flux)
+                acting%erp = earth_flux_acceleration(self%surface, self%mass, self%reflectivity_earth, &
+                                                     acting%body_from_inertial, acting%vertical, flux)
             end if
         end if
     end subroutine radiation_loads

@@ -1,5 +1,6 @@
 !> A satellite's outside as flat plates.
 module gracecg_spacecraft_plates
+    use, intrinsic :: iso_c_binding, only: c_double
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
@@ -8,19 +9,19 @@ module gracecg_spacecraft_plates
     private
     public :: plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area, MAX_PLATES
 
-    !> Greatest number of plates of a surface
+    !> Greatest number of plates of a surface (as in plate_loads.c, a multiple of the numbers of a vector)
     integer, parameter :: MAX_PLATES = 32
     real(dp), parameter :: UNIT_TOLERANCE = 1e-9_dp     !! Of the length of a normal
     real(dp), parameter :: CLOSURE_TOLERANCE = 1e-6_dp
     !! Of the sum of normal times area, relative to the total area
 
-    type :: plate_t
+    type, bind(c) :: plate_t
         !! One flat side of the satellite; body axes
-        real(dp) :: normal(3) = 0       !! n, unit vector outwards
-        real(dp) :: area = 0            !! S, m^2
-        real(dp) :: centre(3) = 0       !! Centroid, from the origin of the surface's own frame, m
-        real(dp) :: specular = 0        !! Part of the light that is reflected as by a mirror
-        real(dp) :: diffuse = 0         !! Part that is scattered after Lambert, the rest absorbed
+        real(c_double) :: normal(3) = 0     !! n, unit vector outwards
+        real(c_double) :: area = 0          !! S, m^2
+        real(c_double) :: centre(3) = 0     !! Centroid, from the origin of the surface's own frame, m
+        real(c_double) :: specular = 0      !! Part of the light that is reflected as by a mirror
+        real(c_double) :: diffuse = 0       !! Part that is scattered after Lambert, the rest absorbed
     end type plate_t
 
     type :: satellite_surface_t

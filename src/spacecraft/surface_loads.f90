@@ -6,18 +6,22 @@
 !> centre of mass, with each plate's force at its centroid. The body is convex: no plate shades
 !> another.
 module gracecg_spacecraft_surface_loads
+    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_base_constants, only: SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_base_lanes, only: LANES, WIDEST
     use gracecg_base_error, only: error_t, fail_out_of_range
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
-    use gracecg_spacecraft_plates, only: satellite_surface_t, projected_area
-    use gracecg_base_vectors, only: cross, transformed
+    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, projected_area
+    use gracecg_base_vectors, only: transformed
     implicit none
     private
     public :: drag_acceleration, solar_radiation_acceleration, earth_radiation_acceleration
     public :: gas_t, wall_t, surface_load_t, validate_wall, mean_molar_mass
     public :: free_molecular_traction
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
+    public :: air_on_surface, sunlight_on_surface, earth_flux_acceleration
+    public :: flow_t, light_t, plate_sums_t, plates_in_air, plates_in_light
 
     real(dp), parameter :: GAS_CONSTANT = 8.31446261815324_dp
     !! J/(mol K), exact (SI 2019)
@@ -38,17 +42,60 @@ module gracecg_spacecraft_surface_loads
     end type wall_t
 
     !> A gas that flows past walls.
-    type :: flow_t
-        real(dp) :: density = 0         ! kg/m^3
-        real(dp) :: thermal_speed = 0   ! c, m/s
-        real(dp) :: leaving_speed = 0   ! c_r, m/s
+    type, bind(c) :: flow_t
+        real(c_double) :: velocity(3) = 0       !! Of the satellite relative to the air, body axes, m/s
+        real(c_double) :: density = 0           !! rho, kg/m^3
+        real(c_double) :: thermal_speed = 0     !! c, m/s
+        real(c_double) :: leaving_speed = 0     !! c_r, m/s
     end type flow_t
+
+    !> Light of one direction.
+    type, bind(c) :: light_t
+        real(c_double) :: to_source(3) = 0      !! u, unit vector, body axes
+        real(c_double) :: pressure = 0          !! P, N/m^2
+    end type light_t
+
+    !> Sums over plates.
+    type, bind(c) :: plate_sums_t
+        real(c_double) :: force(3) = 0          !! Body axes, N
+        real(c_double) :: torque(3) = 0         !! About the centre of mass, body axes, N m
+        real(c_double) :: projected_area = 0    !! That of `projected_area`, of the velocity or the direction to the light
+    end type plate_sums_t
 
     !> What acts on the whole surface.
     type :: surface_load_t
         real(dp) :: force(3)        !! Body axes, N
         real(dp) :: torque(3)       !! About the centre of mass, body axes, N m
     end type surface_load_t
+
+    ! The sums over the plates, those side by side in vectors: plate_loads.c
+    interface
+        !> Air: see `free_molecular_traction`.
+        pure subroutine plates_in_air(widest, count, plates, centre_of_mass, flow, sums) bind(c, name='gracecg_plates_in_air')
+            import :: c_double, c_int32_t, plate_t, flow_t, plate_sums_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: count      !! Of the plates that exist
+            type(plate_t), intent(in) :: plates(*)              !! A multiple of LANES in memory
+            real(c_double), intent(in) :: centre_of_mass(3)     !! In the frame of the plates' centres, m
+            type(flow_t), intent(in) :: flow
+            type(plate_sums_t), intent(out) :: sums
+        end subroutine plates_in_air
+
+        !> Light on plates that mirror (rho_s), scatter after Lambert (rho_d) and absorb:
+        !> -P A cos(theta) [(1 - rho_s) u + 2 (rho_s cos(theta) + rho_d/3) n] on each plate
+        !> that faces the source (e.g. O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4,
+        !> with the diffuse part).
+        pure subroutine plates_in_light(widest, count, plates, centre_of_mass, light, sums) &
+            bind(c, name='gracecg_plates_in_light')
+            import :: c_double, c_int32_t, plate_t, light_t, plate_sums_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: count      !! Of the plates that exist
+            type(plate_t), intent(in) :: plates(*)              !! A multiple of LANES in memory
+            real(c_double), intent(in) :: centre_of_mass(3)     !! In the frame of the plates' centres, m
+            type(light_t), intent(in) :: light
+            type(plate_sums_t), intent(out) :: sums
+        end subroutine plates_in_light
+    end interface
 
 contains
 
@@ -62,10 +109,17 @@ contains
         real(dp), intent(in) :: velocity(3)         !! v_r, relative to the air, body axes, m/s
         real(dp) :: acceleration(3)
 
-        ! v_r A_d(v_r/v_r) = A_d(v_r): the projected area of a vector scales with its length
-        acceleration = -0.5_dp*drag_coefficient*density/mass* &
-                       projected_area(surface, velocity)*velocity
+        acceleration = drag_of(projected_area(surface, velocity), mass, drag_coefficient, density, velocity)
     end function drag_acceleration
+
+    !> The same of a projected area: v_r A_d(v_r/v_r) = A_d(v_r), that of a vector scales with its length.
+    pure function drag_of(projected_area, mass, drag_coefficient, density, velocity) result(acceleration)
+        real(dp), intent(in) :: projected_area      ! Of the velocity, m^3/s
+        real(dp), intent(in) :: mass, drag_coefficient, density, velocity(3)
+        real(dp) :: acceleration(3)
+
+        acceleration = -0.5_dp*drag_coefficient*density/mass*projected_area*velocity
+    end function drag_of
 
     !> Pressure of sunlight, CSR-TM-00-01 eqs. (2-8), (2-9), at the true distance, body axes, m/s^2.
     pure function solar_radiation_acceleration(surface, mass, reflectivity, irradiance_1au, &
@@ -78,12 +132,21 @@ contains
         real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
         real(dp) :: acceleration(3)
 
-        real(dp) :: direction(3), irradiance
+        type(light_t) :: light
 
-        call sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)
-        acceleration = -irradiance/SPEED_OF_LIGHT*(1 + reflectivity)/mass* &
-                       projected_area(surface, direction)*direction
+        light = sunlight(irradiance_1au, illumination, to_sun)
+        acceleration = light_pressure_of(projected_area(surface, light%to_source), mass, reflectivity, light)
     end function solar_radiation_acceleration
+
+    !> The same of a projected area.
+    pure function light_pressure_of(projected_area, mass, reflectivity, light) result(acceleration)
+        real(dp), intent(in) :: projected_area      ! Of the direction to the Sun, m^2
+        real(dp), intent(in) :: mass, reflectivity
+        type(light_t), intent(in) :: light
+        real(dp) :: acceleration(3)
+
+        acceleration = -light%pressure*(1 + reflectivity)/mass*projected_area*light%to_source
+    end function light_pressure_of
 
     !> Pressure of the Earth's light, CSR-TM-00-01 eq. (2-10), body axes, m/s^2. As there, the
     !> satellite has one cross-section A_e for all segments: that of (2-15) towards the Earth's centre.
@@ -105,9 +168,22 @@ contains
         do j = 1, radiation%count
             flux = flux + radiation%irradiance(j)*radiation%direction(:, j)
         end do
+        acceleration = earth_flux_acceleration(surface, mass, reflectivity, body_from_inertial, vertical, flux)
+    end function earth_radiation_acceleration
+
+    !> The same, given the sum over the segments: `flux_at` of the Earth's radiation.
+    pure function earth_flux_acceleration(surface, mass, reflectivity, body_from_inertial, vertical, flux) result(acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: mass                        !! m_S, kg
+        real(dp), intent(in) :: reflectivity                !! eta_e
+        real(dp), intent(in) :: body_from_inertial(3, 3)    !! Rotation matrix, eq. (2-29)
+        real(dp), intent(in) :: vertical(3)                 !! Unit vector upwards, body axes
+        real(dp), intent(in) :: flux(3)                     !! Away from the Earth, inertial axes, W/m^2
+        real(dp) :: acceleration(3)
+
         acceleration = (1 + reflectivity)/(mass*SPEED_OF_LIGHT)*projected_area(surface, -vertical)* &
                        transformed(body_from_inertial, flux)
-    end function earth_radiation_acceleration
+    end function earth_flux_acceleration
 
     !> Mean molar mass of a mixture of helium, atomic oxygen and molecular nitrogen, kg/mol.
     pure real(dp) function mean_molar_mass(number_density)
@@ -141,22 +217,30 @@ contains
         real(dp), intent(in) :: velocity(3)         !! Relative to the air, body axes, m/s
         type(surface_load_t) :: load
 
-        type(flow_t) :: flow
-        real(dp) :: force(3), torque(3), on_plate(3)
-        integer :: i
+        type(plate_sums_t) :: sums
 
-        force = 0
-        torque = 0
-        flow = flow_of(gas, wall, velocity)
-        do i = 1, surface%count
-            associate (plate => surface%plates(i))
-                on_plate = plate%area*traction_in(flow, velocity, plate%normal)
-                force = force + on_plate
-                torque = torque + cross(plate%centre - centre_of_mass, on_plate)
-            end associate
-        end do
-        load = surface_load_t(force, torque)
+        call plates_in_air(WIDEST, surface%count, surface%plates, centre_of_mass, flow_of(gas, wall, velocity), sums)
+        load = surface_load_t(sums%force, sums%torque)
     end function aerodynamic_load
+
+    !> The same, and the acceleration of `drag_acceleration`, by one look at the plates.
+    pure subroutine air_on_surface(surface, centre_of_mass, gas, wall, velocity, mass, drag_coefficient, load, acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        type(gas_t), intent(in) :: gas
+        type(wall_t), intent(in) :: wall
+        real(dp), intent(in) :: velocity(3)         !! Relative to the air, body axes, m/s
+        real(dp), intent(in) :: mass                !! kg
+        real(dp), intent(in) :: drag_coefficient    !! C_d
+        type(surface_load_t), intent(out) :: load
+        real(dp), intent(out) :: acceleration(3)    !! Of (2-6), body axes, m/s^2
+
+        type(plate_sums_t) :: sums
+
+        call plates_in_air(WIDEST, surface%count, surface%plates, centre_of_mass, flow_of(gas, wall, velocity), sums)
+        load = surface_load_t(sums%force, sums%torque)
+        acceleration = drag_of(sums%projected_area, mass, drag_coefficient, gas%density, velocity)
+    end subroutine air_on_surface
 
     !> Force per area, N/m^2, on a surface element in free-molecular flow: L. H. Sentman, Lockheed
     !> LMSC-448514, 1961, with diffuse re-emission at a temperature set by the energy
@@ -175,7 +259,12 @@ contains
         real(dp), intent(in) :: normal(3)       !! Unit vector outwards, same axes
         real(dp) :: traction(3)
 
-        traction = traction_in(flow_of(gas, wall, velocity), velocity, normal)
+        type(plate_t) :: element(LANES)
+        type(plate_sums_t) :: sums
+
+        element(1) = plate_t(normal=normal, area=1)
+        call plates_in_air(WIDEST, 1, element, element(1)%centre, flow_of(gas, wall, velocity), sums)
+        traction = sums%force
     end function free_molecular_traction
 
     !> What all elements of a surface have in common there.
@@ -185,28 +274,12 @@ contains
         real(dp), intent(in) :: velocity(3)     ! m/s
         type(flow_t) :: flow
 
+        flow%velocity = velocity
         flow%density = gas%density
         flow%thermal_speed = sqrt(2*GAS_CONSTANT*gas%temperature/gas%molar_mass)
         flow%leaving_speed = sqrt((1 - wall%accommodation)*dot_product(velocity, velocity)/2 + &
                                   2*wall%accommodation*GAS_CONSTANT*wall%temperature/gas%molar_mass)
     end function flow_of
-
-    !> The traction of free_molecular_traction.
-    pure function traction_in(flow, velocity, normal) result(traction)
-        type(flow_t), intent(in) :: flow
-        real(dp), intent(in) :: velocity(3), normal(3)
-        real(dp) :: traction(3)                 ! N/m^2
-
-        real(dp), parameter :: ROOT_PI = sqrt(PI)
-        real(dp) :: speed_ratio, mass_flux, pressure, one_plus_erf
-
-        speed_ratio = dot_product(normal, velocity)/flow%thermal_speed
-        one_plus_erf = erfc(-speed_ratio)
-        mass_flux = flow%density*flow%thermal_speed/2* &
-                    (exp(-speed_ratio**2)/ROOT_PI + speed_ratio*one_plus_erf)
-        pressure = flow%density*flow%thermal_speed**2*one_plus_erf/4 + ROOT_PI/2*flow%leaving_speed*mass_flux
-        traction = -mass_flux*velocity - pressure*normal
-    end function traction_in
 
     !> Force of sunlight on each plate, and the torque, eq. (2-24).
     pure function solar_radiation_load(surface, centre_of_mass, irradiance_1au, illumination, &
@@ -218,12 +291,34 @@ contains
         real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
         type(surface_load_t) :: load
 
-        real(dp) :: direction(3), irradiance
+        type(plate_sums_t) :: sums
 
-        call sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)
-        load = surface_load_t(0, 0)
-        call add_light(load, surface, centre_of_mass, direction, irradiance)
+        call plates_in_light(WIDEST, surface%count, surface%plates, centre_of_mass, &
+                             sunlight(irradiance_1au, illumination, to_sun), sums)
+        load = surface_load_t(sums%force, sums%torque)
     end function solar_radiation_load
+
+    !> The same, and the acceleration of `solar_radiation_acceleration`, by one look at the plates.
+    pure subroutine sunlight_on_surface(surface, centre_of_mass, irradiance_1au, illumination, to_sun, mass, reflectivity, &
+                                        load, acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        real(dp), intent(in) :: irradiance_1au      !! Sunlight at 1 au, W/m^2
+        real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
+        real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
+        real(dp), intent(in) :: mass                !! kg
+        real(dp), intent(in) :: reflectivity        !! eta
+        type(surface_load_t), intent(out) :: load
+        real(dp), intent(out) :: acceleration(3)    !! Of (2-8), body axes, m/s^2
+
+        type(light_t) :: light
+        type(plate_sums_t) :: sums
+
+        light = sunlight(irradiance_1au, illumination, to_sun)
+        call plates_in_light(WIDEST, surface%count, surface%plates, centre_of_mass, light, sums)
+        load = surface_load_t(sums%force, sums%torque)
+        acceleration = light_pressure_of(sums%projected_area, mass, reflectivity, light)
+    end subroutine sunlight_on_surface
 
     !> Force of the Earth's reflected and emitted light on each plate, and the torque. The plates'
     !> reflectivities are taken to be the same for sunlight and heat.
@@ -235,60 +330,30 @@ contains
         type(earth_irradiance_t), intent(in) :: radiation   !! At the satellite
         type(surface_load_t) :: load
 
+        type(plate_sums_t) :: sums
         integer :: j
 
         load = surface_load_t(0, 0)
         do j = 1, radiation%count
-            call add_light(load, surface, centre_of_mass, &
-                           -transformed(body_from_inertial, radiation%direction(:, j)), &
-                           radiation%irradiance(j))
+            call plates_in_light(WIDEST, surface%count, surface%plates, centre_of_mass, &
+                                 light_t(-transformed(body_from_inertial, radiation%direction(:, j)), &
+                                         radiation%irradiance(j)/SPEED_OF_LIGHT), sums)
+            load%force = load%force + sums%force
+            load%torque = load%torque + sums%torque
         end do
     end function earth_radiation_load
 
-    !> Light from one direction on plates that mirror (rho_s), scatter after Lambert (rho_d) and
-    !> absorb: -P A cos(theta) [(1 - rho_s) u + 2 (rho_s cos(theta) + rho_d/3) n] on each plate
-    !> that faces the source (e.g. O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4,
-    !> with the diffuse part).
-    pure subroutine add_light(load, surface, centre_of_mass, to_source, irradiance)
-        type(surface_load_t), intent(inout) :: load
-        type(satellite_surface_t), intent(in) :: surface
-        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
-        real(dp), intent(in) :: to_source(3)        !! u, unit vector, body axes
-        real(dp), intent(in) :: irradiance          !! P c, W/m^2
-
-        real(dp) :: cosine, force(3), torque(3), on_plate(3)
-        integer :: i
-
-        force = 0
-        torque = 0
-        do i = 1, surface%count
-            associate (plate => surface%plates(i))
-                cosine = dot_product(plate%normal, to_source)
-                if (cosine > 0) then
-                    on_plate = -irradiance/SPEED_OF_LIGHT*plate%area*cosine* &
-                               ((1 - plate%specular)*to_source + &
-                                2*(plate%specular*cosine + plate%diffuse/3)*plate%normal)
-                    force = force + on_plate
-                    torque = torque + cross(plate%centre - centre_of_mass, on_plate)
-                end if
-            end associate
-        end do
-        load%force = load%force + force
-        load%torque = load%torque + torque
-    end subroutine add_light
-
-    !> Direction and irradiance of sunlight at the satellite.
-    pure subroutine sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)
-        real(dp), intent(in) :: irradiance_1au      !! W/m^2
-        real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
-        real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, m
-        real(dp), intent(out) :: direction(3)       !! Unit vector to the Sun
-        real(dp), intent(out) :: irradiance         !! W/m^2
+    !> Direction and pressure of sunlight at the satellite.
+    pure function sunlight(irradiance_1au, illumination, to_sun) result(light)
+        real(dp), intent(in) :: irradiance_1au      ! W/m^2
+        real(dp), intent(in) :: illumination        ! Eclipse factor nu, 0 to 1
+        real(dp), intent(in) :: to_sun(3)           ! From satellite to Sun, m
+        type(light_t) :: light
 
         real(dp) :: distance
 
         distance = sqrt(dot_product(to_sun, to_sun))
-        direction = to_sun/distance
-        irradiance = illumination*irradiance_1au*(ASTRONOMICAL_UNIT/distance)**2
-    end subroutine sunlight
+        light%to_source = to_sun/distance
+        light%pressure = illumination*irradiance_1au*(ASTRONOMICAL_UNIT/distance)**2/SPEED_OF_LIGHT
+    end function sunlight
 end module gracecg_spacecraft_surface_loads

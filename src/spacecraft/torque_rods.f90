@@ -278,8 +278,8 @@ contains
         real(dp), intent(in) :: time        !! s
         real(dp) :: along(3)
 
-        real(dp) :: t, measured(3)
-        integer :: i
+        real(dp) :: t, measured(3), value
+        integer :: i, last
 
         along = 0
         if (has_moments(self%measured)) then
@@ -289,14 +289,33 @@ contains
             end do
             return
         end if
+        last = 0
         do i = 1, self%count
             associate (a => self%activations(i))
                 t = time - self%delay(a%axis)
                 if (.not. (t >= a%start .and. t <= a%stop)) cycle
-                along(a%axis) = along(a%axis) + self%gain(a%axis)*(a%amplitude*waveform_value(a, t))
+                if (.not. move_alike(self, last, i)) value = waveform_value(a, t)
+                last = i
+                along(a%axis) = along(a%axis) + self%gain(a%axis)*(a%amplitude*value)
             end associate
         end do
     end function rod_moments
+
+    !> Do two activations have one waveform at all times, but for the amplitude, as those of a manoeuvre's rods mostly have?
+    !> None has that of number 0.
+    pure logical function move_alike(self, first, second)
+        type(torque_rods_t), intent(in) :: self
+        integer, intent(in) :: first, second
+
+        move_alike = .false.
+        if (first == 0) return
+        associate (a => self%activations(first), b => self%activations(second))
+            move_alike = a%waveform == b%waveform .and. abs(a%frequency - b%frequency) <= 0 .and. &
+                         abs(a%phase - b%phase) <= 0 .and. abs(a%start - b%start) <= 0 .and. abs(a%stop - b%stop) <= 0 .and. &
+                         abs(a%taper - b%taper) <= 0 .and. abs(a%rise_time - b%rise_time) <= 0 .and. &
+                         abs(self%delay(a%axis) - self%delay(b%axis)) <= 0
+        end associate
+    end function move_alike
 
     !> Takes moments that were measured in place of those commanded. They have the rods' gain and delay in them,
     !> which lie between command and moment: these become 1 and 0. The rods' directions stay.

@@ -6,7 +6,7 @@ module test_lanes
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES, POLES, LEFT_OUT, PREDICTED, USED, lanes_of, lanes_whiten, lanes_filter, &
-        lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, lanes_sines_cosines
+        lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, lanes_sines_cosines, lanes_exponentials
     use gracecg_base_random, only: random_stream_t, new_stream
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -30,7 +30,8 @@ contains
                     new_unittest('carried-columns', test_carry), &
                     new_unittest('combinations-of-columns', test_combine), &
                     new_unittest('reflection-of-rows', test_reflect), &
-                    new_unittest('sines-and-cosines', test_sines)]
+                    new_unittest('sines-and-cosines', test_sines), &
+                    new_unittest('exponentials', test_exponentials)]
     end subroutine collect_lanes
 
     !> Normal random numbers, the same for the same place in a test.
@@ -365,4 +366,27 @@ contains
         if (allocated(error)) return
         call check(error, sines(10, 1), TWO_PI*1e-9_dp, thr=1e-23_dp)
     end subroutine test_sines
+
+    !> Against the compiler's, beyond the ends of its range too.
+    subroutine test_exponentials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: MANY = 4096
+        real(dp) :: x(MANY), y(MANY, size(WIDTHS)), expected(MANY)
+        integer :: width
+
+        x = 30*numbers(MANY, 1)
+        x(:8) = [0.0_dp, 1.0_dp, -1.0_dp, 1e-18_dp, -708.0_dp, 709.0_dp, -1e300_dp, 1e300_dp]
+        x(9) = ieee_value(x(9), ieee_quiet_nan)
+        expected = exp(min(709.0_dp, max(-708.0_dp, x)))
+        do width = 1, size(WIDTHS)
+            call lanes_exponentials(WIDTHS(width), MANY, x, y(:, width))
+            call check(error, ieee_is_nan(y(9, width)))
+            if (allocated(error)) return
+            y(9, width) = expected(9)
+            call check(error, all(abs(y(:, width) - y(:, 1)) <= 0), 'the bits depend on the width')
+            if (allocated(error)) return
+        end do
+        call check(error, abs(y(1, 1) - 1) <= 0 .and. all(abs(y(:, 1) - expected) <= 2*epsilon(1.0_dp)*expected))
+    end subroutine test_exponentials
 end module test_lanes

@@ -28,6 +28,7 @@ contains
                     new_unittest('centres-that-halve-the-area', test_half_area), &
                     new_unittest('albedo-and-emissivity', test_zonal_values), &
                     new_unittest('seasons', test_seasons), &
+                    new_unittest('flux-is-the-sum', test_flux), &
                     new_unittest('convergence-with-rings', test_convergence), &
                     new_unittest('rotation-about-axis', test_rotation), &
                     new_unittest('night-side', test_night), &
@@ -150,6 +151,32 @@ contains
         call new_earth_radiation(model, 'report', standard_rings(2), E_S, failure, 'nowhere')
         call check_fails(error, message_of(failure), [character(20) :: 'nowhere', 'mid-angle'])
     end subroutine test_half_area
+
+    !> The flux is the sum over the segments, of any rings and either kind of centres, over day and night.
+    subroutine test_flux(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SUN(3) = ASTRONOMICAL_UNIT*[0.6_dp, -0.48_dp, 0.64_dp]
+        type(earth_radiation_t) :: model
+        type(earth_irradiance_t) :: radiation
+        type(error_t), allocatable :: failure
+        real(dp) :: flux(3), expected(3), place(3)
+        integer :: rings, i, j
+
+        do rings = 0, 7
+            do i = 1, size(SEGMENT_CENTRES)
+                call new_earth_radiation(model, 'report', standard_rings(rings), E_S, failure, trim(SEGMENT_CENTRES(i)))
+                do j = 0, 6
+                    place = LOW*[cos(0.9_dp*j)*sin(0.5_dp*j), sin(0.9_dp*j)*sin(0.5_dp*j), cos(0.5_dp*j)]
+                    call model%irradiance_at(place, SUN, 100.0_dp, radiation)
+                    expected = matmul(radiation%direction(:, :radiation%count), radiation%irradiance(:radiation%count))
+                    call model%flux_at(place, SUN, 100.0_dp, flux)
+                    call check(error, maxval(abs(flux - expected)) <= 1e-14_dp*norm2(expected))
+                    if (allocated(error)) return
+                end do
+            end do
+        end do
+    end subroutine test_flux
 
     !> All segments together fill the Earth's disc: 2 pi (1 - cos zeta_m).
     subroutine test_solid_angles(error)

@@ -7,7 +7,9 @@ module test_geopotential
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc
-    use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function
+    use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function, gradients_of_two
+    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
+    use gracecg_environment_gravity_and_field, only: evaluate_gravity_and_field
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -43,6 +45,8 @@ contains
                     new_unittest('all-derivatives-have-the-bits-of-each', test_all_derivatives), &
                     new_unittest('many-places-have-the-bits-of-each', test_many_places), &
                     new_unittest('vectors-of-any-width-give-the-same-bits', test_vectors), &
+                    new_unittest('two-functions-have-the-bits-of-each', test_two), &
+                    new_unittest('gravity-and-field-together', test_gravity_and_field), &
                     new_unittest('no-number-in-no-number-out', test_no_number), &
                     new_unittest('poles-are-ordinary-places', test_poles), &
                     new_unittest('turned-coefficients-turn-the-field', test_rotation), &
@@ -346,6 +350,60 @@ contains
             values = [u, g, tensor, many_g, many_u]
         end subroutine evaluate
     end subroutine test_vectors
+
+    !> By vectors of any width, the other with fewer, as many, or more degrees and orders, or of another radius.
+    subroutine test_two(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 45, DEGREES(6) = [0, 3, 10, 37, 44, 45], ORDERS(6) = [0, 3, 10, 9, 44, 20]
+        type(harmonic_function_t) :: one, other
+        real(dp), dimension(0:N, 0:N) :: c, s
+        real(dp) :: g(3, 2), expected(3, 2)
+        integer :: i, k, width
+
+        call lively_coefficients(c, s)
+        do k = 1, size(DEGREES)
+            do width = 1, 3
+                one = new_harmonic_function(6.4e6_dp, 6e7_dp, c(:44, :20), s(:44, :20))
+                other = new_harmonic_function(6.4e6_dp + merge(1.0_dp, 0.0_dp, k == 1), 5e3_dp, &
+                                              s(:DEGREES(k), :ORDERS(k)), c(:DEGREES(k), :ORDERS(k)))
+                call one%limit_vectors(2**width)
+                call other%limit_vectors(2**width)
+                do i = 1, size(PLACES, 2)
+                    call one%gradient(PLACES(:, i), expected(:, 1))
+                    call other%gradient(PLACES(:, i), expected(:, 2))
+                    call gradients_of_two(one, other, PLACES(:, i), g(:, 1), g(:, 2))
+                    call check(error, all(same([g(:, 1), g(:, 2)], [expected(:, 1), expected(:, 2)])), 'other bits')
+                    if (allocated(error)) return
+                end do
+            end do
+        end do
+    end subroutine test_two
+
+    !> Of harmonics and of a point mass: what the models give alone.
+    subroutine test_gravity_and_field(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: gravity
+        type(point_mass_gravity_t) :: point
+        type(igrf_t) :: field
+        type(error_t), allocatable :: failure
+        real(dp) :: a(3), b(3), expected_a(3), expected_b(3)
+        integer :: i
+
+        call make_egm96(20, 20, gravity, error)
+        if (allocated(error)) return
+        call igrf('igrf95', 1989.0_dp, field, failure)
+        do i = 1, size(PLACES, 2)
+            call field%evaluate(PLACES(:, i), expected_b)
+            call evaluate_gravity_and_field(gravity, field, PLACES(:, i), a, b)
+            call gravity%acceleration(PLACES(:, i), expected_a)
+            call check(error, all(same([a, b], [expected_a, expected_b])), 'other bits')
+            if (allocated(error)) return
+            call evaluate_gravity_and_field(point, field, PLACES(:, i), a, b)
+            call point%acceleration(PLACES(:, i), expected_a)
+            call check(error, all(same([a, b], [expected_a, expected_b])), 'other bits')
+            if (allocated(error)) return
+        end do
+    end subroutine test_gravity_and_field
 
     !> A place that is not a number gives none, and leaves its neighbours alone; beyond all distances there is nothing.
     subroutine test_no_number(error)

@@ -1,11 +1,12 @@
 !> Air and light on the satellite: limits with known answers.
 module test_surface_loads
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use, intrinsic :: iso_c_binding, only: c_int32_t
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, new_trapezoid
+    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, new_trapezoid, MAX_PLATES
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_spacecraft_surface_loads
     use gracecg_base_vectors, only: cross, unit
@@ -21,6 +22,8 @@ module test_surface_loads
     real(dp), parameter :: NO_OFFSET(3) = 0.0_dp
     real(dp), parameter :: X(3) = [1.0_dp, 0.0_dp, 0.0_dp]
     type(gas_t), parameter :: GAS = gas_t(4e-12_dp, 1200.0_dp, 16e-3_dp)
+    type(flow_t), parameter :: FLOW = flow_t([900.0_dp, -700.0_dp, 300.0_dp], 4e-12_dp, 1000.0_dp, 500.0_dp)
+    type(light_t), parameter :: LIGHT_OF_SUN = light_t([0.48_dp, -0.6_dp, 0.64_dp], 4.5e-6_dp)
 
 contains
 
@@ -37,6 +40,9 @@ contains
                     new_unittest('hypersonic-plate', test_hypersonic), &
                     new_unittest('sphere-in-air', test_air_sphere), &
                     new_unittest('gas-at-rest', test_rest), &
+                    new_unittest('plate-at-any-speed', test_speeds), &
+                    new_unittest('many-plates-any-width', test_widths), &
+                    new_unittest('forces-and-loads-together', test_together), &
                     new_unittest('torque-of-moved-centre', test_moved_centre), &
                     new_unittest('mean-molar-mass', test_molar_mass), &
                     new_unittest('refuses-impossible-wall', test_wall)]
@@ -275,6 +281,88 @@ contains
         if (allocated(error)) return
         call check(error, norm2(load%torque) < 1e-14_dp*pressure)
     end subroutine test_rest
+
+    !> The formula of `free_molecular_traction` with the compiler's exp and erfc, from the lee to the windward side; NaN stays.
+    subroutine test_speeds(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: c, w, flux, pressure, f(3)
+        integer :: i
+
+        c = sqrt(2*R_GAS*GAS%temperature/GAS%molar_mass)
+        do i = -300, 300
+            w = 0.1_dp*i
+            f = free_molecular_traction(GAS, wall_t(300.0_dp, 1.0_dp), w*c*X, X)
+            flux = GAS%density*c/2*(exp(-w**2)/sqrt(PI) + w*erfc(-w))
+            pressure = GAS%density*c**2*erfc(-w)/4 + sqrt(PI)/2*sqrt(2*R_GAS*300/GAS%molar_mass)*flux
+            call check(error, f(1), -flux*w*c - pressure, thr=4e-15_dp*GAS%density*c**2*max(1.0_dp, w**2))
+            if (allocated(error)) return
+        end do
+        f = free_molecular_traction(GAS, wall_t(), ieee_value(c, ieee_quiet_nan)*X, X)
+        call check(error, all(ieee_is_nan(f)))
+    end subroutine test_speeds
+
+    !> Surfaces of 1 to MAX_PLATES plates: the sums are those of the plates one by one, with the same bits by vectors of any
+    !> width. What stands behind the plates that exist does not count.
+    subroutine test_widths(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer(c_int32_t), parameter :: WIDTHS(3) = [2, 4, 8]
+        real(dp), parameter :: COM(3) = [0.1_dp, -0.2_dp, 0.3_dp]
+        type(plate_t) :: plates(MAX_PLATES), one(MAX_PLATES)
+        type(plate_sums_t) :: air(size(WIDTHS)), light(size(WIDTHS)), part
+        real(dp) :: sums(7, 2), found(7, 2), first(7, 2)
+        integer :: i, n, width
+
+        do i = 1, MAX_PLATES
+            plates(i) = plate_t(sphere_point(i, MAX_PLATES), 0.1_dp*i, 2*sphere_point(MAX_PLATES + 1 - i, MAX_PLATES), &
+                                0.01_dp*i, 0.5_dp - 0.01_dp*i)
+        end do
+        sums = 0
+        do n = 1, MAX_PLATES
+            one(1) = plates(n)
+            call plates_in_air(2_c_int32_t, 1_c_int32_t, one, COM, FLOW, part)
+            sums(:, 1) = sums(:, 1) + [part%force, part%torque, part%projected_area]
+            call plates_in_light(2_c_int32_t, 1_c_int32_t, one, COM, LIGHT_OF_SUN, part)
+            sums(:, 2) = sums(:, 2) + [part%force, part%torque, part%projected_area]
+            do width = 1, size(WIDTHS)
+                call plates_in_air(WIDTHS(width), n, plates, COM, FLOW, air(width))
+                call plates_in_light(WIDTHS(width), n, plates, COM, LIGHT_OF_SUN, light(width))
+                found(:, 1) = [air(width)%force, air(width)%torque, air(width)%projected_area]
+                found(:, 2) = [light(width)%force, light(width)%torque, light(width)%projected_area]
+                if (width == 1) first = found
+                call check(error, all(abs(found - first) <= 0), 'the bits depend on the width')
+                if (allocated(error)) return
+            end do
+            do i = 1, 2
+                call check(error, maxval(abs(found(:3, i) - sums(:3, i))) <= 1e-13_dp*norm2(sums(:3, i)) .and. &
+                           maxval(abs(found(4:6, i) - sums(4:6, i))) <= 1e-13_dp*(norm2(sums(:6, i))) .and. &
+                           abs(found(7, i) - sums(7, i)) <= 1e-13_dp*sums(7, i))
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_widths
+
+    !> What is computed by one look at the plates is what the functions give.
+    subroutine test_together(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: COM(3) = [0.1_dp, -0.2_dp, 0.3_dp], VELOCITY(3) = [7600.0_dp, 200.0_dp, -30.0_dp]
+        real(dp), parameter :: SUN(3) = ASTRONOMICAL_UNIT*[0.48_dp, -0.6_dp, 0.64_dp]
+        type(satellite_surface_t) :: surface
+        type(surface_load_t) :: load, alone
+        real(dp) :: a(3), expected(3)
+
+        surface = grace(0.2_dp, 0.3_dp)
+        call air_on_surface(surface, COM, GAS, wall_t(), VELOCITY, MASS, 2.3_dp, load, a)
+        alone = aerodynamic_load(surface, COM, GAS, wall_t(), VELOCITY)
+        expected = drag_acceleration(surface, MASS, 2.3_dp, GAS%density, VELOCITY)
+        call check(error, all(abs([load%force - alone%force, load%torque - alone%torque]) <= 0) .and. &
+                   maxval(abs(a - expected)) <= 1e-15_dp*norm2(expected))
+        if (allocated(error)) return
+        call sunlight_on_surface(surface, COM, IRRADIANCE, 0.7_dp, SUN, MASS, 0.4_dp, load, a)
+        alone = solar_radiation_load(surface, COM, IRRADIANCE, 0.7_dp, SUN)
+        expected = solar_radiation_acceleration(surface, MASS, 0.4_dp, IRRADIANCE, 0.7_dp, SUN)
+        call check(error, all(abs([load%force - alone%force, load%torque - alone%torque]) <= 0) .and. &
+                   maxval(abs(a - expected)) <= 1e-15_dp*norm2(expected))
+    end subroutine test_together
 
     !> Another centre of mass: the same force, and the torque (2-24) changed by its arm; none when head
     !> wind and centre of pressure are in line.
