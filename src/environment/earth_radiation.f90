@@ -279,8 +279,8 @@ contains
     pure subroutine flux_at(self, position, sun_position, days_since_epoch, flux)
         class(earth_radiation_t), intent(in) :: self
         real(dp), intent(in) :: position(3)         !! As for `irradiance_at`
-        real(dp), intent(in) :: sun_position(3)
-        real(dp), intent(in) :: days_since_epoch
+        real(dp), intent(in) :: sun_position(3)     !! Likewise
+        real(dp), intent(in) :: days_since_epoch    !! Likewise
         real(dp), intent(out) :: flux(3)            !! Away from the Earth, inertial axes, W/m^2
 
         type(view_t) :: view

@@ -216,7 +216,7 @@ contains
         class(batch_problem_t), intent(inout) :: self
         real(dp), contiguous, intent(inout) :: partials(:, :)   !! Parameters x observations, of a state that is near
         real(dp), intent(inout) :: residuals(:), weights(:)     !! At the nominal state
-        logical, intent(out) :: inherited           !! False: they are not touched
+        logical, intent(out) :: inherited           !! Whether there are any; if not, nothing is touched
 
         inherited = .false.
         associate (not_used => self)
