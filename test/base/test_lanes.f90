@@ -379,6 +379,7 @@ contains
         x(:8) = [0.0_dp, 1.0_dp, -1.0_dp, 1e-18_dp, -708.0_dp, 709.0_dp, -1e300_dp, 1e300_dp]
         x(9) = ieee_value(x(9), ieee_quiet_nan)
         expected = exp(min(709.0_dp, max(-708.0_dp, x)))
+        expected(9) = 1         ! min and max of NaN are the processor's
         do width = 1, size(WIDTHS)
             call lanes_exponentials(WIDTHS(width), MANY, x, y(:, width))
             call check(error, ieee_is_nan(y(9, width)))
