@@ -270,7 +270,7 @@ program tester
             end if
             total = 1
         else
-            call run_testsuite(suites(position)%collect, output_unit, failed)
+            call run_testsuite(suites(position)%collect, output_unit, failed, parallel=.false.)
             total = count_tests(suites(position))
         end if
     else
@@ -281,7 +281,7 @@ program tester
             if (fast) then
                 call run_fast_tests(suites(i), total, failed)
             else
-                call run_testsuite(suites(i)%collect, output_unit, failed)
+                call run_testsuite(suites(i)%collect, output_unit, failed, parallel=.false.)
                 total = total + count_tests(suites(i))
             end if
             flush (output_unit)
