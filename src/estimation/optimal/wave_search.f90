@@ -8,7 +8,8 @@
 !> chi-square with two degrees of freedom at each frequency.
 module gracecg_estimation_wave_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_combine, lanes_sines_cosines, lanes_of, WIDEST
+    use gracecg_base_lanes, only: lanes_sines_cosines, lanes_of, WIDEST
+    use gracecg_base_lapack, only: sum_of_products
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_processor, only: batch_solution_t
@@ -97,8 +98,7 @@ contains
         parameters = size(with_others, 1)
         rows = problem%acceleration_rows
         associate (first => problem%star_rows)
-            call lanes_combine(WIDEST, parameters, parameters, rows, 2*n, batch%gain(:, first + 1:first + rows), columns, &
-                               with_others)
+            call sum_of_products(parameters, 2*n, rows, batch%gain(:, first + 1:first + rows), columns, with_others)
             score = 0
             sine_sine = 0
             sine_cosine = 0
