@@ -220,10 +220,9 @@ contains
         ! n = A(1) exp(G - 1) (T120/T)^(1 + alpha + gamma) exp(-sigma gamma xi) in 1/m^3: the two
         ! powers and the exponential in one.
         g(MOLECULAR_OXYGEN) = 1
-        n = 0
         gamma = MASS*(gamma_factor/t_inf)
         exponent = g - 1 - rate*geopotential_height*gamma + (1 + self%thermal_diffusion + gamma)*log_temperature_ratio
-        call lanes_exponentials(WIDEST, merge(LANES, LANES/2, self%expansions > LANES/2), exponent, n)
+        call lanes_exponentials(exponent, n)
         n = self%base_density*PER_CUBIC_METRE*n
         state%n_he = n(HELIUM)
         state%n_o = n(OXYGEN)
@@ -238,13 +237,13 @@ contains
         type(atmosphere_point_t), intent(in) :: point
         type(harmonics_t) :: h
 
-        real(dp), dimension(LANES/2) :: turns, sine, cosine
+        real(dp), dimension(LANES) :: turns, sine, cosine
         real(dp) :: x, c, x2, x4
 
         h%exponential_kp = 0
-        turns(4) = 0
+        turns = 0
         turns(:3) = [point%latitude/TWO_PI, point%day_of_year/YEAR, point%local_solar_time/24]
-        call lanes_sines_cosines(WIDEST, LANES/2, turns, sine, cosine)
+        call lanes_sines_cosines(turns, sine, cosine)
         x = sine(1)
         c = cosine(1)
         x2 = x**2
