@@ -1,37 +1,15 @@
 !> Inner loops over series, or parameters, that lie side by side in memory ("lanes"), in arrays of fixed shape: the compiler
 !> makes vectors of them, of the width of the processor that it compiles for. Sums have one order.
 module gracecg_base_lanes
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
     implicit none
     private
-    public :: LANES, MOST_LANES, WIDEST
-    public :: lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, lanes_exponentials
+    public :: LANES, MOST_LANES
+    public :: lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, lanes_exponentials, lanes_logarithms, lanes_erfc, total_of
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
     integer, parameter :: MOST_LANES = 3*LANES  !! Series, or pairs of columns, that are taken at once
-    integer(c_int32_t), parameter :: WIDEST = LANES     !! Numbers of a vector; less where the processor has no such
-
-    interface
-        !> Sines and cosines of angles, good to a unit of the last place of the angle less its nearest quarter of a turn.
-        pure subroutine lanes_sines_cosines(widest, n, turns, sines, cosines) bind(c, name='gracecg_lanes_sines_cosines')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES or half as many
-            real(c_double), intent(in) :: turns(n)              !! Of 360 deg; less than 2^49
-            real(c_double), intent(out) :: sines(n), cosines(n)
-        end subroutine lanes_sines_cosines
-
-        !> The exponential function of numbers, good to a unit of the last place. Those below -708 and above 709 are taken for
-        !> these; NaN stays.
-        pure subroutine lanes_exponentials(widest, n, x, y) bind(c, name='gracecg_lanes_exponentials')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Numbers, a multiple of LANES or half as many
-            real(c_double), intent(in) :: x(n)
-            real(c_double), intent(out) :: y(n)
-        end subroutine lanes_exponentials
-    end interface
 
 contains
 
@@ -168,4 +146,54 @@ contains
             end associate
         end subroutine find_rate
     end subroutine lanes_carry
+
+    !> The sum of numbers that lie side by side, in pairs.
+    pure real(dp) function total_of(x) result(total)
+        real(dp), intent(in) :: x(LANES)
+
+        real(dp) :: four(4)
+
+        four = x(:4) + x(5:)
+        total = (four(1) + four(3)) + (four(2) + four(4))
+    end function total_of
+
+    ! Functions of LANES numbers. Each stands in a procedure of its own, which is called from other files: of a loop that is no
+    ! other's inner loop gfortran makes calls of the C library's vector functions (good to 4 units of the last place).
+
+    !> Sines and cosines of angles, 4e-16 off at most: of what is left of the nearest whole turn.
+    pure subroutine lanes_sines_cosines(turns, sines, cosines)
+        real(dp), intent(in) :: turns(LANES)    !! Of 360 deg; less than 2^51
+        real(dp), intent(out) :: sines(LANES), cosines(LANES)
+
+        real(dp), parameter :: NO_FRACTION = 1.5_dp*2.0_dp**52     ! numbers of this size are whole
+        real(dp) :: angle(LANES)
+
+        angle = TWO_PI*(turns - ((turns + NO_FRACTION) - NO_FRACTION))
+        sines = sin(angle)
+        cosines = cos(angle)
+    end subroutine lanes_sines_cosines
+
+    !> The exponential function.
+    pure subroutine lanes_exponentials(x, y)
+        real(dp), intent(in) :: x(LANES)
+        real(dp), intent(out) :: y(LANES)
+
+        y = exp(x)
+    end subroutine lanes_exponentials
+
+    !> The natural logarithm.
+    pure subroutine lanes_logarithms(x, y)
+        real(dp), intent(in) :: x(LANES)    !! Positive
+        real(dp), intent(out) :: y(LANES)
+
+        y = log(x)
+    end subroutine lanes_logarithms
+
+    !> The complementary error function.
+    pure subroutine lanes_erfc(x, y)
+        real(dp), intent(in) :: x(LANES)
+        real(dp), intent(out) :: y(LANES)
+
+        y = erfc(x)
+    end subroutine lanes_erfc
 end module gracecg_base_lanes

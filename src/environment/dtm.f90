@@ -4,7 +4,7 @@ module gracecg_environment_dtm
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, PI
     use gracecg_base_error, only: error_t, fail, fail_unknown_name, number_text, require_range
-    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines
+    use gracecg_base_lanes, only: LANES, lanes_sines_cosines, lanes_exponentials
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         EARTH_RADIUS, SURFACE_GRAVITY, GAS_CONSTANT, ATOMIC_MASS_UNIT, MASS_O
     use gracecg_environment_table_dtm77, only: DTM77_TEMPERATURE, DTM77_HELIUM, DTM77_OXYGEN, DTM77_NITROGEN
@@ -206,7 +206,7 @@ contains
         g(MOLECULAR_OXYGEN) = 1
         gamma = MASS*(gamma_factor/t_inf)
         exponent = g - 1 - rate*geopotential_height*gamma + (1 + self%thermal_diffusion + gamma)*log_temperature_ratio
-        n = exp(exponent)
+        call lanes_exponentials(exponent, n)
         n = self%base_density*PER_CUBIC_METRE*n
         state%n_he = n(HELIUM)
         state%n_o = n(OXYGEN)
@@ -251,13 +251,13 @@ contains
         type(atmosphere_point_t), intent(in) :: point
         type(harmonics_t) :: h
 
-        real(dp), dimension(LANES/2) :: turns, sine, cosine
+        real(dp), dimension(LANES) :: turns, sine, cosine
         real(dp) :: x, c, x2, x4
 
         h%exponential_kp = 0
-        turns(4) = 0
+        turns = 0
         turns(:3) = [point%latitude/TWO_PI, point%day_of_year/YEAR, point%local_solar_time/24]
-        call lanes_sines_cosines(WIDEST, LANES/2, turns, sine, cosine)
+        call lanes_sines_cosines(turns, sine, cosine)
         x = sine(1)
         c = cosine(1)
         x2 = x**2

@@ -8,7 +8,7 @@
 !> chi-square with two degrees of freedom at each frequency.
 module gracecg_estimation_wave_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_sines_cosines, lanes_of, WIDEST
+    use gracecg_base_lanes, only: lanes_sines_cosines, lanes_of, LANES
     use gracecg_base_lapack, only: sum_of_products
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
@@ -85,7 +85,9 @@ contains
         do k = 1, size(along, 2)
             turns((k - 1)*n + 1:k*n) = at*(problem%data%accelerometer_epoch(k)*problem%model%interval)
         end do
-        call lanes_sines_cosines(WIDEST, size(turns), turns, sines, cosines)
+        do k = 1, size(turns), LANES
+            call lanes_sines_cosines(turns(k:k + LANES - 1), sines(k:k + LANES - 1), cosines(k:k + LANES - 1))
+        end do
         do k = 1, size(along, 2)
             do axis = 1, 3
                 columns(:n, 3*k - 3 + axis) = along(axis, k)*sines((k - 1)*n + 1:k*n)
