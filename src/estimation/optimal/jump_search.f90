@@ -9,7 +9,7 @@ module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_lanes, only: lanes_combine, MOST_LANES, WIDEST
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
-    use gracecg_estimation_batch_processor, only: batch_solution_t
+    use gracecg_estimation_batch_problem, only: batch_solution_t
     implicit none
     private
     public :: force_jump_found_t, search_jump
