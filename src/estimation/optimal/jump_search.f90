@@ -10,7 +10,7 @@ module gracecg_estimation_jump_search
     use gracecg_base_lanes, only: MOST_LANES
     use gracecg_base_lapack, only: sum_of_products
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
-    use gracecg_estimation_batch_processor, only: batch_solution_t
+    use gracecg_estimation_batch_problem, only: batch_solution_t
     implicit none
     private
     public :: force_jump_found_t, search_jump

@@ -12,7 +12,7 @@ module gracecg_estimation_wave_search
     use gracecg_base_lapack, only: sum_of_products
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
-    use gracecg_estimation_batch_processor, only: batch_solution_t
+    use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_physical_model, only: airflow_at
     implicit none
     private
