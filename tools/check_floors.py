@@ -5,6 +5,7 @@
     tools/check_floors.py --self-test  plants violations of every rule and checks that they are found
 
 The rules:
+- src/ and app/ hold Fortran alone (.f90, no preprocessor): nothing there needs another compiler.
 - src/FLOOR/ROOM.f90 (or in a folder of the floor) holds one module or submodule, gracecg_FLOOR_ROOM, so that
   a `use` tells its floor; src/gracecg.f90 holds the umbrella. A module has a `private` statement. The
   Fortran 77 entry points alone are procedures outside of modules.
@@ -207,7 +208,16 @@ def check_chains(source, home):
             yield source.uses[names[0]], f"{what}: {' -> '.join(names)}"
 
 
+def other_files(root):
+    """What is no Fortran in src/ and app/."""
+    for top in ("src", "app"):
+        for file in sorted((root / top).rglob("*")):
+            if file.is_file() and file.suffix != ".f90":
+                yield f"{file.relative_to(root)}:1: is no Fortran file (.f90)"
+
+
 def violations(root):
+    yield from other_files(root)
     sources = list(read_sources(root))
     home = {name: source for source in sources for name in source.module}
     for source in sources:
@@ -285,6 +295,9 @@ PLANTED = (
     (("src/planning/a.f90", "y = ddot(3, a, 1, b, 1)"), "a.f90:2:", "LAPACK"),
     (("src/planning/a.f90", "call dpotrs(a)"), "a.f90:2:", "LAPACK"),
     (("src/planning/a.f90",), "a.f90:1:", "private"),
+    (("src/planning/a.c", "int a;"), "a.c:1:", "no Fortran"),
+    (("src/planning/a.h", "int a;"), "a.h:1:", "no Fortran"),
+    (("app/a.F90", "#define A"), "a.F90:1:", "no Fortran"),
     (("src/attic/a.f90",), "a.f90:1:", "no floor"),
     (("src/interface/f77.f90",), "f77.f90:1:", "outside of modules"),
 )

@@ -59,15 +59,12 @@ genuine_testdrive() {
 }
 
 build() {
-    local compiler=$1 folder=$OUT/$1 flags=() c_compiler
-    c_compiler=${compiler/gfortran/gcc}
-    c_compiler=${c_compiler/flang/clang}
+    local compiler=$1 folder=$OUT/$1 flags=()
     case $compiler in gfortran*) flags=('-DCMAKE_Fortran_FLAGS=-Wall -Wextra -std=f2018 -pedantic') ;; esac
     mapfile -t testdrive <<<"$(genuine_testdrive "$compiler")"
     [ -n "${testdrive[0]}" ] || testdrive=()
     cmake -S . -B "$folder" -G Ninja -DCMAKE_Fortran_COMPILER="$compiler" \
-        -DCMAKE_C_COMPILER="$c_compiler" -DBUILD_SHARED_LIBS=OFF \
-        -DGRACECG_TESTS=ON "${flags[@]}" "${testdrive[@]}" >"$folder.log" 2>&1
+        -DBUILD_SHARED_LIBS=OFF -DGRACECG_TESTS=ON "${flags[@]}" "${testdrive[@]}" >"$folder.log" 2>&1
     cmake --build "$folder" -j"${JOBS:-1}" >>"$folder.log" 2>&1
 }
 

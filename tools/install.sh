@@ -98,11 +98,10 @@ Libs.private: $(dependencies)
 EOF
 }
 
-# The sources of the library: what its doors use, directly or not, with the submodules of these modules, and the
-# kernels in C but the program's. A module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
+# The sources of the library: what its doors use, directly or not, with the submodules of these modules. A module
+# gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
 library_sources() {
     local waiting=(src/gracecg.f90 src/interface/*.f90) seen=' ' source floor room submodule
-    find src -name '*.c' ! -path 'src/cli/*'
     while [ "${#waiting[@]}" -gt 0 ]; do
         source=${waiting[0]}
         waiting=("${waiting[@]:1}")
@@ -128,8 +127,7 @@ leave_library() {
 
 # Both libraries, in a folder: STAGE LIBRARY FLAGS.
 build_libraries() {
-    # fpm gives gcc no flags of its own; the shared library wants position-independent objects.
-    FPM_CFLAGS="-fPIC ${FPM_CFLAGS:-}" FPM_FFLAGS=$3 "$fpm" install --profile release --prefix "$1" >build/install.log 2>&1 || {
+    FPM_FFLAGS=$3 "$fpm" install --profile release --prefix "$1" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }
