@@ -13,7 +13,7 @@ module gracecg_simulation_case
     use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
     use gracecg_environment_iers_file, only: read_earth_parameters
     use gracecg_environment_time, only: utc_t
-    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_thermosphere, only: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     use gracecg_environment_gravity_models, only: GRAVITY_MODELS
     use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
     use gracecg_environment_density_models, only: DENSITY_MODELS
@@ -87,7 +87,7 @@ module gracecg_simulation_case
         real(dp) :: reference_density = 4e-12_dp    !! Exponential model, kg/m^3
         real(dp) :: reference_height = 466e3_dp     !! m
         real(dp) :: scale_height = 65e3_dp          !! m
-        type(density_wave_t) :: density_wave = density_wave_t(0.003_dp, 12.0_dp, 0.0_dp)
+        type(density_wave_t) :: density_wave = density_wave_t(REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD, 0.0_dp)
         !! Relative to the model's density: amplitude, period (s), phase (rad)
         logical :: density_wave_random = .true.     !! The phase is drawn for every run
         character(16) :: wind_model = 'hwm93'     !! 'hwm93', 'constant', 'none' or 'file'
