@@ -117,7 +117,8 @@ contains
 
         integer :: columns, i, k
 
-        columns = max(1, ALONE/GROUP/max(1, m))
+        if (m == 0) return
+        columns = max(1, ALONE/GROUP/m)
         do k = 1, count, GROUP
             do i = 1, n, columns
                 call dgemm('N', 'T', m, min(columns, n - i + 1), min(GROUP, count - k + 1), 1.0_dp, a(1, k), m, b(i, k), n, &
@@ -137,7 +138,7 @@ contains
         integer :: n, most, many, first, i, info
 
         n = size(rows, 1)
-        most = min(size(rows, 2), max(n, ALONE_BY_VECTOR/n - n))
+        most = max(1, min(size(rows, 2), max(n, ALONE_BY_VECTOR/n - n)))
         allocate (stack(n + most, n))
         stack(:n, :) = 0
         do first = 1, size(rows, 2), most
