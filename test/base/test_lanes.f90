@@ -1,6 +1,5 @@
 !> The kernels over what lies side by side, against the same work done plainly.
 module test_lanes
-    use, intrinsic :: iso_c_binding, only: c_int32_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
@@ -11,7 +10,6 @@ module test_lanes
     private
     public :: collect_lanes
 
-    integer(c_int32_t), parameter :: WIDTHS(3) = [2, 4, 8]
     real(dp), parameter :: CLOSE = 1e-13_dp     ! relative, of sums of some hundred terms
 
 contains
