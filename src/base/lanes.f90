@@ -1,5 +1,5 @@
-!> Inner loops over series, or parameters, that lie side by side in memory ("lanes"): kernels in C (lanes.c, elementary.c), of which
-!> the variant for the processor's widest vectors is taken when the program runs. The bits do not depend on the width.
+!> Inner loops over numbers that lie side by side in memory ("lanes"): functions of LANES of them, and over series, or
+!> parameters, kernels in C (lanes.c), of which the variant for the processor's widest vectors is taken when the program runs.
 module gracecg_base_lanes
     use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
@@ -126,7 +126,7 @@ contains
     ! Functions of LANES numbers. Each stands in a procedure of its own, which is called from other files: of a loop that is no
     ! other's inner loop gfortran makes calls of the C library's vector functions (good to 4 units of the last place).
 
-    !> Sines and cosines of angles, 4e-16 off at most: of what is left of the nearest whole turn.
+    !> Sines and cosines of angles less their nearest whole turns, 6e-16 off at most.
     pure subroutine lanes_sines_cosines(turns, sines, cosines)
         real(dp), intent(in) :: turns(LANES)    !! Of 360 deg; less than 2^51
         real(dp), intent(out) :: sines(LANES), cosines(LANES)
