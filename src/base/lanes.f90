@@ -168,7 +168,7 @@ contains
     ! Functions of LANES numbers. Each stands in a procedure of its own, which is called from other files: of a loop that is no
     ! other's inner loop gfortran makes calls of the C library's vector functions (good to 4 units of the last place).
 
-    !> Sines and cosines of angles, 4e-16 off at most: of what is left of the nearest whole turn.
+    !> Sines and cosines of angles less their nearest whole turns, 6e-16 off at most.
     pure subroutine lanes_sines_cosines(turns, sines, cosines)
         real(dp), intent(in) :: turns(LANES)    !! Of 360 deg; less than 2^51
         real(dp), intent(out) :: sines(LANES), cosines(LANES)

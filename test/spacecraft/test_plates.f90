@@ -142,9 +142,9 @@ contains
             v = side*UP/norm2(UP)
             printed = 0
             do i = 1, surface%count
-                facing = dot_product(surface%plates(i)%normal, v)
-                if (facing <= 0) printed = printed - surface%plates(i)%area*facing
-                if (side == 1 .and. facing <= 0) call check(error, surface%plates(i)%normal(3) > -0.2_dp, 'faces the Earth')
+                facing = dot_product(surface%normal(i, :), v)
+                if (facing <= 0) printed = printed - surface%area(i)*facing
+                if (side == 1 .and. facing <= 0) call check(error, surface%normal(i, 3) > -0.2_dp, 'faces the Earth')
                 if (allocated(error)) return
             end do
             call check(error, printed, projected_area(surface, -v), thr=1e-14_dp)
