@@ -217,9 +217,11 @@ contains
             re(m) = re(i)*re(m - i) - im(i)*im(m - i)
             im(m) = re(i)*im(m - i) + im(i)*re(m - i)
         end do
-        do m = LANES + 1, LANES*harmonic%blocks
-            re(m) = re(m - LANES)*re(LANES) - im(m - LANES)*im(LANES)
-            im(m) = re(m - LANES)*im(LANES) + im(m - LANES)*re(LANES)
+        do block = 1, harmonic%blocks - 1
+            do m = LANES*block + 1, LANES*block + LANES
+                re(m) = re(m - LANES)*re(LANES) - im(m - LANES)*im(LANES)
+                im(m) = re(m - LANES)*im(LANES) + im(m - LANES)*re(LANES)
+            end do
         end do
         parts(:, :count) = 0
         do block = 0, harmonic%blocks - 1
