@@ -209,7 +209,7 @@ contains
         if (allocated(error)) return
         call check(error, size(residuals, 1) == 600 .and. size(manoeuvre, 1) == 600 .and. size(spectrum, 1) == 300)
         if (allocated(error)) return
-        call has(error, output, '3.354E-09')
+        call has(error, output, '3.351E-09')
         if (allocated(error)) return
         call check(error, norm2(residuals(:, 3))/sqrt(600.0_dp), 3.354e-9_dp, thr=1e-12_dp)
         if (allocated(error)) return
