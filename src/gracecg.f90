@@ -101,25 +101,25 @@ module gracecg
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
     ! Level-1 data of GRACE and GRACE-FO
-    use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, level1_product_names
-    use gracecg_observations_level1_header, only: level1_header_t
-    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
-    use gracecg_observations_level1_records, only: level1_records_t, read_level1
-    use gracecg_observations_level1_writer, only: level1_writer_t
-    use gracecg_observations_level1_conversion, only: convert_level1
-    use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
-    use gracecg_observations_level1_frames, only: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, &
+    use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names
+    use gracecg_level1_header, only: level1_header_t
+    use gracecg_level1_reader, only: level1_reader_t, level1_block_t
+    use gracecg_level1_records, only: level1_records_t, read_level1
+    use gracecg_level1_writer, only: level1_writer_t
+    use gracecg_level1_conversion, only: convert_level1
+    use gracecg_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
+    use gracecg_level1_frames, only: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, &
         continuous_quaternions, mounting_of_head, attitude_by_head, calibration_vector, &
         inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
-    use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
-    use gracecg_observations_level1_check, only: level1_check_t, check_level1
-    use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t
-    use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: estimate_level1
-    use gracecg_estimation_level1_outcome, only: level1_estimate_t
-    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
-    use gracecg_estimation_level1_offset, only: level1_solution_t
+    use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
+    use gracecg_level1_check, only: level1_check_t, check_level1
+    use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
+    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_gathering, only: gather_calibration
+    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_sources, only: LEVEL1_SOURCES
+    use gracecg_level1_offset, only: level1_solution_t
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
         options_text, OF_CASE, OF_SETUP
     use gracecg_estimation_report_options, only: report_options

@@ -10,7 +10,7 @@ module gracecg_interface_f77_support
         setup_with_moments
     use gracecg_interface_c_fit, only: c_fit_open, c_fit_free, c_fit_counts, c_fit_series, c_fit_running
     use gracecg_interface_c_general, only: c_earth_orientation
-    use gracecg_interface_c_level1_estimate, only: c_level1_offset_t, c_estimate_level1_day
+    use gracecg_level1_c_estimate, only: c_level1_offset_t, c_estimate_level1_day
     use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
         c_design_t, c_design_manoeuvre, c_design_along, c_rod_t, c_case_rods, c_map
     implicit none

@@ -11,7 +11,7 @@ module gracecg_planning_leakage
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
-    use gracecg_observations_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t
     use gracecg_estimation_noise_whitening, only: weigh_series
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_simulation_case, only: case_t

@@ -29,7 +29,7 @@ module gracecg_simulation_case
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
-    use gracecg_simulation_level1_settings, only: LEVEL1_GROUPS
+    use gracecg_level1_simulation_settings, only: LEVEL1_GROUPS
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
