@@ -7,6 +7,7 @@ program gracecg_main
     use gracecg_cli_arguments, only: process_words
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line
+    use gracecg_level1_commands, only: level1_commands
     implicit none
 
     interface
@@ -23,6 +24,6 @@ program gracecg_main
     integer :: status
 
     call keep_memory()
-    call run_command_line(process_words(1), console, status)
+    call run_command_line(process_words(1), console, status, level1_commands())
     call c_exit(int(status, c_int))
 end program gracecg_main

@@ -29,12 +29,6 @@ module gracecg_cli_command_line
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
     use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
-    use gracecg_level1_command_files, only: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump, &
-        declare_level1_convert, run_level1_convert
-    use gracecg_level1_command_check, only: declare_level1_check, run_level1_check
-    use gracecg_level1_command_estimate, only: declare_level1_estimate, run_level1_estimate
-    use gracecg_level1_command_prepare, only: declare_level1_prepare, run_level1_prepare
-    use gracecg_level1_command_trend, only: declare_level1_trend, run_level1_trend
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -44,8 +38,8 @@ module gracecg_cli_command_line
 
 contains
 
-    !> All commands, in the order of the help.
-    function all_commands() result(commands)
+    !> The commands of this package, in the order of the help.
+    function own_commands() result(commands)
         type(command_t), allocatable :: commands(:)
 
         commands = [ &
@@ -80,7 +74,7 @@ contains
                       declare_report, run_report), &
             command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
             command_t('completion', 'completes the command line in bash or zsh', &
-                      declare_completion, run_completion), &
+                      declare_completion, null()), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
@@ -91,22 +85,8 @@ contains
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
             command_t('model orientation', 'Earth-fixed from inertial axes', declare_orientation, run_orientation), &
             command_t('model star-camera', 'one noisy frame of a star camera', &
-                      declare_star_camera, run_star_camera), &
-            command_t('level1 list', 'what Level-1 files of GRACE and GRACE-FO hold', &
-                      declare_level1_list, run_level1_list), &
-            command_t('level1 dump', 'the values of a Level-1 file, or their statistics, as CSV', &
-                      declare_level1_dump, run_level1_dump), &
-            command_t('level1 check', 'a day of Level-1 data in numbers, with a verdict each', &
-                      declare_level1_check, run_level1_check), &
-            command_t('level1 estimate', 'the CG offset from Level-1 files of a manoeuvre', &
-                      declare_level1_estimate, run_level1_estimate), &
-            command_t('level1 prepare', 'a span of Level-1 files as an observation set', &
-                      declare_level1_prepare, run_level1_prepare), &
-            command_t('level1 trend', 'offsets from Level-1 data over time', &
-                      declare_level1_trend, run_level1_trend), &
-            command_t('level1 convert', 'Level-1 text as binary, binary as text', &
-                      declare_level1_convert, run_level1_convert)]
-    end function all_commands
+                      declare_star_camera, run_star_camera)]
+    end function own_commands
 
     !> Arguments and help of `gracecg completion`.
     subroutine declare_completion(arguments)
@@ -119,8 +99,9 @@ contains
     end subroutine declare_completion
 
     !> The work of `gracecg completion`.
-    subroutine run_completion(arguments, console, misuse, error)
+    subroutine run_completion(arguments, commands, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
+        type(command_t), intent(in) :: commands(:)  !! That are completed
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
@@ -129,30 +110,32 @@ contains
         call refuse_if(all(arguments%positional(1) /= SHELLS), 'unknown shell "'//arguments%positional(1)//'"'// &
                        did_you_mean(arguments%positional(1), SHELLS)//'; there are bash and zsh', misuse)
         if (allocated(misuse)) return
-        call completion_script(arguments%positional(1), all_commands(), script)
+        call completion_script(arguments%positional(1), commands, script)
         call console%line(script)
         if (len(script) == 0) call fail(error, 'no script')
     end subroutine run_completion
 
     !> Runs the command of some words. Everything that goes wrong is said on the console.
-    subroutine run_command_line(words, console, status)
+    subroutine run_command_line(words, console, status, others)
         type(string_t), intent(in) :: words(:)
         !! Of the command line, without the program's name
         type(console_t), intent(inout) :: console
         integer, intent(out) :: status              !! STATUS_DONE, STATUS_FAILED or STATUS_MISUSED
+        type(command_t), intent(in), optional :: others(:)  !! Commands of other packages, behind those of this one
 
         type(command_t), allocatable :: commands(:)
         type(error_t), allocatable :: misuse, error, output_error
         type(string_t), allocatable :: asked(:)
         integer :: position, used
 
-        commands = all_commands()
+        commands = own_commands()
+        if (present(others)) commands = [commands, others]
         asked = help_first(words)
         call find_command(asked, commands, position, used, misuse)
         if (allocated(misuse)) then
             continue
         else if (position > 0) then
-            call run_command(commands(position), asked(used + 1:), console, misuse, error)
+            call run_command(commands, position, asked(used + 1:), console, misuse, error)
         else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
         else if (size(asked) > 0) then
@@ -190,15 +173,16 @@ contains
     end function help_first
 
     !> The work of `gracecg command`.
-    subroutine run_command(command, words, console, misuse, error)
-        type(command_t), intent(in) :: command
+    subroutine run_command(commands, position, words, console, misuse, error)
+        type(command_t), intent(in) :: commands(:)
+        integer, intent(in) :: position             !! Of the command
         type(string_t), intent(in) :: words(:)
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(arguments_t) :: arguments
 
-        call command%declare(arguments)
+        call commands(position)%declare(arguments)
         call arguments%parse(words, misuse)
         if (allocated(misuse)) return
         if (arguments%wants_help) then
@@ -208,7 +192,11 @@ contains
         else
             call check_arithmetic(error)
             if (allocated(error)) return
-            call command%run(arguments, console, misuse, error)
+            if (associated(commands(position)%run)) then
+                call commands(position)%run(arguments, console, misuse, error)
+            else    ! the one command that wants to know all of them
+                call run_completion(arguments, commands, console, misuse, error)
+            end if
         end if
     end subroutine run_command
 

@@ -10,14 +10,12 @@ module gracecg_cli_simulate
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: take_calibration, warn_of_instruments
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t, quoted_word
-    use gracecg_level1_command_simulate, only: simulate_level1
     implicit none
     private
     public :: declare_simulate, run_simulate
 
-    character(12), parameter :: FORMATS(2) = [character(12) :: 'observations', 'level1']
     character(*), parameter :: OPTIONS_FILE = 'options.nml'
 
 contains
@@ -41,11 +39,6 @@ contains
                                   '(default 1)')
         call arguments%add_option('--rods', 'S', 'also writes rods.csv, the moments that the torque rods truly '// &
                                   'had, every S seconds: estimate takes them in place of those commanded')
-        call arguments%add_option('--format', 'FORMAT', 'observations (default), or level1: the files of GRACE or GRACE-FO '// &
-                                  'of hours with several sub-manoeuvres, for level1 estimate', choices=FORMATS)
-        call arguments%add_option('--level1', 'FILE', 'with --format level1: groups level1_simulation and '// &
-                                  'level1_span (default: those of the case file)')
-        call arguments%add_option('--binary', '', 'with --format level1: the binary records of GRACE in place of text')
     end subroutine declare_simulate
 
     !> The work of `gracecg simulate`.
@@ -57,31 +50,15 @@ contains
         type(calibration_t) :: calibration
         type(simulation_order_t) :: order
         type(simulation_summary_t) :: summary
-        character(:), allocatable :: form, level1_file
         integer :: i
 
         call arguments%get('--out', order%folder, misuse)
         call arguments%get('--seed', order%seed, misuse, default=1_i8)
         call arguments%get('--run', order%run, misuse, default=1, low=0)
         call arguments%get('--rods', order%rods_interval, misuse, default=0.0_dp, low=1e-3_dp, high=10.0_dp)
-        call arguments%get('--format', form, misuse, default=trim(FORMATS(1)), choices=FORMATS)
-        call arguments%get('--level1', level1_file, misuse, default='')
-        if (allocated(misuse)) return
-        if (form == 'level1') then
-            call refuse_if(order%rods_interval > 0, '--rods does not go with --format level1, whose currents are in MAG1B', misuse)
-        else
-            call refuse_if(level1_file /= '' .or. arguments%has('--binary'), '--level1 and --binary need --format level1', misuse)
-        end if
         if (allocated(misuse)) return
 
         call take_calibration(arguments, arguments%positional(1), console, calibration, error)
-        if (form == 'level1') then
-            if (level1_file == '') level1_file = arguments%positional(1)
-            if (.not. allocated(error)) &
-                call simulate_level1(calibration%case, level1_file, arguments%has('--level1'), order%folder, order%seed, &
-                                     order%run, arguments%has('--binary'), console, error)
-            return
-        end if
         if (allocated(error)) return
         order%case = calibration%case
         call write_run(order, calibration%options, summary, error)

@@ -5,13 +5,13 @@ module gracecg_level1_command_trend
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_base_version, only: file_comments
-    use gracecg_environment_time, only: utc_text
+    use gracecg_environment_time, only: utc_of_gps, utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: text_file_t, read_text_file, check_writable
     use gracecg_files_json, only: read_json_numbers, read_json_text
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_level1_time, only: gps_date_text, utc_of_gps
+    use gracecg_level1_time, only: gps_date_text
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t

@@ -5,10 +5,10 @@ module gracecg_level1_page
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, rounded_text, padded
     use gracecg_base_version, only: VERSION
-    use gracecg_environment_time, only: decimal_year
+    use gracecg_environment_time, only: utc_of_gps, decimal_year
     use gracecg_files_file, only: make_directory
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_time, only: utc_of_gps, gps_date_text
+    use gracecg_level1_time, only: gps_date_text
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds

@@ -9,13 +9,13 @@ module gracecg_level1_instruments
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
-    use gracecg_environment_time, only: decimal_year
+    use gracecg_environment_time, only: utc_of_gps, decimal_year
     use gracecg_level1_frames, only: srf_of_accelerometer, gracecg_quaternion, continuous_quaternions, &
         mounting_of_head, attitude_by_head, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_time, only: level1_clock_t, to_gps_time, utc_of_gps
+    use gracecg_level1_time, only: level1_clock_t, to_gps_time
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, level1_firing_t, leave_out, &
         note, middle_of, SPAN_MARGIN, FIRING_MARGIN
     use gracecg_level1_heads, only: combine_heads, rotation_vector

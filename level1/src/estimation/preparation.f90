@@ -9,11 +9,11 @@ module gracecg_level1_preparation
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_time, only: utc_of_gps
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_series, only: interpolate, node_before
+    use gracecg_environment_time, only: utc_of_gps
     implicit none
     private
     public :: prepare_observations

@@ -14,12 +14,12 @@ module gracecg_level1_check
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_environment_geomagnetic_field, only: igrf, igrf_t
-    use gracecg_environment_time, only: decimal_year
+    use gracecg_environment_time, only: utc_of_gps, decimal_year
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, srf_of_accelerometer, gracecg_quaternion, &
         continuous_quaternions, inertial_of_earth_fixed, inertial_of_earth_fixed_by_states, inertial_velocity
     use gracecg_level1_records, only: level1_records_t, read_level1
-    use gracecg_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps
+    use gracecg_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time
     implicit none
     private
     public :: level1_check_t, check_row_t, check_level1

@@ -7,6 +7,7 @@ module gracecg_level1_setup
     use gracecg_files_settings, only: settings_t, FULL_RANGE
     use gracecg_spacecraft_settings, only: describe_mass_properties
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, signed_axes_valid
+    use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
     implicit none
     private
     public :: level1_setup_t, read_level1_setup, describe_level1
@@ -16,7 +17,7 @@ module gracecg_level1_setup
         real(dp) :: mass = 0                    !! kg
         real(dp) :: inertia(3, 3) = 0           !! About the proof-mass centre, SRF, kg m^2
         integer :: accelerometer_axes(3) = ACCELEROMETER_AXES   !! Signed axis of AF for x, y, z of SRF
-        real(dp) :: rod_gain(3) = 0.25_dp       !! kappa, A m^2/mA
+        real(dp) :: rod_gain(3) = USUAL_ROD_GAIN       !! kappa, A m^2/mA
         real(dp) :: rod_sign(3) = 1             !! 1, or -1 for a rod that is wired the other way round
         real(dp) :: torque_delay = 0            !! From current tag to torque where it is not estimated, s
         real(dp) :: accelerometer_delay = 0     !! Of the tags of ACC1A where it is not estimated, s
@@ -32,7 +33,7 @@ module gracecg_level1_setup
         real(dp) :: least_share = 0.7_dp        !! Of a span's samples: with fewer it is left out
         real(dp) :: longest_attitude_gap = 3    !! s
         real(dp) :: band(2) = [0.02_dp, 0.35_dp]        !! Used by the estimate, Hz
-        real(dp) :: leakage_prior(2) = [1e-12_dp, 3e-11_dp]     !! Sigma of L, m/s^2/mA, and K, m/s^2/(mA/s)
+        real(dp) :: leakage_prior(2) = USUAL_LEAKAGE     !! Sigma of L, m/s^2/mA, and K, m/s^2/(mA/s)
         real(dp) :: scale_sigma = 0.004_dp      !! Of the accelerometer's scale
         real(dp) :: inertia_sigma = 0.01_dp     !! Relative, of the moments of inertia
         real(dp) :: gain_sigma = 0.1_dp         !! Relative, of rod_gain

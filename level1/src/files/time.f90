@@ -11,15 +11,12 @@ module gracecg_level1_time
     use gracecg_base_constants, only: SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text
-    use gracecg_environment_time, only: utc_t, utc_plus, calendar_date
+    use gracecg_environment_time, only: GPS_EPOCH, calendar_date
     use gracecg_level1_records, only: level1_records_t
     implicit none
     private
-    public :: level1_clock_t, new_level1_clock, utc_of_gps, gps_date_text, carry_fraction, to_gps_time
-    public :: GPS_EPOCH
+    public :: level1_clock_t, new_level1_clock, gps_date_text, carry_fraction, to_gps_time
 
-    !> 2000-01-01 12:00:00 GPS, that is 11:59:47 UTC
-    type(utc_t), parameter :: GPS_EPOCH = utc_t(51544, 43187.0_dp)
     integer(i8), parameter :: DAY = 86400, NOON = 43200
 
     type :: level1_clock_t
@@ -200,19 +197,6 @@ contains
         end do
         records%time_ref = 'G'
     end subroutine to_gps_time
-
-    !> UTC of a GPS time.
-    elemental type(utc_t) function utc_of_gps(seconds, fraction) result(utc)
-        integer(i8), intent(in) :: seconds      !! Whole seconds past 2000-01-01 12:00:00 GPS
-        real(dp), intent(in) :: fraction        !! The rest, s
-
-        integer(i8) :: days
-
-        ! Whole days first, so that no digit of the fraction is lost.
-        days = seconds/DAY
-        utc = utc_plus(GPS_EPOCH, real(days*DAY, dp))
-        utc = utc_plus(utc, real(seconds - days*DAY, dp) + fraction)
-    end function utc_of_gps
 
     !> The date of a GPS time in the GPS calendar, to the microsecond: 2023-06-01T00:00:00.007739.
     function gps_date_text(seconds, fraction) result(text)

@@ -1,7 +1,8 @@
 !> The C interface: the offset from Level-1 data. Documented in include/gracecg.h.
 module gracecg_level1_c_estimate
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_size_t
-    use gracecg, only: dp, error_t, level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration, &
+    use gracecg, only: dp, error_t
+    use gracecg_level1, only: level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration, &
         level1_estimate_t, estimate_level1, LEVEL1_SOURCES
     use gracecg_base_error, only: fail_unknown_name
     use gracecg_level1_calibration, only: middle_of

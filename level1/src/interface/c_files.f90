@@ -1,7 +1,8 @@
 !> The C interface: Level-1 data of GRACE and GRACE-FO. Documented in include/gracecg.h.
 module gracecg_level1_c_files
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp, error_t, level1_records_t, read_level1
+    use gracecg, only: dp, error_t
+    use gracecg_level1, only: level1_records_t, read_level1
     use gracecg_base_error, only: fail_unknown_name
     use gracecg_base_kinds, only: i8
     use gracecg_base_text, only: integer_text

@@ -23,9 +23,8 @@ module gracecg_level1_simulated_truth
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
     use gracecg_environment_space_weather, only: space_weather_source_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_environment_time, only: utc_t, decimal_year, seconds_between, parse_utc, utc_text, utc_plus
+    use gracecg_environment_time, only: utc_of_gps, GPS_EPOCH, utc_t, decimal_year, seconds_between, parse_utc, utc_text, utc_plus
     use gracecg_level1_frames, only: inertial_of_earth_fixed
-    use gracecg_level1_time, only: utc_of_gps, GPS_EPOCH
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, inertia_about_com
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t

@@ -8,14 +8,14 @@ module gracecg_level1_simulation_settings
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_settings, only: settings_t
+    use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
+    use gracecg_simulation_case, only: LEVEL1_GROUPS
     implicit none
     private
     public :: level1_settings_t, level1_span_settings_t, read_level1_settings, describe_level1_simulation, span_list
-    public :: by_satellite, MAX_SPANS, LEVEL1_FAULTS, LEVEL1_GROUPS
+    public :: by_satellite, MAX_SPANS, LEVEL1_FAULTS
 
     integer, parameter :: MAX_SPANS = 32            !! Sub-manoeuvres of a folder
-    !> Groups of the namelist
-    character(18), parameter :: LEVEL1_GROUPS(2) = [character(18) :: 'level1_simulation', 'level1_span']
     !> What may be wrong on purpose, for tests of those who look for it: currents of rod y with the other sign, SRF
     !> written in the columns of AF, tags of ACC1A that say GPS and are OBC, B currents with the sign of the other mission,
     !> angular channels that are zero as in ACT files
@@ -46,7 +46,7 @@ module gracecg_level1_simulation_settings
         logical :: staircase = .false.              !! Currents are held from tag to tag, 0.5 s
         real(dp) :: science_current = 4             !! Largest between the spans, mA
         real(dp) :: pitch = 0.75_dp*DEGREE          !! Of body x towards the other satellite, downwards, rad
-        real(dp) :: rod_gain(3) = 0.25_dp           !! As said, A m^2/mA
+        real(dp) :: rod_gain(3) = USUAL_ROD_GAIN           !! As said, A m^2/mA
         real(dp) :: rod_gain_error = 0.02_dp        !! Relative, sigma: the true one is said times 1 + error
         real(dp) :: inertia_error = 0.01_dp         !! Relative, sigma: what is said is the true one times 1 + error
         real(dp) :: torque_delay = 0                !! Of the true current behind the tags, s
@@ -63,7 +63,7 @@ module gracecg_level1_simulation_settings
         real(dp) :: angular_scale_error = 0.03_dp   !! Sigma
         real(dp) :: angular_noise(3) = [2.9e-8_dp, 1.1e-8_dp, 1.7e-8_dp]    !! One-sided ASD, rad/s^2/sqrt(Hz)
         real(dp) :: angular_quantum(3) = [1.0133e-8_dp, 6.109e-10_dp, 1.0133e-8_dp]     !! rad/s^2; 0: none
-        real(dp) :: leakage(2) = [1e-12_dp, 3e-11_dp]   !! Of the rods: sigma of L, m/s^2/mA, and of K, m/s^2/(mA/s)
+        real(dp) :: leakage(2) = USUAL_LEAKAGE   !! Of the rods: sigma of L, m/s^2/mA, and of K, m/s^2/(mA/s)
         real(dp) :: angular_leakage(2) = 0          !! Likewise of the angular channels, rad/s^2/mA, rad/s^2/(mA/s)
         integer :: flagged = 0                      !! Samples in each span with wrong values and a bad flag
         integer :: gaps = 0                         !! Spans in which samples of the accelerometer are missing
