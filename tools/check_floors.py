@@ -209,7 +209,7 @@ def plant_clean_house(root):
     plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_assest")
     plant(root, "src/gracecg.f90", "use gracecg_studies_trim")
     plant(root, "src/interface/handles.f90", "use gracecg")
-    plant(root, "src/cli/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
+    plant(root, "app/cli/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
     plant(root, "app/main.f90", "use gracecg_cli_table", "stop")
 
 
@@ -233,7 +233,7 @@ PLANTED = (
     (("src/interface/handles.f90", "use gracecg_cli_table"), "handles.f90:2:", "reaches cli"),
     (("src/gracecg.f90", "use gracecg_cli_table"), "gracecg.f90:2:", "reaches cli"),
     (("src/studies/trim.f90", "use gracecg_cli_table"), "trim.f90:2:", "reaches cli"),
-    (("src/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
+    (("app/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
     (("src/estimation/report/assest.f90", "use gracecg_environment_wind"),
      "assest.f90:2:", "may use only"),
     (("src/planning/a.f90", "end module", "module gracecg_planning_b"), "a.f90:1:", "one module"),

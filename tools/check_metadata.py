@@ -238,7 +238,7 @@ PLANTED = (
     ("fpm.toml", '"MIT"', '"ISC"', "REUSE.toml: files without"),
     ("src/base/version.f90", "0.2.0", "0.1.0", "VERSION 0.1.0"),
     ("src/base/version.f90", "VERSION", "NUMBER", "VERSION not found"),
-    ("src/cli/other_version.f90", None, "VERSION = '0.2.0'", "VERSION 0.2.0, 0.2.0"),
+    ("app/cli/other_version.f90", None, "VERSION = '0.2.0'", "VERSION 0.2.0, 0.2.0"),
     ("CITATION.cff", "0.2.0", "0.1.0", "CITATION.cff: version"),
     ("CITATION.cff", "license: MIT", "license: ISC", "CITATION.cff: license"),
     ("CITATION.cff", "  - b\n", "", "CITATION.cff: keywords"),

@@ -67,7 +67,7 @@ contains
         print '(i0)', held%number
     end subroutine show
 end module library
-""", "src/cli/command.f90": """module command
+""", "app/cli/command.f90": """module command
     use library, only: held_t, show
     implicit none
 contains

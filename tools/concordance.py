@@ -26,7 +26,7 @@ EQUATIONS = [f"{chapter}-{i}" for chapter, last in ((2, 35), (3, 23), (4, 103))
              for i in range(1, last + 1)] + ["6.1"]
 STATES = ("printed", "corrected", "equivalent", "replaced", "definition", "absent")
 SLIPS = "The report's slips"                # the section of the theory that repeats what others say
-NOT_PLACES = ("src/cli",)                   # what prints a number does not implement it
+NOT_PLACES = ("app/cli",)                   # what prints a number does not implement it
 
 CITATION = r"\(([2-9])-(\d{1,3})\)"
 RANGE = re.compile(CITATION + r"(?:\s*(?:-|to|\.\.\.)\s*" + CITATION + r")?|\((6\.1)\)")
@@ -288,7 +288,7 @@ def known_names(root, found, tests):
         names |= {source.module} | source.names["procedure"] | source.names["type"]
         for match in re.finditer(r"parameter[^!]*::\s*(\w+)", (root / source.path).read_text(encoding="utf-8")):
             names.add(match.group(1))
-    commands = root / "src/cli/command_line.f90"
+    commands = root / "app/cli/command_line.f90"
     if commands.exists():
         names |= {f"gracecg {c}" for c in re.findall(r"command_t\('([^']+)'", commands.read_text(encoding="utf-8"))}
     statements = root / "src/studies/statements.f90"

@@ -3,7 +3,7 @@
  * to trust it. Compiles as C99 and as C++.
  *
  *     cc level1_estimate.c $(pkg-config --cflags --libs gracecg) -o level1_estimate
- *     gracecg simulate front-1 --format level1 --out day
+ *     gracecg level1 simulate front-1 --out day
  *     ./level1_estimate day day/setup.nml
  */
 #include <gracecg.h>
