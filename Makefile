@@ -22,21 +22,27 @@ help:
 	@echo 'make dist    the sources as committed, build/gracecg-VERSION.tar.gz: they build without a network'
 	@echo 'make clean   removes what was built (what was installed from PyPI stays in .venv)'
 	@echo
+	@echo 'run, test, build and install compile for the processor of this machine; PORTABLE=1 turns it off, for packages:'
+	@echo '             the shared library is then installed for newer processors, too, where the loader finds it'
+	@echo
 	@echo 'All of them first install what this machine lacks to do their work (tools/setup.sh).'
+
+# fpm with the flags for this machine. Each set of flags has a build tree of its own.
+FPM = fpm="$$(tools/setup.sh)" && export FPM_FFLAGS="$$(tools/flags.sh)" && "$$fpm"
 
 # fpm does not link a program anew when another of its commands has rebuilt the library since: the
 # programs are removed first.
 run:
 	@rm -f build/gfortran_*/app/gracecg
-	@fpm="$$(tools/setup.sh)" && "$$fpm" run --profile release -- $(MAIN_JOB)
+	@$(FPM) run --profile release -- $(MAIN_JOB)
 
 test:
 	@rm -f build/gfortran_*/test/tester
-	@fpm="$$(tools/setup.sh)" && "$$fpm" test --profile release
+	@$(FPM) test --profile release
 
 build:
 	@rm -f build/gfortran_*/app/gracecg
-	@fpm="$$(tools/setup.sh)" && "$$fpm" build --profile release && \
+	@$(FPM) build --profile release && \
 		"$$fpm" install --profile release --prefix build/stage >/dev/null && \
 		install -D build/stage/bin/gracecg build/bin/gracecg
 

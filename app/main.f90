@@ -6,6 +6,7 @@ program gracecg_main
     use, intrinsic :: iso_c_binding, only: c_int
     use gracecg_cli_arguments, only: process_words
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_memory, only: keep_memory
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_level1_commands, only: level1_commands
     implicit none
@@ -15,9 +16,6 @@ program gracecg_main
             import :: c_int
             integer(c_int), value :: status
         end subroutine c_exit
-        !> Memory that the program has had is not given back to the system at once.
-        subroutine keep_memory() bind(c, name='gracecg_keep_memory')
-        end subroutine keep_memory
     end interface
 
     type(console_t) :: console

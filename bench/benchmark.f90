@@ -55,7 +55,7 @@ program benchmark
     call report_time('whole derivative (2-31)', 100000, time_derivative)
     call report_time('one step of Runge-Kutta-Fehlberg 7(8)', 10000, time_step)
     call report_time('truth arc, 60 s in steps of 0.1 s', 1, time_arc)
-    call report_time('the same by Runge-Kutta-Fehlberg 7(8) alone', 1, time_arc_by_runge_kutta)
+    call report_time('the same in steps under control', 1, time_arc_under_control)
     call report_time('simulated observation set', 10, time_observations)
     call report_time('ASSEST (FDE), offset alone', 10, time_assest)
     call report_time('ASSEST (FDE), with covariance', 3, time_assest_covariance)
@@ -269,19 +269,19 @@ contains
         end do
     end subroutine time_arc
 
-    subroutine time_arc_by_runge_kutta(evaluations)
+    subroutine time_arc_under_control(evaluations)
         integer, intent(in) :: evaluations
-        type(case_t) :: report
+        type(case_t) :: other
         type(truth_arc_t) :: arc
         integer :: i
 
-        report = case
-        report%integrator = 'rkf78'
+        other = case
+        other%integrator = 'rkf78-controlled'
         do i = 1, evaluations
-            call propagate_case(report, arc, error)
+            call propagate_case(other, arc, error)
             sink = sink + arc%state(1, arc%steps)
         end do
-    end subroutine time_arc_by_runge_kutta
+    end subroutine time_arc_under_control
 
     subroutine time_decimal(evaluations)
         integer, intent(in) :: evaluations

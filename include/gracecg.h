@@ -349,8 +349,9 @@ gracecg_status gracecg_force_model_rate(const gracecg_force_model *model, double
                                         const double state[13], double rate[13], gracecg_error *error);
 
 /* Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13], the
-   first one the initial state, every `interval` s (> 0). tolerance = 0: one step an interval; else the
-   local error allowed per step, with step-size control. At most 10^6 steps. Nothing controls the attitude:
+   first one the initial state, every `interval` s (> 0). tolerance = 0: one step an interval; else steps
+   under control with interpolation, by how far four steps and one of their length may differ, relative to
+   1e7 m, 1e4 m/s, 1e-3 rad/s and 1 (1e-10, say). At most 10^6 intervals. Nothing controls the attitude:
    the torques turn the satellite freely, as in a calibration manoeuvre; over more than some minutes use
    gracecg_force_model_propagate_nadir. */
 gracecg_status gracecg_force_model_propagate(const gracecg_force_model *model, const double state[13],

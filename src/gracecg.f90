@@ -77,8 +77,8 @@ module gracecg
     use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
     use gracecg_simulation_case_library, only: find_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, rkf78_integrate
-    use gracecg_base_multistep, only: multistep_t, new_multistep
+    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
+    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
     use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, loads_t, STATE_SIZE, &
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &
@@ -164,7 +164,7 @@ module gracecg
     public :: satellite_t, operator_t, OPERATOR_ERRORS
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t
     public :: STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
-    public :: ode_system_t, rkf78_step, rkf78_integrate, multistep_t, new_multistep
+    public :: ode_system_t, rkf78_step, controlled_steps_t, begin_steps
     public :: truth_arc_t, propagate_arc, check_state, nadir_pointing_t
 
     public :: random_stream_t, new_stream

@@ -28,7 +28,7 @@ program tester
     use test_text, only: collect_text
     use test_decimal, only: collect_decimal
     use test_fourier, only: collect_fourier
-    use test_multistep, only: collect_multistep
+    use test_controlled_steps, only: collect_controlled_steps
     use test_shortest_decimal, only: collect_shortest_decimal
     use test_file, only: collect_file
     use test_table, only: collect_table
@@ -48,6 +48,7 @@ program tester
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
     use test_batch_processor, only: collect_batch_processor
+    use test_simplified_newton, only: collect_simplified_newton
     use test_offset_model, only: collect_offset_model
     use test_random, only: collect_random
     use test_coloured_noise, only: collect_coloured_noise
@@ -150,7 +151,7 @@ program tester
              new_testsuite('text', collect_text), &
              new_testsuite('decimal', collect_decimal), &
              new_testsuite('fourier', collect_fourier), &
-             new_testsuite('multistep', collect_multistep), &
+             new_testsuite('controlled-steps', collect_controlled_steps), &
              new_testsuite('shortest-decimal', collect_shortest_decimal), &
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
@@ -170,6 +171,7 @@ program tester
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &
              new_testsuite('batch-processor', collect_batch_processor), &
+             new_testsuite('simplified-newton', collect_simplified_newton), &
              new_testsuite('offset-model', collect_offset_model), &
              new_testsuite('random', collect_random), &
              new_testsuite('coloured-noise', collect_coloured_noise), &
@@ -270,7 +272,7 @@ program tester
             end if
             total = 1
         else
-            call run_testsuite(suites(position)%collect, output_unit, failed)
+            call run_testsuite(suites(position)%collect, output_unit, failed, parallel=.false.)
             total = count_tests(suites(position))
         end if
     else
@@ -281,7 +283,7 @@ program tester
             if (fast) then
                 call run_fast_tests(suites(i), total, failed)
             else
-                call run_testsuite(suites(i)%collect, output_unit, failed)
+                call run_testsuite(suites(i)%collect, output_unit, failed, parallel=.false.)
                 total = total + count_tests(suites(i))
             end if
             flush (output_unit)

@@ -5,11 +5,14 @@
     tools/check_floors.py --self-test  plants violations of every rule and checks that they are found
 
 The rules:
+- src/ and app/ hold Fortran alone (.f90, no preprocessor): nothing there needs another compiler.
 - src/FLOOR/ROOM.f90 (or in a folder of the floor) holds one module or submodule, gracecg_FLOOR_ROOM, so that
   a `use` tells its floor; src/gracecg.f90 holds the umbrella. A module has a `private` statement. The
   Fortran 77 entry points alone are procedures outside of modules.
 - A module uses modules of lower floors, or of its own floor without circles. Floors that stand side by
   side do not use each other: simulation and estimation, interface and cli.
+- The folders of a floor that FOLDERS lists have an order, too: every module of it lies in one of them and uses
+  its own folder and lower ones; folders of one number do not use each other.
 - Nothing but app/ reaches cli.
 - The estimators see observations, never the truth: by no chain of `use` do they reach the simulation;
   of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
@@ -28,6 +31,12 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 FLOORS = {"base": 0, "files": 1, "environment": 2, "spacecraft": 3, "observations": 4,
           "simulation": 5, "estimation": 5, "planning": 6, "studies": 7, "umbrella": 8,
           "interface": 9, "cli": 9, "app": 10}
+
+# The same within a floor. Contract: what is asked and answered; checks: of data and beliefs; then the families
+# of estimators; door: an estimator by its name; verdict: what is said of its solution.
+FOLDERS = {"estimation": {"contract": 0, "data": 1, "model": 2, "checks": 3,
+                          "report": 4, "optimal": 4, "sequential": 4, "level1": 4,
+                          "joint": 5, "door": 6, "verdict": 7}}
 
 UMBRELLA = "src/gracecg.f90"
 # Callers without modules need procedures outside of them.
@@ -87,6 +96,11 @@ def floor_of(path):
     return name if name in FLOORS else None
 
 
+def folder_of(source):
+    """The folder of a source within its floor: empty when it lies in none."""
+    return source.path.parts[2] if len(source.path.parts) > 3 else ""
+
+
 def module_of(path):
     """The name of the module that a source of src/ has to hold."""
     return "gracecg" if path.as_posix() == UMBRELLA else f"gracecg_{path.parts[1]}_{path.stem}"
@@ -110,6 +124,9 @@ def check_form(source):
     """One module a file, named after floor and file, private; nothing that a library must not do."""
     if source.floor is None:
         yield 1, "stands on no floor"
+    if source.floor in FOLDERS and folder_of(source) not in FOLDERS[source.floor]:
+        yield 1, f"lies in no folder of {source.floor} that has a place in the order: " \
+                 + ", ".join(FOLDERS[source.floor])
     if source.path.as_posix() == WITHOUT_MODULE:
         if source.module:
             yield 1, "holds a module; only procedures outside of modules are expected"
@@ -132,7 +149,10 @@ def check_uses(source, home):
     """The direct uses of one module."""
     for name, number in source.uses.items():
         used = home.get(name)
-        if used is None or None in (source.floor, used.floor) or used.floor == source.floor:
+        if used is None or None in (source.floor, used.floor):
+            continue
+        if used.floor == source.floor:
+            yield from check_folders(source, used, number)
             continue
         if used.floor == "cli" and source.floor != "app":
             yield number, f"uses {name}: nothing but app/ reaches cli"
@@ -144,6 +164,17 @@ def check_uses(source, home):
                 and name not in ESTIMATION_MAY_USE[used.floor]:
             yield number, f"an estimator uses {name}; of {used.floor} it may use only " \
                           + ", ".join(sorted(ESTIMATION_MAY_USE[used.floor]))
+
+
+def check_folders(source, used, number):
+    """A use within a floor: not of a folder above, or beside."""
+    order, own, other = FOLDERS.get(source.floor, {}), folder_of(source), folder_of(used)
+    if own == other or own not in order or other not in order:
+        return
+    if order[other] > order[own]:
+        yield number, f"uses {used.module[0]} of a folder above, {other}"
+    elif order[other] == order[own]:
+        yield number, f"uses {used.module[0]}: {own} and {other} stand side by side and never meet"
 
 
 def chain_to(target, source, home):
@@ -177,7 +208,16 @@ def check_chains(source, home):
             yield source.uses[names[0]], f"{what}: {' -> '.join(names)}"
 
 
+def other_files(root):
+    """What is no Fortran in src/ and app/."""
+    for top in ("src", "app"):
+        for file in sorted((root / top).rglob("*")):
+            if file.is_file() and file.suffix != ".f90":
+                yield f"{file.relative_to(root)}:1: is no Fortran file (.f90)"
+
+
 def violations(root):
+    yield from other_files(root)
     sources = list(read_sources(root))
     home = {name: source for source in sources for name in source.module}
     for source in sources:
@@ -206,6 +246,9 @@ def plant_clean_house(root):
     plant(root, "src/estimation/data/fitting_data.f90", "use gracecg_observations_observation_set")
     plant(root, "src/estimation/report/assest.f90", "use gracecg_environment_time",
           "use gracecg_estimation_fitting_data")
+    plant(root, "src/estimation/optimal/optimal.f90", "use gracecg_estimation_fitting_data")
+    plant(root, "src/estimation/door/estimators.f90", "use gracecg_estimation_assest",
+          "use gracecg_estimation_optimal")
     plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_assest")
     plant(root, "src/gracecg.f90", "use gracecg_studies_trim")
     plant(root, "src/interface/handles.f90", "use gracecg")
@@ -236,6 +279,12 @@ PLANTED = (
     (("app/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
     (("src/estimation/report/assest.f90", "use gracecg_environment_wind"),
      "assest.f90:2:", "may use only"),
+    (("src/estimation/data/fitting_data.f90", "use gracecg_estimation_estimators"),
+     "fitting_data.f90:2:", "folder above"),
+    (("src/estimation/model/b.f90", "use gracecg_estimation_optimal"), "b.f90:2:", "folder above"),
+    (("src/estimation/optimal/optimal.f90", "use gracecg_estimation_assest"), "optimal.f90:2:", "never meet"),
+    (("src/estimation/attic/b.f90",), "b.f90:1:", "no folder"),
+    (("src/estimation/b.f90",), "b.f90:1:", "no folder"),
     (("src/planning/a.f90", "end module", "module gracecg_planning_b"), "a.f90:1:", "one module"),
     (("src/planning/a.f90", "end module", "module gracecg_studies_a"), "a.f90:1:", "one module"),
     (("src/planning/a.f90", "if (any(x > 0)) error stop 1"), "a.f90:2:", "stops"),
@@ -246,6 +295,9 @@ PLANTED = (
     (("src/planning/a.f90", "y = ddot(3, a, 1, b, 1)"), "a.f90:2:", "LAPACK"),
     (("src/planning/a.f90", "call dpotrs(a)"), "a.f90:2:", "LAPACK"),
     (("src/planning/a.f90",), "a.f90:1:", "private"),
+    (("src/planning/a.c", "int a;"), "a.c:1:", "no Fortran"),
+    (("src/planning/a.h", "int a;"), "a.h:1:", "no Fortran"),
+    (("app/a.F90", "#define A"), "a.F90:1:", "no Fortran"),
     (("src/attic/a.f90",), "a.f90:1:", "no floor"),
     (("src/interface/f77.f90",), "f77.f90:1:", "outside of modules"),
 )

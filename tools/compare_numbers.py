@@ -4,7 +4,7 @@
     tools/compare_numbers.py [--limit RELATIVE] --parts PATTERN... FOLDER FOLDER
 
 For every pattern the greatest relative difference over all files that match: of a number, relative to the greatest
-of its column (the three axes of a vector count as one column), so that a component near zero is measured by its
+of its column (the three axes of a vector count as one column, the four numbers of a quaternion, too), so that a component near zero is measured by its
 vector. Printed in one line, with " | " between. What is no number must be equal. Status 1 when a difference is above
 the limit (1e-9; those of LOOSE are wider, for their reasons), or files or texts differ.
 """
@@ -45,20 +45,32 @@ def difference(one, other):
         return {"": float("inf")}
     groups = {}
     for column, name in enumerate(header):
-        groups.setdefault(re.sub(r"(^|_)([a-z]*)[xyz]($|_)", r"\1\2#\3", name), []).append(column)
+        vector = re.sub(r"(^|_)([a-z]*)[xyz]($|_)", r"\1\2#\3", re.sub(r"^(sigma_)?q[1-4]$", r"\1q#", name))
+        groups.setdefault(vector, []).append(column)
     worst = {}
     for name, columns in groups.items():
         largest = [0.0, 0.0]
         for row, row2 in zip(rows, rows2):
             for column in columns:
                 a, b = number(row[column]), number(row2[column])
-                if a is None or b is None:
+                if a is None or b is None or a != a or b != b:
                     if row[column] != row2[column]:
                         return {"": float("inf")}
                     continue
                 largest = [max(largest[0], abs(a - b)), max(largest[1], abs(a))]
         if largest[0] > 0 and name not in UNSEEN:
             worst[name] = largest[0] / largest[1] if largest[1] else float("inf")
+    return worst
+
+
+def worst_differences(pattern, one, other):
+    """The greatest of each column over all files of a pattern; that of "" is infinite where they cannot be compared."""
+    names = sorted(str(path.relative_to(one)) for path in one.glob(pattern))
+    worst = {"": 0.0 if names else float("inf")}
+    for name in names:
+        found = difference(one / name, other / name) if (other / name).exists() else {"": float("inf")}
+        for column, value in found.items():
+            worst[column] = max(worst.get(column, 0.0), value)
     return worst
 
 
@@ -71,12 +83,7 @@ def main():
     one, other = pathlib.Path(one), pathlib.Path(other)
     words, fine = [], True
     for pattern in patterns:
-        names = sorted(str(path.relative_to(one)) for path in one.glob(pattern))
-        worst = {"": 0.0 if names else float("inf")}
-        for name in names:
-            found = difference(one / name, other / name) if (other / name).exists() else {"": float("inf")}
-            for column, value in found.items():
-                worst[column] = max(worst.get(column, 0.0), value)
+        worst = worst_differences(pattern, one, other)
         fine = fine and all(value <= LOOSE.get(column, arguments.limit) for column, value in worst.items())
         loose = {re.sub("_?#.*", "", column): value for column, value in worst.items() if column in LOOSE}
         strict = max(value for column, value in worst.items() if column not in LOOSE)

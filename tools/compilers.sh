@@ -12,8 +12,6 @@
 # tools/compare_numbers.py). --quick leaves out the tests that take long. JOBS: of the build (1).
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
-readonly ALGORITHMS='assest-fde assest-rde ascfest ascrest optimal sequential'
-readonly CASES='front-1 front-2 front-3 back-1 back-2 back-3'
 readonly OUT=build/compilers
 
 usage() {
@@ -61,34 +59,13 @@ genuine_testdrive() {
 }
 
 build() {
-    local compiler=$1 folder=$OUT/$1 flags=() c_compiler
-    c_compiler=${compiler/gfortran/gcc}
-    c_compiler=${c_compiler/flang/clang}
+    local compiler=$1 folder=$OUT/$1 flags=()
     case $compiler in gfortran*) flags=('-DCMAKE_Fortran_FLAGS=-Wall -Wextra -std=f2018 -pedantic') ;; esac
     mapfile -t testdrive <<<"$(genuine_testdrive "$compiler")"
     [ -n "${testdrive[0]}" ] || testdrive=()
     cmake -S . -B "$folder" -G Ninja -DCMAKE_Fortran_COMPILER="$compiler" \
-        -DCMAKE_C_COMPILER="$c_compiler" -DBUILD_SHARED_LIBS=OFF \
-        -DGRACECG_TESTS=ON "${flags[@]}" "${testdrive[@]}" >"$folder.log" 2>&1
+        -DBUILD_SHARED_LIBS=OFF -DGRACECG_TESTS=ON "${flags[@]}" "${testdrive[@]}" >"$folder.log" 2>&1
     cmake --build "$folder" -j"${JOBS:-1}" >>"$folder.log" 2>&1
-}
-
-# What is compared: every number in the files that this leaves.
-compute() {
-    local program=$PWD/$OUT/$1/gracecg folder=$OUT/$1/results name algorithm
-    rm -rf "$folder"
-    mkdir -p "$folder"
-    (
-        cd "$folder"
-        "$program" verify --out verify >verify.txt
-        for name in $CASES; do
-            "$program" bound "$name" --format csv >"bound_$name.csv"
-            "$program" simulate "$name" --out "$name" --seed 77 >/dev/null
-            for algorithm in $ALGORITHMS; do
-                "$program" estimate "$name" --algorithm "$algorithm" --format csv >"estimate_${name}_$algorithm.csv"
-            done
-        done
-    )
 }
 
 case ${1:-} in
@@ -117,7 +94,8 @@ for compiler in "$@"; do
     tests=$(grep -E '^[0-9]+ passed, [0-9]+ failed$' "$OUT/$compiler.tests" | tail -1 || true)
     grep FAILED "$OUT/$compiler.tests" || true
     warnings=$(grep -c -i 'warning: ' "$OUT/$compiler.log" || true)
-    compute "$compiler" || status=1
+    rm -rf "$OUT/$compiler/results"
+    python3 tools/check_builds.py --compute "$OUT/$compiler/gracecg" "$OUT/$compiler/results" || status=1
     differences=$(python3 tools/compare_numbers.py --parts 'verify*/verify_*.csv' 'estimate_*.csv' 'bound_*.csv' \
         "$OUT/$1/results" "$OUT/$compiler/results") || status=1
     table+="| $("$compiler" --version | head -1) | ${tests:-broke off} | $warnings | $differences |"$'\n'

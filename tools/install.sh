@@ -6,11 +6,14 @@
 #   tools/install.sh --remove     removes what it installs
 #
 # By environment: PREFIX (/usr/local), BINDIR, LIBDIR, INCLUDEDIR, MANDIR (below PREFIX), DESTDIR (put
-# before all of them, for packages).
+# before all of them, for packages); PORTABLE=1: not for this machine's processor (tools/flags.sh), for packages that
+# leave the machine. On x86-64 with the C library of GNU the shared library is then built for newer processors, too;
+# HWCAPS says for which (x86-64-v3 x86-64-v4; empty: none). The loader takes the best that the processor runs (ld.so(8)).
 #
 #   BINDIR/gracecg                    the program
 #   LIBDIR/libgracecg.a               the static library
 #   LIBDIR/libgracecg.so.VERSION      the shared library, with its links .so.MAJOR and .so
+#   LIBDIR/glibc-hwcaps/LEVEL         the same for newer processors
 #   LIBDIR/pkgconfig/gracecg.pc       compiler and linker options
 #   INCLUDEDIR/gracecg.h              the C interface
 #   INCLUDEDIR/gracecg/gracecg.mod    the Fortran interface: the module gracecg alone
@@ -35,6 +38,12 @@ version=$(sed -n 's/^version *= *"\(.*\)"/\1/p' fpm.toml)
 soname=libgracecg.so.${version%%.*}
 readonly prefix bindir libdir includedir mandir destdir version soname
 readonly stage=build/stage library=build/library docdir=$prefix/share/doc/gracecg
+hwcaps=${HWCAPS-}
+if [ -n "${PORTABLE:-}" ] && [ -z "${HWCAPS+set}" ] && [ "$(uname -sm)" = 'Linux x86_64' ] &&
+    getconf GNU_LIBC_VERSION >/dev/null 2>&1; then
+    hwcaps='x86-64-v3 x86-64-v4'
+fi
+readonly hwcaps
 readonly bash_completion=$prefix/share/bash-completion/completions/gracecg
 readonly zsh_completion=$prefix/share/zsh/site-functions/_gracecg
 
@@ -48,13 +57,16 @@ for folder in "$prefix" "$bindir" "$libdir" "$includedir" "$mandir"; do
     esac
 done
 
-# The installed files, without DESTDIR.
+# The installed files, without DESTDIR; arguments: the levels of processors.
 installed_files() {
-    local licence
+    local licence level
     printf '%s\n' "$bindir/gracecg" "$libdir/libgracecg.a" "$libdir/libgracecg.so" "$libdir/$soname" \
         "$libdir/libgracecg.so.$version" "$libdir/pkgconfig/gracecg.pc" "$includedir/gracecg.h" \
         "$includedir/gracecg/gracecg.mod" "$mandir/man1/gracecg.1" "$bash_completion" "$zsh_completion" \
         "$docdir/LICENSE" "$docdir/DATA.md"
+    for level in "$@"; do
+        printf '%s\n' "$libdir/glibc-hwcaps/$level/$soname" "$libdir/glibc-hwcaps/$level/libgracecg.so.$version"
+    done
     for licence in LICENSES/*; do
         printf '%s\n' "$docdir/$licence"
     done
@@ -86,11 +98,10 @@ Libs.private: $(dependencies)
 EOF
 }
 
-# The sources of the library: what its doors use, directly or not, with the submodules of these modules, and the
-# kernels in C but the program's. A module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
+# The sources of the library: what its doors use, directly or not, with the submodules of these modules. A module
+# gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
 library_sources() {
     local waiting=(src/gracecg.f90 src/interface/*.f90) seen=' ' source floor room submodule
-    find src -name '*.c' ! -path 'src/cli/*'
     while [ "${#waiting[@]}" -gt 0 ]; do
         source=${waiting[0]}
         waiting=("${waiting[@]:1}")
@@ -114,23 +125,30 @@ leave_library() {
     ar d "$1" $others
 }
 
-build() {
-    local fpm
-    fpm=$(tools/setup.sh)
-    # fpm does not link a program anew when another of its commands has rebuilt the library since.
-    rm -rf build/gfortran_*/app/gracecg "$stage" "$library"
-    mkdir -p "$library"
-    # fpm gives gcc no flags of its own; the shared library wants position-independent objects.
-    FPM_CFLAGS="-fPIC ${FPM_CFLAGS:-}" "$fpm" install --profile release --prefix "$stage" >build/install.log 2>&1 || {
+# Both libraries, in a folder: STAGE LIBRARY FLAGS.
+build_libraries() {
+    FPM_FFLAGS=$3 "$fpm" install --profile release --prefix "$1" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }
-    cp "$stage/lib/libgracecg.a" "$library/"
-    leave_library "$library/libgracecg.a"
+    mkdir -p "$2"
+    cp "$1/lib/libgracecg.a" "$2/"
+    leave_library "$2/libgracecg.a"
     # shellcheck disable=SC2046 # several words are meant
     "${FPM_FC:-gfortran}" -shared -fopenmp -Wl,-soname,"$soname" -Wl,-z,defs -Wl,--version-script=tools/cmake/exports.map \
-        -o "$library/libgracecg.so.$version" -Wl,--whole-archive "$library/libgracecg.a" \
+        -o "$2/libgracecg.so.$version" -Wl,--whole-archive "$2/libgracecg.a" \
         -Wl,--no-whole-archive $(dependencies)
+}
+
+build() {
+    local fpm level
+    fpm=$(tools/setup.sh)
+    # fpm does not link a program anew when another of its commands has rebuilt the library since.
+    rm -rf build/gfortran_*/app/gracecg "$stage" "$library"
+    for level in $hwcaps; do
+        build_libraries "$stage/$level" "$library/$level" "${FPM_FFLAGS:-} -march=$level"
+    done
+    build_libraries "$stage" "$library" "$(tools/flags.sh)"
     write_pkg_config >"$stage/gracecg.pc"
     tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
     "$stage/bin/gracecg" completion bash >"$stage/completion.bash"
@@ -138,11 +156,16 @@ build() {
 }
 
 copy() {
+    local level licence
     install -D -m 755 "$stage/bin/gracecg" "$destdir$bindir/gracecg"
     install -D -m 644 "$library/libgracecg.a" "$destdir$libdir/libgracecg.a"
     install -D -m 644 "$library/libgracecg.so.$version" "$destdir$libdir/libgracecg.so.$version"
     ln -sfn "libgracecg.so.$version" "$destdir$libdir/$soname"
     ln -sfn "$soname" "$destdir$libdir/libgracecg.so"
+    for level in $hwcaps; do
+        install -D -m 644 "$library/$level/libgracecg.so.$version" "$destdir$libdir/glibc-hwcaps/$level/libgracecg.so.$version"
+        ln -sfn "libgracecg.so.$version" "$destdir$libdir/glibc-hwcaps/$level/$soname"
+    done
     install -D -m 644 "$stage/gracecg.pc" "$destdir$libdir/pkgconfig/gracecg.pc"
     install -D -m 644 include/gracecg.h "$destdir$includedir/gracecg.h"
     install -D -m 644 "$stage/include/gracecg.mod" "$destdir$includedir/gracecg/gracecg.mod"
@@ -151,7 +174,6 @@ copy() {
     install -D -m 644 "$stage/completion.zsh" "$destdir$zsh_completion"
     install -D -m 644 LICENSE "$destdir$docdir/LICENSE"
     install -D -m 644 data/README.md "$destdir$docdir/DATA.md"
-    local licence
     for licence in LICENSES/*; do
         install -D -m 644 "$licence" "$destdir$docdir/$licence"
     done
@@ -159,9 +181,10 @@ copy() {
 
 remove() {
     local file
-    installed_files | while IFS= read -r file; do
+    installed_files x86-64-v2 x86-64-v3 x86-64-v4 | while IFS= read -r file; do
         rm -f -- "$destdir$file"
     done
+    rmdir -- "$destdir$libdir"/glibc-hwcaps/* "$destdir$libdir/glibc-hwcaps" 2>/dev/null || true
     rmdir -- "$destdir$includedir/gracecg" "$destdir$docdir/LICENSES" "$destdir$docdir" 2>/dev/null || true
 }
 
@@ -177,7 +200,8 @@ case ${1:-} in
         build
         copy
         refresh_loader
-        installed_files | sed "s|^|installed: $destdir|"
+        # shellcheck disable=SC2086 # several words are meant
+        installed_files $hwcaps | sed "s|^|installed: $destdir|"
         ;;
     --library)
         build

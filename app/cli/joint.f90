@@ -14,8 +14,8 @@ module gracecg_cli_joint
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: read_changes
     use gracecg_estimation_options, only: estimation_options_t, read_options
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, PARAMETER_UNITS
-    use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED, JOINED_COUNT
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, PARAMETER_UNITS, JOINED
+    use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
     use gracecg_estimation_saved_estimate, only: read_information
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t

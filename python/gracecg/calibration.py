@@ -599,7 +599,7 @@ class ForceModel(Handle):
 
     def propagate(self, state: ArrayLike, interval: float, steps: int, tolerance: float = 0.0) -> Array:
         """States (steps + 1, 13) every `interval` s from time 0, the attitude free; tolerance 0: one step an
-        interval, else the local error allowed per step."""
+        interval, else steps under control (1e-10, say; docs/theory.md, section 8), with interpolation."""
         states = np.empty((steps + 1, 13))
         call("force_model_propagate", self._handle, pointer(exactly(state, 13)), interval, steps, tolerance,
              pointer(states))

@@ -19,7 +19,6 @@ module gracecg_base_coloured_noise
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, fail_out_of_range
-    use gracecg_base_lanes, only: POLES
     use gracecg_base_text, only: integer_text
     use gracecg_base_random, only: random_stream_t
     implicit none
@@ -29,7 +28,7 @@ module gracecg_base_coloured_noise
     integer, parameter :: ONE_SIDED = 1     !! The power lies at frequencies from 0 to fs/2
     integer, parameter :: TWO_SIDED = 2     !! The power lies at frequencies from -fs/2 to fs/2
 
-    integer, parameter :: N_POLES = POLES   !! First-order processes whose sum is the flicker part
+    integer, parameter :: N_POLES = 10   !! First-order processes whose sum is the flicker part
     integer :: i_pole    !! Index of the constant arrays below
 
     real(dp), parameter :: POLE_RATIO = sqrt(10.0_dp)

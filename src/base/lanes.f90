@@ -1,125 +1,15 @@
-!> Inner loops over series, or parameters, that lie side by side in memory ("lanes"): kernels in C (lanes.c, elementary.c), of which
-!> the variant for the processor's widest vectors is taken when the program runs. The bits do not depend on the width.
+!> Inner loops over series, or parameters, that lie side by side in memory ("lanes"), in arrays of fixed shape: the compiler
+!> makes vectors of them, of the width of the processor that it compiles for. Sums have one order.
 module gracecg_base_lanes
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
     implicit none
     private
-    public :: LANES, MOST_LANES, MOST_ROWS, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
-    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, &
-        lanes_sines_cosines, lanes_exponentials
+    public :: LANES, MOST_LANES
+    public :: lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, lanes_exponentials, lanes_logarithms, lanes_erfc, total_of
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
-    integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
-    integer, parameter :: MOST_ROWS = 16        !! Other rows of `lanes_reflect`
-    integer, parameter :: POLES = 10            !! States of `lanes_whiten`
-    integer(c_int32_t), parameter :: LEFT_OUT = 0, PREDICTED = 1, USED = 2
-    !! What is done with a sample: nothing, it becomes 0; its innovation is given and the filter does not learn of it; both
-    integer(c_int32_t), parameter :: WIDEST = LANES     !! Numbers of a vector; less where the processor has no such
-
-    interface
-        !> Kalman filter of series, every state with its own decay and with 1 as output: innovations by their deviations
-        !> in place of the samples.
-        pure subroutine lanes_whiten(widest, lanes, samples, carried, role, gain, inverse_deviation, decay, state, series) &
-            bind(c, name='gracecg_lanes_whiten')
-            import :: c_double, c_int32_t, POLES
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: lanes      !! Series: LANES, 2 LANES or 3 LANES
-            integer(c_int32_t), intent(in), value :: samples, carried   !! After how many of them there is a next one
-            integer(c_int32_t), intent(in) :: role(samples)     !! LEFT_OUT, PREDICTED or USED
-            real(c_double), intent(in) :: gain(POLES, samples)
-            real(c_double), intent(in) :: inverse_deviation(samples)
-            real(c_double), intent(in) :: decay(POLES, samples) !! To the next sample
-            real(c_double), intent(inout) :: state(lanes, POLES)    !! Before the first sample, and after the last
-            real(c_double), intent(inout) :: series(lanes, samples)
-        end subroutine lanes_whiten
-
-        !> The same for states of any output, coupled in pairs: the transition has three diagonals.
-        pure subroutine lanes_filter(widest, states, lanes, samples, carried, role, coupled, output, gain, inverse_deviation, &
-                                     below, on, above, state, series) bind(c, name='gracecg_lanes_filter')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: states
-            integer(c_int32_t), intent(in), value :: lanes      !! Series: LANES, 2 LANES or 3 LANES
-            integer(c_int32_t), intent(in), value :: samples, carried   !! After how many of them there is a next one
-            integer(c_int32_t), intent(in) :: role(samples)     !! LEFT_OUT, PREDICTED or USED
-            integer(c_int32_t), intent(in) :: coupled(states)   !! Not 0: to a neighbour
-            real(c_double), intent(in) :: output(states)
-            real(c_double), intent(in) :: gain(states, samples)
-            real(c_double), intent(in) :: inverse_deviation(samples)
-            real(c_double), intent(in), dimension(states, samples) :: below, on, above  !! The diagonals, to the next sample
-            real(c_double), intent(inout) :: state(lanes, states)   !! Before the first sample, and after the last
-            real(c_double), intent(inout) :: series(lanes, samples)
-        end subroutine lanes_filter
-
-        !> Adds the products of observations, one after the other, to the upper triangle of a normal matrix and to its
-        !> right-hand side. Below the diagonal anything may stand then.
-        pure subroutine lanes_add_products(widest, n, stride, m, rows, observed, normal, rhs) &
-            bind(c, name='gracecg_lanes_add_products')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Parameters
-            integer(c_int32_t), intent(in), value :: stride     !! n made up to a multiple of LANES
-            integer(c_int32_t), intent(in), value :: m          !! Observations, a multiple of 4
-            real(c_double), intent(in) :: rows(stride, m), observed(m)
-            real(c_double), intent(inout) :: normal(stride, n), rhs(stride)
-        end subroutine lanes_add_products
-
-        !> Carries pairs (u, w) of columns of three numbers along du/dt = w - omega x u, dw/dt = A u + B w + f by the
-        !> classical method of Runge and Kutta, and gives dw/dt at the epochs, too.
-        pure subroutine lanes_carry(widest, lanes, steps, interval, omega, a, b, f, columns) bind(c, name='gracecg_lanes_carry')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: lanes      !! Pairs, made up to a multiple of LANES
-            integer(c_int32_t), intent(in), value :: steps      !! At least 0
-            real(c_double), intent(in), value :: interval       !! A step
-            real(c_double), intent(in) :: omega(3, 0:2*steps), a(3, 3, 0:2*steps), b(3, 3, 0:2*steps)   !! At half steps
-            real(c_double), intent(in) :: f(lanes, 3, 0:2*steps)    !! Of each pair, at half steps
-            real(c_double), intent(inout) :: columns(lanes, 9, 0:steps)
-            !! x, y, z of u, w and dw/dt; u and w at epoch 0 are given
-        end subroutine lanes_carry
-
-        !> Linear combinations of columns, each by weights of its own.
-        pure subroutine lanes_combine(widest, lanes, stride, n, m, columns, weights, combined) bind(c, name='gracecg_lanes_combine')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: lanes      !! Numbers of a column, any
-            integer(c_int32_t), intent(in), value :: stride     !! From the first number of a column to that of the next
-            integer(c_int32_t), intent(in), value :: n, m       !! Columns, at least 1, and combinations
-            real(c_double), intent(in) :: columns(stride, *)
-            real(c_double), intent(in) :: weights(m, n)
-            real(c_double), intent(out) :: combined(lanes, m)
-        end subroutine lanes_combine
-
-        !> Householder's reflection of a row and others that makes the elements of the others in a column vanish. Elements
-        !> before that column must be zero in all of them.
-        pure subroutine lanes_reflect(widest, lanes, column, n, row, others) bind(c, name='gracecg_lanes_reflect')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: lanes      !! Elements of a row, made up to a multiple of LANES
-            integer(c_int32_t), intent(in), value :: column     !! From 1 on
-            integer(c_int32_t), intent(in), value :: n          !! Other rows, at most MOST_ROWS
-            real(c_double), intent(inout) :: row(lanes), others(lanes, n)
-        end subroutine lanes_reflect
-
-        !> Sines and cosines of angles, good to a unit of the last place of the angle less its nearest quarter of a turn.
-        pure subroutine lanes_sines_cosines(widest, n, turns, sines, cosines) bind(c, name='gracecg_lanes_sines_cosines')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES or half as many
-            real(c_double), intent(in) :: turns(n)              !! Of 360 deg; less than 2^49
-            real(c_double), intent(out) :: sines(n), cosines(n)
-        end subroutine lanes_sines_cosines
-
-        !> The exponential function of numbers, good to a unit of the last place. Those below -708 and above 709 are taken for
-        !> these; NaN stays.
-        pure subroutine lanes_exponentials(widest, n, x, y) bind(c, name='gracecg_lanes_exponentials')
-            import :: c_double, c_int32_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Numbers, a multiple of LANES or half as many
-            real(c_double), intent(in) :: x(n)
-            real(c_double), intent(out) :: y(n)
-        end subroutine lanes_exponentials
-    end interface
+    integer, parameter :: MOST_LANES = 3*LANES  !! Series, or pairs of columns, that are taken at once
 
 contains
 
@@ -129,4 +19,181 @@ contains
 
         lanes_of = LANES*((n + LANES - 1)/LANES)
     end function lanes_of
+
+    !> Kalman filter of series: innovations by their deviations in place of the samples. The transition of the states from
+    !> one sample to the next is diagonal but for pairs of neighbours.
+    pure subroutine lanes_filter(places, kept, predicts, output, gain, inverse_deviation, on, series, paired, below, above)
+        integer, intent(in) :: places(:)            !! The series to filter, rows of `series`
+        logical, intent(in) :: kept(:)              !! (samples); the filter does not learn of the others
+        logical, intent(in) :: predicts             !! The others get the innovation that they would have, not 0
+        real(dp), intent(in) :: output(:)           !! Of the states
+        real(dp), contiguous, intent(in) :: gain(:, :)      !! (states, samples)
+        real(dp), intent(in) :: inverse_deviation(:)        !! Of the innovations, (samples)
+        real(dp), contiguous, intent(in) :: on(:, :)        !! Diagonal of the transition, (states, samples)
+        real(dp), intent(inout) :: series(:, :)             !! (series, samples)
+        logical, intent(in), optional :: paired(:)          !! States with the next one. Absent: none
+        real(dp), contiguous, intent(in), optional :: below(:, :), above(:, :)  !! Phi(j, j - 1) and Phi(j, j + 1), as `on`
+
+        real(dp) :: state(MOST_LANES, size(output)), expected(MOST_LANES), innovation(MOST_LANES)
+        logical :: in_pairs(size(output))
+        integer :: first, many, lane, i, j
+
+        in_pairs = .false.
+        if (present(paired)) in_pairs = paired
+        do first = 0, size(places) - 1, MOST_LANES
+            many = min(MOST_LANES, size(places) - first)
+            state = 0
+            expected = 0
+            innovation = 0
+            do i = 1, size(kept)
+                do lane = 1, many
+                    innovation(lane) = series(places(first + lane), i)
+                end do
+                innovation = innovation - expected
+                if (.not. (kept(i) .or. predicts)) innovation = 0
+                do lane = 1, many
+                    series(places(first + lane), i) = innovation(lane)*inverse_deviation(i)
+                end do
+                if (.not. kept(i)) innovation = 0
+                expected = 0
+                j = 1
+                do while (j <= size(output))
+                    if (in_pairs(j)) then
+                        call carry_pair(gain(j:, i), on(j:, i), below(j + 1, i), above(j, i), innovation, state(:, j:))
+                        expected = expected + output(j)*state(:, j)
+                        j = j + 1
+                    else
+                        state(:, j) = on(j, i)*(state(:, j) + gain(j, i)*innovation)
+                    end if
+                    expected = expected + output(j)*state(:, j)
+                    j = j + 1
+                end do
+            end do
+        end do
+    end subroutine lanes_filter
+
+    !> Two states that are coupled, from one sample to the next.
+    pure subroutine carry_pair(gain, on, below, above, innovation, state)
+        real(dp), intent(in) :: gain(2), on(2), below, above
+        real(dp), intent(in) :: innovation(MOST_LANES)
+        real(dp), intent(inout) :: state(MOST_LANES, 2)
+
+        real(dp), dimension(MOST_LANES) :: one, other
+
+        one = state(:, 1) + gain(1)*innovation
+        other = state(:, 2) + gain(2)*innovation
+        state(:, 1) = on(1)*one + above*other
+        state(:, 2) = on(2)*other + below*one
+    end subroutine carry_pair
+
+    !> Carries pairs (u, w) of columns of three numbers along du/dt = w - omega x u, dw/dt = A u + B w + f by the classical
+    !> method of Runge and Kutta, and gives dw/dt at the epochs, too.
+    pure subroutine lanes_carry(pairs, steps, interval, omega, a, b, f, columns)
+        integer, intent(in) :: pairs                !! A multiple of MOST_LANES
+        integer, intent(in) :: steps                !! At least 0
+        real(dp), intent(in) :: interval            !! A step
+        real(dp), intent(in) :: omega(3, 0:2*steps), a(3, 3, 0:2*steps), b(3, 3, 0:2*steps)     !! At half steps
+        real(dp), intent(in) :: f(pairs, 3, 0:2*steps)      !! Of each pair, at half steps
+        real(dp), intent(inout) :: columns(pairs, 9, 0:steps)
+        !! x, y, z of u, w and dw/dt; u and w at epoch 0 are given
+
+        real(dp) :: x(MOST_LANES, 6), rate(MOST_LANES, 6, 0:4)
+        integer :: first, last, k
+
+        rate(:, :, 0) = 0
+        do first = 1, pairs, MOST_LANES
+            last = first + MOST_LANES - 1
+            x = columns(first:last, :6, 0)
+            do k = 0, steps
+                call find_rate(2*k, 0.0_dp, rate(:, :, 0), rate(:, :, 1))
+                columns(first:last, :6, k) = x
+                columns(first:last, 7:, k) = rate(:, 4:, 1)
+                if (k == steps) exit
+                call find_rate(2*k + 1, interval/2, rate(:, :, 1), rate(:, :, 2))
+                call find_rate(2*k + 1, interval/2, rate(:, :, 2), rate(:, :, 3))
+                call find_rate(2*k + 2, interval, rate(:, :, 3), rate(:, :, 4))
+                x = x + interval/6*((rate(:, :, 1) + rate(:, :, 4)) + 2*(rate(:, :, 2) + rate(:, :, 3)))
+            end do
+        end do
+
+    contains
+
+        !> The rates where another rate leads from x within a step. One loop: between its load and its store a lane stays in
+        !> registers.
+        pure subroutine find_rate(half, step, before, after)
+            integer, intent(in) :: half
+            real(dp), intent(in) :: step, before(MOST_LANES, 6)
+            real(dp), intent(out) :: after(MOST_LANES, 6)
+
+            real(dp) :: u1, u2, u3, w1, w2, w3
+            integer :: l
+
+            associate (o => omega(:, half), a => a(:, :, half), b => b(:, :, half), f => f(first:last, :, half))
+                do l = 1, MOST_LANES
+                    u1 = x(l, 1) + step*before(l, 1)
+                    u2 = x(l, 2) + step*before(l, 2)
+                    u3 = x(l, 3) + step*before(l, 3)
+                    w1 = x(l, 4) + step*before(l, 4)
+                    w2 = x(l, 5) + step*before(l, 5)
+                    w3 = x(l, 6) + step*before(l, 6)
+                    after(l, 1) = w1 - (o(2)*u3 - o(3)*u2)
+                    after(l, 2) = w2 - (o(3)*u1 - o(1)*u3)
+                    after(l, 3) = w3 - (o(1)*u2 - o(2)*u1)
+                    after(l, 4) = (a(1, 1)*u1 + a(1, 2)*u2 + a(1, 3)*u3) + (b(1, 1)*w1 + b(1, 2)*w2 + b(1, 3)*w3) + f(l, 1)
+                    after(l, 5) = (a(2, 1)*u1 + a(2, 2)*u2 + a(2, 3)*u3) + (b(2, 1)*w1 + b(2, 2)*w2 + b(2, 3)*w3) + f(l, 2)
+                    after(l, 6) = (a(3, 1)*u1 + a(3, 2)*u2 + a(3, 3)*u3) + (b(3, 1)*w1 + b(3, 2)*w2 + b(3, 3)*w3) + f(l, 3)
+                end do
+            end associate
+        end subroutine find_rate
+    end subroutine lanes_carry
+
+    !> The sum of numbers that lie side by side, in pairs.
+    pure real(dp) function total_of(x) result(total)
+        real(dp), intent(in) :: x(LANES)
+
+        real(dp) :: four(4)
+
+        four = x(:4) + x(5:)
+        total = (four(1) + four(3)) + (four(2) + four(4))
+    end function total_of
+
+    ! Functions of LANES numbers. Each stands in a procedure of its own, which is called from other files: of a loop that is no
+    ! other's inner loop gfortran makes calls of the C library's vector functions (good to 4 units of the last place).
+
+    !> Sines and cosines of angles, 4e-16 off at most: of what is left of the nearest whole turn.
+    pure subroutine lanes_sines_cosines(turns, sines, cosines)
+        real(dp), intent(in) :: turns(LANES)    !! Of 360 deg; less than 2^51
+        real(dp), intent(out) :: sines(LANES), cosines(LANES)
+
+        real(dp), parameter :: NO_FRACTION = 1.5_dp*2.0_dp**52     ! numbers of this size are whole
+        real(dp) :: angle(LANES)
+
+        angle = TWO_PI*(turns - ((turns + NO_FRACTION) - NO_FRACTION))
+        sines = sin(angle)
+        cosines = cos(angle)
+    end subroutine lanes_sines_cosines
+
+    !> The exponential function.
+    pure subroutine lanes_exponentials(x, y)
+        real(dp), intent(in) :: x(LANES)
+        real(dp), intent(out) :: y(LANES)
+
+        y = exp(x)
+    end subroutine lanes_exponentials
+
+    !> The natural logarithm.
+    pure subroutine lanes_logarithms(x, y)
+        real(dp), intent(in) :: x(LANES)    !! Positive
+        real(dp), intent(out) :: y(LANES)
+
+        y = log(x)
+    end subroutine lanes_logarithms
+
+    !> The complementary error function.
+    pure subroutine lanes_erfc(x, y)
+        real(dp), intent(in) :: x(LANES)
+        real(dp), intent(out) :: y(LANES)
+
+        y = erfc(x)
+    end subroutine lanes_erfc
 end module gracecg_base_lanes

@@ -3,17 +3,33 @@
 !>
 !> The matrices have some 20 rows. For these the unblocked procedures (dpotf2 and the like) are the right
 !> ones: the blocked ones of a threaded library (OpenBLAS) wake its threads, which costs more than the
-!> work and more again inside the threads of a Monte Carlo.
+!> work and more again inside the threads of a Monte Carlo. Long sums of products go to dgemm piece by piece, each of at
+!> most ALONE products, which OpenBLAS does on the thread that calls; dsyrk has no such bound.
 module gracecg_base_lapack
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_lanes, only: lanes_of, lanes_add_products, WIDEST
     implicit none
     private
-    public :: symmetric_eigen, solve_normal_equations, grouped_normal_equations, normal_equations
+    public :: symmetric_eigen, solve_normal_equations, grouped_normal_equations, normal_equations, sum_of_products, triangle_of
 
     interface
+        pure subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+            import :: dp
+            character(1), intent(in) :: transa, transb
+            integer, intent(in) :: m, n, k, lda, ldb, ldc
+            real(dp), intent(in) :: alpha, a(lda, *), b(ldb, *), beta
+            real(dp), intent(inout) :: c(ldc, *)
+        end subroutine dgemm
+
+        pure subroutine dgeqr2(m, n, a, lda, tau, work, info)
+            import :: dp
+            integer, intent(in) :: m, n, lda
+            real(dp), intent(inout) :: a(lda, *)
+            real(dp), intent(out) :: tau(*), work(*)
+            integer, intent(out) :: info
+        end subroutine dgeqr2
+
         subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
             import :: dp
             character(1), intent(in) :: jobz, uplo
@@ -57,7 +73,9 @@ module gracecg_base_lapack
         end subroutine dpocon
     end interface
 
-    integer, parameter :: GROUP = 32    ! observations that are laid side by side at once
+    integer, parameter :: GROUP = 128           ! observations of a piece
+    integer, parameter :: ALONE = 2**18         ! products of a matrix and a matrix (OpenBLAS 0.3: 65536 times 4)
+    integer, parameter :: ALONE_BY_VECTOR = 2**13   ! of a matrix and a vector (2048 times 4)
 
 contains
 
@@ -81,10 +99,62 @@ contains
         if (info /= 0) call fail(error, 'the symmetric eigenproblem did not converge')
     end subroutine symmetric_eigen
 
-    !> Normal matrix A^T W A and right-hand side A^T W b of a weighted least-squares problem.
-    !>
-    !> The rows are the columns of `rows` (one observation a column, contiguous in memory). Not by dsyrk: a threaded
-    !> BLAS would start threads of its own inside those of a Monte Carlo.
+    !> C = A B^T: the sum of the products of columns. One order, on one thread.
+    pure subroutine sum_of_products(m, n, count, a, b, c)
+        integer, intent(in) :: m, n, count          !! Rows of A and of B, columns of both
+        real(dp), intent(in) :: a(m, count), b(n, count)
+        real(dp), intent(out) :: c(m, n)
+
+        c = 0
+        call add_products(m, n, count, a, b, c)
+    end subroutine sum_of_products
+
+    !> C + A B^T in place of C.
+    pure subroutine add_products(m, n, count, a, b, c)
+        integer, intent(in) :: m, n, count
+        real(dp), intent(in) :: a(m, count), b(n, count)
+        real(dp), intent(inout) :: c(m, n)
+
+        integer :: columns, i, k
+
+        columns = max(1, ALONE/GROUP/max(1, m))
+        do k = 1, count, GROUP
+            do i = 1, n, columns
+                call dgemm('N', 'T', m, min(columns, n - i + 1), min(GROUP, count - k + 1), 1.0_dp, a(1, k), m, b(i, k), n, &
+                           1.0_dp, c(1, i), m)
+            end do
+        end do
+    end subroutine add_products
+
+    !> The triangle R of A = Q R, Q with orthonormal columns, as its transpose: what rows of observations say in as few rows
+    !> as there are columns. By Householder's reflections; elements of the diagonal may be negative.
+    pure subroutine triangle_of(rows, triangle)
+        real(dp), intent(in) :: rows(:, :)          !! A^T: (n, observations)
+        real(dp), intent(out) :: triangle(:, :)     !! R^T: n x n
+
+        real(dp), allocatable :: stack(:, :)        ! the triangle so far, below it observations
+        real(dp), dimension(size(rows, 1)) :: factors, work
+        integer :: n, most, many, first, i, info
+
+        n = size(rows, 1)
+        most = min(size(rows, 2), max(n, ALONE_BY_VECTOR/n - n))
+        allocate (stack(n + most, n))
+        stack(:n, :) = 0
+        do first = 1, size(rows, 2), most
+            many = min(most, size(rows, 2) - first + 1)
+            do i = 1, n
+                stack(n + 1:n + many, i) = rows(i, first:first + many - 1)
+            end do
+            call dgeqr2(n + many, n, stack, n + most, factors, work, info)
+            do i = 1, n
+                stack(i + 1:n, i) = 0
+            end do
+        end do
+        triangle = transpose(stack(:n, :))
+    end subroutine triangle_of
+
+    !> Normal matrix A^T W A and right-hand side A^T W b of a weighted least-squares problem. The rows of A are the columns
+    !> of `rows` (one observation a column, contiguous in memory).
     pure subroutine normal_equations(rows, observed, normal, rhs, weights)
         real(dp), contiguous, intent(in) :: rows(:, :)  !! n parameters x m observations
         real(dp), intent(in) :: observed(:)             !! m
@@ -92,32 +162,25 @@ contains
         real(dp), intent(out) :: rhs(:)                 !! n
         real(dp), intent(in), optional :: weights(:)    !! m; absent: rows and observed have been multiplied by their roots
 
-        real(dp), dimension(lanes_of(size(rows, 1)), size(rows, 1)) :: sums
-        real(dp) :: side(lanes_of(size(rows, 1))), part(lanes_of(size(rows, 1)), GROUP), values(GROUP), root
-        integer :: n, m, k, i, there
+        real(dp) :: weighted(size(rows, 1) + 1, GROUP), sums(size(rows, 1), size(rows, 1) + 1)
+        integer :: n, k, i, many
 
         n = size(rows, 1)
-        m = size(rows, 2)
         sums = 0
-        side = 0
-        part = 0            ! what makes up a multiple of LANES stays so
-        do k = 1, m, GROUP
-            there = min(GROUP, m - k + 1)
-            part(:n, there + 1:) = 0
-            values(there + 1:) = 0
-            do i = 1, there
-                root = 1
-                if (present(weights)) root = sqrt(weights(k + i - 1))
-                part(:n, i) = rows(:, k + i - 1)*root
-                values(i) = observed(k + i - 1)*root
+        do k = 0, size(rows, 2) - 1, GROUP
+            many = min(GROUP, size(rows, 2) - k)
+            do i = 1, many
+                weighted(:n, i) = rows(:, k + i)
+                weighted(n + 1, i) = observed(k + i)
+                if (present(weights)) weighted(:, i) = weighted(:, i)*weights(k + i)
             end do
-            call lanes_add_products(WIDEST, n, size(side), GROUP, part, values, sums, side)
+            call add_products(n, n + 1, many, rows(:, k + 1:k + many), weighted, sums)
         end do
         do k = 1, n
             normal(:k, k) = sums(:k, k)
             normal(k, :k - 1) = sums(:k - 1, k)
         end do
-        rhs = side(:n)
+        rhs = sums(:, n + 1)
     end subroutine normal_equations
 
     !> The same of observations in groups, each of which depends on the same few parameters: the products of the others, all

@@ -17,14 +17,13 @@
 !> drawn. A stream has 2**32 blocks, each good for two uniform or two normal numbers, and then
 !> starts again.
 !>
-!> Blocks and normal numbers are made in C (elementary.c), many side by side. The bits do not depend on how many.
+!> Blocks are made LANES at a time, each by the same instructions: the numbers do not depend on how many are drawn together.
 module gracecg_base_random
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_lanes, only: WIDEST
+    use gracecg_base_lanes, only: LANES, lanes_logarithms, lanes_sines_cosines
     implicit none
     private
-    public :: random_stream_t, new_stream, philox_4x32, box_muller
+    public :: random_stream_t, new_stream, philox_4x32
 
     !> The stream of a name, with a seed of 32 or 64 bits
     interface new_stream
@@ -51,26 +50,6 @@ module gracecg_base_random
         procedure :: normals    !! Many normal numbers
         procedure :: skip_normals   !! Goes on behind so many of them
     end type random_stream_t
-
-    interface
-        !> One block of Philox 4x32-10.
-        pure subroutine random_block(widest, key, counter, words) bind(c, name='gracecg_random_block')
-            import :: c_int32_t, c_int64_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int64_t), intent(in) :: key(2), counter(4)    !! Words of 32 bits
-            integer(c_int64_t), intent(out) :: words(4)             !! Likewise
-        end subroutine random_block
-
-        !> Two normal numbers from each block, from that of the counter on: G. E. P. Box, M. E. Muller, Ann. Math.
-        !> Statist. 29 (1958) 610-611. No number is rejected, so a block is always two numbers.
-        pure subroutine box_muller(widest, pairs, key, counter, x) bind(c, name='gracecg_random_normals')
-            import :: c_double, c_int32_t, c_int64_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: pairs      !! At least 0
-            integer(c_int64_t), intent(in) :: key(2), counter(4)    !! Words of 32 bits
-            real(c_double), intent(out) :: x(2*pairs)           !! Mean 0, variance 1
-        end subroutine box_muller
-    end interface
 
 contains
 
@@ -110,7 +89,7 @@ contains
         if (self%has_spare_uniform) then
             u = self%spare_uniform
         else
-            call next_uniform_pair(self%key, self%counter, u, self%spare_uniform)
+            call next_uniform_pair(self, u, self%spare_uniform)
         end if
         self%has_spare_uniform = .not. self%has_spare_uniform
     end function uniform
@@ -124,8 +103,7 @@ contains
         if (self%has_spare_normal) then
             x = self%spare_normal
         else
-            call box_muller(WIDEST, 1, self%key, self%counter, pair)
-            self%counter(1) = iand(self%counter(1) + 1, MASK)
+            call next_normal_pairs(self, pair)
             x = pair(1)
             self%spare_normal = pair(2)
         end if
@@ -146,8 +124,7 @@ contains
             first = 2
         end if
         pairs = (size(x) - first + 1)/2
-        call box_muller(WIDEST, pairs, self%key, self%counter, x(first:))
-        self%counter(1) = iand(self%counter(1) + pairs, MASK)
+        call next_normal_pairs(self, x(first:first + 2*pairs - 1))
         if (mod(size(x) - first, 2) == 0) x(size(x)) = self%normal()
     end subroutine normals
 
@@ -169,34 +146,85 @@ contains
     end subroutine skip_normals
 
     !> Two uniform numbers from the next block.
-    pure subroutine next_uniform_pair(key, counter, first, second)
-        integer(i8), intent(in) :: key(2)
-        integer(i8), intent(inout) :: counter(4)
+    pure subroutine next_uniform_pair(self, first, second)
+        type(random_stream_t), intent(inout) :: self
         real(dp), intent(out) :: first, second
 
-        integer(i8) :: block(4)
+        integer(i8) :: word(LANES, 4)
 
-        block = philox_4x32(counter, key)
-        counter(1) = iand(counter(1) + 1, MASK)
-        first = open_unit_interval(block(1), block(2))
-        second = open_unit_interval(block(3), block(4))
+        call philox_4x32(self%counter, self%key, word)
+        self%counter(1) = iand(self%counter(1) + 1, MASK)
+        first = open_unit_interval(word(1, 1), word(1, 2))
+        second = open_unit_interval(word(1, 3), word(1, 4))
     end subroutine next_uniform_pair
 
+    !> Two normal numbers from each of the next blocks: G. E. P. Box, M. E. Muller, Ann. Math. Statist. 29 (1958) 610-611.
+    !> No number is rejected, so a block is always two numbers.
+    pure subroutine next_normal_pairs(self, x)
+        type(random_stream_t), intent(inout) :: self
+        real(dp), contiguous, intent(out) :: x(:)   ! Mean 0, variance 1; an even count
+
+        integer(i8) :: word(LANES, 4)
+        real(dp), dimension(LANES) :: logarithm, radius, sines, cosines
+        real(dp) :: numbers(2*LANES)
+        integer :: i, n
+
+        do i = 0, size(x) - 1, 2*LANES
+            n = min(2*LANES, size(x) - i)
+            call philox_4x32(self%counter, self%key, word)
+            self%counter(1) = iand(self%counter(1) + n/2, MASK)
+            call lanes_logarithms(open_unit_interval(word(:, 1), word(:, 2)), logarithm)
+            call lanes_sines_cosines(open_unit_interval(word(:, 3), word(:, 4)), sines, cosines)
+            radius = sqrt(-2*logarithm)
+            numbers(1::2) = radius*cosines
+            numbers(2::2) = radius*sines
+            x(i + 1:i + n) = numbers(:n)
+        end do
+    end subroutine next_normal_pairs
+
     !> A number in (0, 1) from two 32-bit words: 53 of their 64 bits.
-    pure real(dp) function open_unit_interval(high, low) result(u)
+    elemental real(dp) function open_unit_interval(high, low) result(u)
         integer(i8), intent(in) :: high, low
 
         u = max(0.5_dp, real(ior(shiftl(high, 21), shiftr(low, 11)), dp))*UNIFORM_STEP
     end function open_unit_interval
 
-    !> One block of Philox 4x32-10: 128 random bits of a counter and a key.
-    pure function philox_4x32(counter, key) result(block)
-        integer(i8), intent(in) :: counter(4)   !! Words of 32 bits, 0 to 2**32 - 1
-        integer(i8), intent(in) :: key(2)       !! Words of 32 bits
-        integer(i8) :: block(4)                 !! Words of 32 bits
+    !> Blocks of Philox 4x32-10 from a counter on: 128 random bits each of a counter and a key. The rounds stand inside the
+    !> loop over the blocks: so the compiler holds LANES of them in registers.
+    pure subroutine philox_4x32(counter, key, word)
+        integer(i8), intent(in) :: counter(4)       !! Words of 32 bits, 0 to 2**32 - 1, of the first block
+        integer(i8), intent(in) :: key(2)           !! Words of 32 bits
+        integer(i8), intent(out) :: word(LANES, 4)  !! Of 32 bits; block, place
 
-        call random_block(WIDEST, key, counter, block)
-    end function philox_4x32
+        integer, parameter :: ROUNDS = 10
+        ! Table 2 of the paper. Multipliers are less by 2**32: so a product does not overflow, and its high word is less by
+        ! what was multiplied.
+        integer(i8), parameter :: MULTIPLIER(2) = [int(z'D2511F53', i8), int(z'CD9E8D57', i8)] - 2_i8**32
+        integer(i8), parameter :: INCREMENT(2) = [int(z'9E3779B9', i8), int(z'BB67AE85', i8)]
+        integer(i8) :: keys(2, ROUNDS), a, b, c, d, first, second, high_first, high_second
+        integer :: i, lane
+
+        do i = 1, ROUNDS
+            keys(:, i) = iand(key + (i - 1)*INCREMENT, MASK)
+        end do
+        do lane = 1, LANES
+            a = iand(counter(1) + lane - 1, MASK)
+            b = counter(2)
+            c = counter(3)
+            d = counter(4)
+            do i = 1, ROUNDS
+                first = a*MULTIPLIER(1)
+                second = c*MULTIPLIER(2)
+                high_first = shifta(first, 32) + a
+                high_second = shifta(second, 32) + c
+                a = ieor(ieor(high_second, b), keys(1, i))
+                b = iand(second, MASK)
+                c = ieor(ieor(high_first, d), keys(2, i))
+                d = iand(first, MASK)
+            end do
+            word(lane, :) = [a, b, c, d]
+        end do
+    end subroutine philox_4x32
 
     !> The 32 bits of an integer as a word from 0 to 2**32 - 1.
     pure integer(i8) function word(number)

@@ -1,11 +1,10 @@
 !> The Drag Temperature Models: DTM-77 of Barlier et al. (1978), which CSR-TM-00-01 section 2.3.2.1 takes,
 !> DTM-78 as CNES has it, and DTM-94 of Berger et al. (1998).
 module gracecg_environment_dtm
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, PI
     use gracecg_base_error, only: error_t, fail, fail_unknown_name, number_text, require_range
-    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines, lanes_exponentials
+    use gracecg_base_lanes, only: LANES, lanes_sines_cosines, lanes_exponentials
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         EARTH_RADIUS, SURFACE_GRAVITY, GAS_CONSTANT, ATOMIC_MASS_UNIT, MASS_O
     use gracecg_environment_table_dtm77, only: DTM77_TEMPERATURE, DTM77_HELIUM, DTM77_OXYGEN, DTM77_NITROGEN
@@ -21,10 +20,10 @@ module gracecg_environment_dtm
     character(5), parameter :: DTM_EDITIONS(3) = ['dtm77', 'dtm78', 'dtm94']
 
     !> Lanes of the expansions that lie side by side. That of the temperature serves molecular oxygen after it, which has no
-    !> expansion: without hydrogen there are four
+    !> expansion; what no lane is named for is 0
     integer, parameter :: TEMPERATURE = 1, MOLECULAR_OXYGEN = 1, HELIUM = 2, OXYGEN = 3, NITROGEN = 4, HYDROGEN = 5
 
-    !> Columns of an expansion G(L), as in dtm_expansions.c: the coefficients A(1..39), of which the earlier editions have 36;
+    !> Columns of an expansion G(L): the coefficients A(1..39), of which the earlier editions have 36;
     !> what stands by exp(Kp); and what does not depend on the point, worked out: 1 + F1, the factor of the annual and daily
     !> terms, and phases of annual and semiannual terms as [cosine, sine]
     integer, parameter :: TERMS = 39, EXPONENTIAL_KP = 40, FLUX = 41, BETA = 42, ANNUAL(2) = [43, 44], SEMIANNUAL(2) = [45, 46], &
@@ -32,18 +31,17 @@ module gracecg_environment_dtm
 
     !> Functions of place and time that the expansions share: Legendre functions of the sine of
     !> the latitude (not normalised, without the factor (-1)^m), cosines and sines.
-    type, bind(c) :: harmonics_t
-        real(c_double) :: p10, p20, p30, p40, p50, p11, p21, p31, p51, p22, p32, p33
+    type :: harmonics_t
+        real(dp) :: p10, p20, p30, p40, p50, p11, p21, p31, p51, p22, p32, p33
         ! [cosine, sine] of the day in the year, of twice it, and of one to three times the hour
-        real(c_double) :: year(2), half_year(2), day(2), half_day(2), third_day(2)
-        real(c_double) :: kp, exponential_kp    !! Kp of the place, see dtm_t, and where an edition has it, exp(Kp)
+        real(dp) :: year(2), half_year(2), day(2), half_day(2), third_day(2)
+        real(dp) :: kp, exponential_kp    !! Kp of the place, see dtm_t, and where an edition has it, exp(Kp)
     end type harmonics_t
 
     type, extends(density_model_t) :: dtm_t
         !! A Drag Temperature Model for given solar and geomagnetic activity; made by `new_dtm`
         private
-        integer(c_int32_t) :: expansions = NITROGEN     !! Number of them: HYDROGEN where an edition has it
-        real(c_double) :: columns(LANES, COLUMNS) = 0   !! Of the expansions
+        real(dp) :: columns(LANES, COLUMNS) = 0         !! Of the expansions
         real(dp) :: base_density(LANES) = 0             !! At 120 km, A(1) of a constituent, 1/cm^3
         real(dp) :: thermal_diffusion(LANES) = 0        !! alpha; 0 for O, N2, O2
         real(dp) :: kp_pole, kp_equator     !! Kp three hours before; DTM-94: at the pole, six at the equator
@@ -71,18 +69,6 @@ module gracecg_environment_dtm
     real(dp), parameter :: PER_CUBIC_METRE = 1e6_dp                 !! 1/m^3 in 1/cm^3
     real(dp), parameter :: YEAR = 365.0_dp                          !! days, of the annual terms
     real(dp), parameter :: MEAN_FLUX = 150.0_dp                !! sfu, reference of the mean flux
-
-    interface
-        !> G(L) of the expansions, those side by side in vectors: dtm_expansions.c.
-        pure subroutine dtm_expansions(widest, count, columns, h, g) bind(c, name='gracecg_dtm_expansions')
-            import :: c_double, c_int32_t, LANES, harmonics_t
-            integer(c_int32_t), intent(in), value :: widest     ! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: count      ! Of the expansions; what is behind them may be set or not
-            real(c_double), intent(in) :: columns(LANES, *)
-            type(harmonics_t), intent(in) :: h
-            real(c_double), intent(inout) :: g(LANES)
-        end subroutine dtm_expansions
-    end interface
 
 contains
 
@@ -152,7 +138,6 @@ contains
         model%base_density = model%columns(:, 1)
         model%base_density(MOLECULAR_OXYGEN) = BASE_DENSITY_O2
         model%thermal_diffusion(HELIUM) = THERMAL_DIFFUSION_HE
-        if (model%base_density(HYDROGEN) > 0) model%expansions = HYDROGEN
         model%columns([HYDROGEN, HELIUM], BETA) = 1
         associate (t => model%columns(TEMPERATURE, :))
             mean_temperature = t(1)*(t(FLUX) + t(7)*kp)
@@ -207,8 +192,7 @@ contains
         if (height < BASE_HEIGHT) height = BASE_HEIGHT      ! and not max(), which may drop a NaN
         geopotential_height = (height - BASE_HEIGHT)*BASE_RADIUS/(EARTH_RADIUS + height)
 
-        g = 1
-        call dtm_expansions(WIDEST, self%expansions, self%columns, h, g)
+        g = expansions(self%columns, h)
         t_inf = self%columns(TEMPERATURE, 1)*g(TEMPERATURE)
         rate = SIGMA
         if (self%with_gradient) rate = BASE_GRADIENT_94/(t_inf - BASE_TEMPERATURE)
@@ -220,10 +204,9 @@ contains
         ! n = A(1) exp(G - 1) (T120/T)^(1 + alpha + gamma) exp(-sigma gamma xi) in 1/m^3: the two
         ! powers and the exponential in one.
         g(MOLECULAR_OXYGEN) = 1
-        n = 0
         gamma = MASS*(gamma_factor/t_inf)
         exponent = g - 1 - rate*geopotential_height*gamma + (1 + self%thermal_diffusion + gamma)*log_temperature_ratio
-        call lanes_exponentials(WIDEST, merge(LANES, LANES/2, self%expansions > LANES/2), exponent, n)
+        call lanes_exponentials(exponent, n)
         n = self%base_density*PER_CUBIC_METRE*n
         state%n_he = n(HELIUM)
         state%n_o = n(OXYGEN)
@@ -234,17 +217,47 @@ contains
                                           MASS_N2*state%n_n2 + MASS_O2*state%n_o2 + MASS_H*state%n_h)
     end subroutine evaluate_dtm
 
+    !> G(L) = 1 + F1 + M + Q + beta (AN1 + SAN1 + AN2 + SAN2 + D + SD + TD), Barlier et al. (1978), of the expansions side by
+    !> side; A(37) P10 in Q and A(39) Kp^2, or exp(Kp) with a column of its own, in M are of DTM-94.
+    pure function expansions(a, h) result(g)
+        real(dp), intent(in) :: a(LANES, COLUMNS)
+        type(harmonics_t), intent(in) :: h
+        real(dp) :: g(LANES)
+
+        real(dp) :: steady, yearly, half_yearly, season, half_season, antisymmetric, diurnal, semidiurnal, terdiurnal
+        integer :: l
+
+        do l = 1, LANES
+            steady = a(l, FLUX) + a(l, 7)*h%kp + (a(l, 2) + a(l, 8)*h%kp)*h%p20 + a(l, 3)*h%p40 + a(l, 37)*h%p10 + &
+                     a(l, 39)*h%kp**2 + a(l, EXPONENTIAL_KP)*h%exponential_kp
+            yearly = (a(l, 9) + a(l, 10)*h%p20)*(a(l, ANNUAL(1))*h%year(1) + a(l, ANNUAL(2))*h%year(2))
+            half_yearly = (a(l, 12) + a(l, 13)*h%p20)* &
+                          (a(l, SEMIANNUAL(1))*h%half_year(1) + a(l, SEMIANNUAL(2))*h%half_year(2))
+            season = a(l, ANTISYMMETRIC_ANNUAL(1))*h%year(1) + a(l, ANTISYMMETRIC_ANNUAL(2))*h%year(2)
+            half_season = a(l, ANTISYMMETRIC_SEMIANNUAL(1))*h%half_year(1) + &
+                          a(l, ANTISYMMETRIC_SEMIANNUAL(2))*h%half_year(2)
+            antisymmetric = (a(l, 15)*h%p10 + a(l, 16)*h%p30 + a(l, 17)*h%p50)*season + a(l, 19)*h%p10*half_season
+            diurnal = &
+                (a(l, 21)*h%p11 + a(l, 22)*h%p31 + a(l, 23)*h%p51 + (a(l, 24)*h%p11 + a(l, 25)*h%p21)*season)*h%day(1) + &
+                (a(l, 26)*h%p11 + a(l, 27)*h%p31 + a(l, 28)*h%p51 + (a(l, 29)*h%p11 + a(l, 30)*h%p21)*season)*h%day(2)
+            semidiurnal = (a(l, 31)*h%p22 + a(l, 32)*h%p32*season)*h%half_day(1) + &
+                          (a(l, 33)*h%p22 + a(l, 34)*h%p32*season)*h%half_day(2)
+            terdiurnal = h%p33*(a(l, 35)*h%third_day(1) + a(l, 36)*h%third_day(2))
+            g(l) = steady + a(l, BETA)*(yearly + half_yearly + antisymmetric + diurnal + semidiurnal + terdiurnal)
+        end do
+    end function expansions
+
     pure function harmonics_of(point) result(h)
         type(atmosphere_point_t), intent(in) :: point
         type(harmonics_t) :: h
 
-        real(dp), dimension(LANES/2) :: turns, sine, cosine
+        real(dp), dimension(LANES) :: turns, sine, cosine
         real(dp) :: x, c, x2, x4
 
         h%exponential_kp = 0
-        turns(4) = 0
+        turns = 0
         turns(:3) = [point%latitude/TWO_PI, point%day_of_year/YEAR, point%local_solar_time/24]
-        call lanes_sines_cosines(WIDEST, LANES/2, turns, sine, cosine)
+        call lanes_sines_cosines(turns, sine, cosine)
         x = sine(1)
         c = cosine(1)
         x2 = x**2

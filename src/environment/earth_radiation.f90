@@ -7,9 +7,8 @@
 !> Albedo and emissivity are zonal harmonics of degree 2 with a yearly term, taken at the
 !> segment's centre.
 module gracecg_environment_earth_radiation
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: WIDEST, lanes_of
+    use gracecg_base_lanes, only: LANES, lanes_of, total_of
     use gracecg_base_constants, only: TWO_PI, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, fail_unknown_name
     use gracecg_base_text, only: integer_text
@@ -38,34 +37,34 @@ module gracecg_environment_earth_radiation
     !! W/m^2 at 1 au; CSR-TM-00-01 gives no figure
     real(dp), parameter :: ABSORBED_TO_EMITTED = 0.25_dp
     !! M_B/E_s: a sphere absorbs over its cross-section and emits over its surface
-    ! As in earth_light.c: numbers of rings, the cap included, and of segments, when each ring begins a new vector
-    integer, parameter :: RING_LANES = 24, SEGMENT_LANES = 288
+    integer, parameter :: RING_LANES = 24       ! Rings, the cap included, made up to a multiple of LANES
+    integer, parameter :: SEGMENT_LANES = 288   ! Segments, when each ring is made up likewise
 
     !> The segments of all rings, which do not depend on the place; the cap is the first ring.
-    type, bind(c) :: segments_t
-        real(c_double) :: inner(RING_LANES) = 0, outer(RING_LANES) = 0
+    type :: segments_t
+        real(dp) :: inner(RING_LANES) = 0, outer(RING_LANES) = 0
         !! Parts of all segments inside the two boundaries between which a ring's centres are half-way
-        real(c_double) :: cos_azimuth(SEGMENT_LANES) = 0    !! From north towards east; 0 of the cap
-        real(c_double) :: sin_azimuth(SEGMENT_LANES) = 0
-        real(c_double) :: exists(SEGMENT_LANES) = 0         !! 1 where there is a segment, else 0
-        integer(c_int32_t) :: rings = 0
-        integer(c_int32_t) :: first(RING_LANES) = 0         !! Segments, with gaps, before those of a ring
-        integer(c_int32_t) :: count(RING_LANES) = 0         !! Of a ring
+        real(dp) :: cos_azimuth(SEGMENT_LANES) = 0    !! From north towards east; 0 of the cap
+        real(dp) :: sin_azimuth(SEGMENT_LANES) = 0
+        real(dp) :: exists(SEGMENT_LANES) = 0         !! 1 where there is a segment, else 0
+        integer :: rings = 0
+        integer :: first(RING_LANES) = 0         !! Segments, with gaps, before those of a ring
+        integer :: count(RING_LANES) = 0         !! Of a ring
     end type segments_t
 
     !> The Earth and the Sun as the satellite has them.
-    type, bind(c) :: view_t
-        real(c_double) :: radius = 0                        !! From the Earth's centre, Earth radii
-        real(c_double) :: limb_depth = 0                    !! See `limb_depth`
-        real(c_double) :: up_z = 0, north_z = 0             !! Along the Earth's axis
-        real(c_double) :: sun_up = 0, sun_north = 0, sun_east = 0   !! Unit vector to the Sun
-        real(c_double) :: albedo(0:2) = 0, emissivity(0:2) = 0      !! Polynomials in the sine of the latitude
+    type :: view_t
+        real(dp) :: radius = 0                        !! From the Earth's centre, Earth radii
+        real(dp) :: limb_depth = 0                    !! See `limb_depth`
+        real(dp) :: up_z = 0, north_z = 0             !! Along the Earth's axis
+        real(dp) :: sun_up = 0, sun_north = 0, sun_east = 0   !! Unit vector to the Sun
+        real(dp) :: albedo(0:2) = 0, emissivity(0:2) = 0      !! Polynomials in the sine of the latitude
     end type view_t
 
-    !> Where the centres of rings are: see earth_light_variant.h.
-    type, bind(c) :: centres_t
-        real(c_double) :: cosine(RING_LANES), sine(RING_LANES)      !! Of the angle at the Earth's centre
-        real(c_double) :: upward(RING_LANES), sideward(RING_LANES)  !! Direction from there to the satellite
+    !> Where the centres of rings are: half-way between the two boundaries of each
+    type :: centres_t
+        real(dp) :: cosine(RING_LANES), sine(RING_LANES)      !! Of the angle at the Earth's centre
+        real(dp) :: upward(RING_LANES), sideward(RING_LANES)  !! Direction from there to the satellite
     end type centres_t
 
     type :: earth_radiation_t
@@ -90,27 +89,6 @@ module gracecg_environment_earth_radiation
         !! Unit vectors from the segments' centres to the satellite, inertial axes
         real(dp) :: irradiance(MAX_SEGMENTS)    !! On a surface facing the segment, W/m^2
     end type earth_irradiance_t
-
-    ! The loops over rings and segments: earth_light.c
-    interface
-        !> Where the centres of the rings are.
-        pure subroutine ring_centres(widest, segments, view, centres) bind(c, name='gracecg_ring_centres')
-            import :: c_int32_t, segments_t, view_t, centres_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            type(segments_t), intent(in) :: segments
-            type(view_t), intent(in) :: view
-            type(centres_t), intent(inout) :: centres           !! Of the rings that exist
-        end subroutine ring_centres
-
-        !> The sum over all segments, radiance times direction: along up, north, east.
-        pure subroutine earth_flux(widest, segments, view, flux) bind(c, name='gracecg_earth_flux')
-            import :: c_double, c_int32_t, segments_t, view_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            type(segments_t), intent(in) :: segments
-            type(view_t), intent(in) :: view
-            real(c_double), intent(out) :: flux(3)
-        end subroutine earth_flux
-    end interface
 
 contains
 
@@ -253,7 +231,7 @@ contains
         integer :: ring, segment, lane
 
         call look_down(self, position, sun_position, days_since_epoch, view, axes, irradiance)
-        call ring_centres(WIDEST, self%segments, view, centres)
+        call find_centres(self%segments, view, centres)
         radiation%count = self%segment_count
         segment = 0
         do ring = 1, self%segments%rings
@@ -287,7 +265,7 @@ contains
         real(dp) :: axes(3, 3), irradiance, sums(3)
 
         call look_down(self, position, sun_position, days_since_epoch, view, axes, irradiance)
-        call earth_flux(WIDEST, self%segments, view, sums)
+        call sum_flux(self%segments, view, sums)
         flux = irradiance*transformed(axes, sums)
     end subroutine flux_at
 
@@ -318,6 +296,89 @@ contains
         view%emissivity = zonal_polynomial(self%emissivity, season)*ABSORBED_TO_EMITTED
         irradiance = 2*view%limb_depth/self%segment_count*self%solar_irradiance*(ASTRONOMICAL_UNIT/sun_distance)**2
     end subroutine look_down
+
+    !> Half-way between the two boundaries of each ring: the direction of the sum of their unit vectors. From there to the
+    !> satellite it is `upward` along the satellite's vertical and `sideward` across it, in all 1.
+    pure subroutine find_centres(segments, view, centres)
+        type(segments_t), intent(in) :: segments
+        type(view_t), intent(in) :: view
+        type(centres_t), intent(out) :: centres     ! Of the rings that exist
+
+        real(dp) :: x, y, outer_x, outer_y, length, distance
+        integer :: ring
+
+        do ring = 1, lanes_of(segments%rings)
+            call find_boundary(view, segments%inner(ring), x, y)
+            call find_boundary(view, segments%outer(ring), outer_x, outer_y)
+            x = x + outer_x
+            y = y + outer_y
+            length = sqrt(x**2 + y**2)
+            x = x/length
+            y = y/length
+            distance = sqrt((view%radius - x)**2 + y**2)
+            centres%cosine(ring) = x
+            centres%sine(ring) = y
+            centres%upward(ring) = (view%radius - x)/distance
+            centres%sideward(ring) = -y/distance
+        end do
+    end subroutine find_centres
+
+    !> Cosine and sine of the angle beta at the Earth's centre, from the subsatellite point to the boundary that has a part
+    !> of all segments inside it. All fill the same solid angle, so the boundary's nadir angle zeta follows from
+    !> 1 - cos(zeta) = part (1 - cos(zeta_m)); then beta = gamma - zeta, sin(gamma) = r_s sin(zeta)/R. Of cos(gamma)^2 the
+    !> difference to 1 is worked out, since gamma is a right angle at the limb.
+    pure subroutine find_boundary(view, part, cosine, sine)
+        type(view_t), intent(in) :: view
+        real(dp), intent(in) :: part
+        real(dp), intent(out) :: cosine, sine
+
+        real(dp) :: depth, cos_zeta, sin_zeta, cos_gamma, sin_gamma
+
+        depth = view%limb_depth*part
+        cos_zeta = 1 - depth
+        sin_zeta = sqrt(depth*(2 - depth))
+        cos_gamma = sqrt(max(0.0_dp, (1 - part)*(2 - view%limb_depth*(1 + part))/(2 - view%limb_depth)))
+        sin_gamma = view%radius*sin_zeta
+        cosine = cos_gamma*cos_zeta + sin_gamma*sin_zeta
+        sine = sin_gamma*cos_zeta - cos_gamma*sin_zeta
+    end subroutine find_boundary
+
+    !> The sum over all segments, radiance times direction: along up, north, east.
+    pure subroutine sum_flux(segments, view, flux)
+        type(segments_t), intent(in) :: segments
+        type(view_t), intent(in) :: view
+        real(dp), intent(out) :: flux(3)
+
+        type(centres_t) :: centres
+        real(dp), dimension(LANES) :: up, north, east
+        real(dp) :: sine_up, sine_north, sun_up, sun_north, sun_east, sine, radiance
+        integer :: ring, first, lane, i
+
+        call find_centres(segments, view, centres)
+        up = 0
+        north = 0
+        east = 0
+        do ring = 1, segments%rings
+            sine_up = centres%cosine(ring)*view%up_z
+            sine_north = centres%sine(ring)*view%north_z
+            sun_up = centres%cosine(ring)*view%sun_up
+            sun_north = centres%sine(ring)*view%sun_north
+            sun_east = centres%sine(ring)*view%sun_east
+            do first = segments%first(ring), segments%first(ring) + segments%count(ring) - 1, LANES
+                do lane = 1, LANES
+                    i = first + lane
+                    sine = sine_up + sine_north*segments%cos_azimuth(i)
+                    radiance = polynomial(view%albedo, sine)* &
+                               max(0.0_dp, sun_up + sun_north*segments%cos_azimuth(i) + sun_east*segments%sin_azimuth(i)) + &
+                               polynomial(view%emissivity, sine)
+                    up(lane) = up(lane) + centres%upward(ring)*(radiance*segments%exists(i))
+                    north(lane) = north(lane) + centres%sideward(ring)*(radiance*segments%cos_azimuth(i))
+                    east(lane) = east(lane) + centres%sideward(ring)*(radiance*segments%sin_azimuth(i))
+                end do
+            end do
+        end do
+        flux = [total_of(up), total_of(north), total_of(east)]
+    end subroutine sum_flux
 
     !> 1 - cos(zeta_m), where zeta_m is the nadir angle of the limb, sin(zeta_m) = R/r_s.
     pure real(dp) function limb_depth(radius) result(depth)

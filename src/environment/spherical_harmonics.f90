@@ -24,16 +24,13 @@
 !>     v = 2 d + d_N + dd q
 !>
 !> with the matrix dd of the second derivatives of Phi at fixed q^2. That the trace is 0 is Laplace's equation, and not put in.
-!> The sums themselves stand in harmonic_sums.c.
 module gracecg_environment_spherical_harmonics
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: MAX_DEGREE, harmonic_function_t, new_harmonic_function, gradients_of_two
+    public :: MAX_DEGREE, harmonic_function_t, new_harmonic_function
 
-    ! The last three as in harmonic_sums.c
     integer, parameter :: MAX_DEGREE = 360  !! Highest degree of a function
     integer, parameter :: LANES = 8         !! Orders that lie side by side in memory, for vector instructions
     integer, parameter :: PLACES = 8        !! Places worked on together
@@ -44,61 +41,18 @@ module gracecg_environment_spherical_harmonics
         !! An exterior harmonic function
         private
         real(dp) :: radius = 1                          !! R, m
-        integer(c_int32_t) :: blocks = 0, orders = 0    !! Blocks of LANES orders; orders with a sum
-        integer(c_int32_t) :: widest = LANES            !! Most numbers of a vector; fewer where the processor has no such
-        integer(c_int32_t), allocatable :: first(:)     !! Steps before each block, and all steps
-        real(c_double), allocatable :: steps(:, :, :)
-        !! One step of the recursion for LANES orders m, shape (LANES, 0:6, steps): beta; of degree n = m + k,
+        integer :: blocks = 0, orders = 0       !! Blocks of LANES orders; orders with a sum
+        integer, allocatable :: first(:)        !! Steps before each block, and all steps
+        real(dp), allocatable :: steps(:, :, :)
+        !! One step k of the recursion for LANES orders m, shape (LANES, 0:6, steps): beta of k + 1; of degree n = m + k,
         !! cos and sin: f_nm, (k + 1) f_n,m-1, (k + 1) (k + 2) f_n,m-2
     contains
-        procedure :: limit_vectors  !! To less wide vectors than the processor has
         procedure :: is_finite      !! Whether all coefficients are numbers
         procedure :: value          !! At a place
         procedure :: gradient       !! At a place
         procedure :: derivatives    !! Value, gradient and second derivatives at a place
         procedure :: gradients      !! Values and gradients at many places
     end type harmonic_function_t
-
-    interface
-        !> The first FIRST_SUMS sums at a place.
-        pure subroutine harmonic_sums_first(widest, blocks, orders, first, steps, q, sums) &
-            bind(c, name='gracecg_harmonic_sums_first')
-            import :: c_double, c_int32_t, FIRST_SUMS, LANES
-            integer(c_int32_t), intent(in), value :: widest, blocks, orders
-            integer(c_int32_t), intent(in) :: first(*)
-            real(c_double), intent(in) :: steps(LANES, 0:6, *), q(3)
-            real(c_double), intent(out) :: sums(FIRST_SUMS)
-        end subroutine harmonic_sums_first
-
-        !> The first FIRST_SUMS sums of two functions at a place, with the same bits; the other has no more degrees and orders.
-        pure subroutine harmonic_sums_two(widest, blocks, orders, first, steps, other_blocks, other_orders, other_first, &
-                                          other_steps, q, sums) bind(c, name='gracecg_harmonic_sums_two')
-            import :: c_double, c_int32_t, FIRST_SUMS, LANES
-            integer(c_int32_t), intent(in), value :: widest, blocks, orders, other_blocks, other_orders
-            integer(c_int32_t), intent(in) :: first(*), other_first(*)
-            real(c_double), intent(in) :: steps(LANES, 0:6, *), other_steps(LANES, 0:6, *), q(3)
-            real(c_double), intent(out) :: sums(FIRST_SUMS, 2)
-        end subroutine harmonic_sums_two
-
-        !> All sums at a place; the first ones with the same bits.
-        pure subroutine harmonic_sums_second(widest, blocks, orders, first, steps, q, sums) &
-            bind(c, name='gracecg_harmonic_sums_second')
-            import :: c_double, c_int32_t, ALL_SUMS, LANES
-            integer(c_int32_t), intent(in), value :: widest, blocks, orders
-            integer(c_int32_t), intent(in) :: first(*)
-            real(c_double), intent(in) :: steps(LANES, 0:6, *), q(3)
-            real(c_double), intent(out) :: sums(ALL_SUMS)
-        end subroutine harmonic_sums_second
-
-        !> The first FIRST_SUMS sums at PLACES places, with the same bits.
-        pure subroutine harmonic_sums_places(widest, orders, first, steps, q, sums) bind(c, name='gracecg_harmonic_sums_places')
-            import :: c_double, c_int32_t, FIRST_SUMS, LANES, PLACES
-            integer(c_int32_t), intent(in), value :: widest, orders
-            integer(c_int32_t), intent(in) :: first(*)
-            real(c_double), intent(in) :: steps(LANES, 0:6, *), q(PLACES, 3)
-            real(c_double), intent(out) :: sums(PLACES, FIRST_SUMS)
-        end subroutine harmonic_sums_places
-    end interface
 
 contains
 
@@ -129,7 +83,7 @@ contains
         allocate (harmonic%steps(LANES, 0:6, harmonic%first(harmonic%blocks)), source=0.0_dp)
         do m = 0, harmonic%orders - 1
             do k = 0, degree - m
-                harmonic%steps(modulo(m, LANES) + 1, 0, step_of(m, k)) = k*(k + 2*m)/(4.0_dp*(m + k)**2 - 1)
+                harmonic%steps(modulo(m, LANES) + 1, 0, step_of(m, k)) = (k + 1)*(k + 1 + 2*m)/(4.0_dp*(m + k + 1)**2 - 1)
             end do
         end do
 
@@ -168,14 +122,6 @@ contains
         end function step_of
     end function new_harmonic_function
 
-    !> Lets the sums do without wide vectors, which gives the same bits.
-    pure subroutine limit_vectors(self, widest)
-        class(harmonic_function_t), intent(inout) :: self
-        integer, intent(in) :: widest   !! 2, 4 or 8 numbers
-
-        self%widest = widest
-    end subroutine limit_vectors
-
     !> Whether all coefficients are finite numbers, as they were given and times what stands before them.
     pure logical function is_finite(self)
         class(harmonic_function_t), intent(in) :: self
@@ -192,7 +138,7 @@ contains
         real(dp) :: q(3), sums(FIRST_SUMS)
 
         q = inverted(self, position)
-        call harmonic_sums_first(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
+        call sums_at(self, q, FIRST_SUMS, sums)
         u = value_of(q, sums)
     end subroutine value
 
@@ -205,33 +151,12 @@ contains
         real(dp) :: q(3), sums(FIRST_SUMS)
 
         q = inverted(self, position)
-        call harmonic_sums_first(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
+        call sums_at(self, q, FIRST_SUMS, sums)
         g = gradient_of(self%radius, q, sums)
     end subroutine gradient
 
-    !> The gradients of two functions at a place other than the centre, with the bits of `gradient`. Where both have one
-    !> radius, and the other no more degrees and orders, one recursion serves both.
-    pure subroutine gradients_of_two(one, other, position, g, g_other)
-        type(harmonic_function_t), intent(in) :: one, other
-        real(dp), intent(in) :: position(3)             !! m
-        real(dp), intent(out) :: g(3), g_other(3)       !! 1/m
-
-        real(dp) :: q(3), sums(FIRST_SUMS, 2)
-
-        if (abs(one%radius - other%radius) > 0 .or. other%first(1) > one%first(1) .or. other%orders > one%orders) then
-            call one%gradient(position, g)
-            call other%gradient(position, g_other)
-            return
-        end if
-        q = inverted(one, position)
-        call harmonic_sums_two(one%widest, one%blocks, one%orders, one%first, one%steps, other%blocks, other%orders, &
-                               other%first, other%steps, q, sums)
-        g = gradient_of(one%radius, q, sums(:, 1))
-        g_other = gradient_of(one%radius, q, sums(:, 2))
-    end subroutine gradients_of_two
-
     !> Value, gradient and second derivatives at a place other than the centre, by one recursion. Value and gradient
-    !> have the bits of `value` and `gradient`.
+    !> are those of `value` and `gradient` but for rounding.
     pure subroutine derivatives(self, position, u, g, tensor)
         class(harmonic_function_t), intent(in) :: self
         real(dp), intent(in) :: position(3)     !! m
@@ -242,14 +167,14 @@ contains
         real(dp) :: q(3), sums(ALL_SUMS)
 
         q = inverted(self, position)
-        call harmonic_sums_second(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
+        call sums_at(self, q, ALL_SUMS, sums)
         u = value_of(q, sums)
         g = gradient_of(self%radius, q, sums)
         tensor = second_derivatives_of(self%radius, q, sums)
     end subroutine derivatives
 
-    !> Values and gradients at many places other than the centre, PLACES of them together: half the time for each, and
-    !> the bits of `value` and `gradient`.
+    !> Values and gradients at many places other than the centre, PLACES of them together: less time for each. They are
+    !> those of `value` and `gradient` but for rounding, and do not depend on the other places.
     pure subroutine gradients(self, positions, g, u)
         class(harmonic_function_t), intent(in) :: self
         real(dp), intent(in) :: positions(:, :)     !! m, shape (3, n)
@@ -263,7 +188,7 @@ contains
             do p = 1, PLACES    ! behind the last place, that again
                 q(p, :) = inverted(self, positions(:, min(before + p, size(positions, 2))))
             end do
-            call harmonic_sums_places(self%widest, self%orders, self%first, self%steps, q, sums)
+            call sums_at_places(self, q, sums)
             do p = 1, min(PLACES, size(positions, 2) - before)
                 i = before + p
                 q_here = q(p, :)
@@ -273,6 +198,188 @@ contains
             end do
         end do
     end subroutine gradients
+
+    !> The first sums at a place, FIRST_SUMS or ALL_SUMS of them.
+    pure subroutine sums_at(harmonic, q, count, sums)
+        class(harmonic_function_t), intent(in) :: harmonic
+        real(dp), intent(in) :: q(3)
+        integer, intent(in), value :: count
+        real(dp), intent(out) :: sums(count)
+
+        real(dp), dimension(-2:MAX_DEGREE + LANES) :: re, im    ! of (q_x + i q_y)^m; 0 before m = 0
+        real(dp) :: parts(LANES, ALL_SUMS)
+        integer :: block, m, i
+
+        re(-2:1) = [0.0_dp, 0.0_dp, 1.0_dp, q(1)]
+        im(-2:1) = [0.0_dp, 0.0_dp, 0.0_dp, q(2)]
+        do m = 2, LANES
+            i = m/2
+            re(m) = re(i)*re(m - i) - im(i)*im(m - i)
+            im(m) = re(i)*im(m - i) + im(i)*re(m - i)
+        end do
+        do m = LANES + 1, LANES*harmonic%blocks
+            re(m) = re(m - LANES)*re(LANES) - im(m - LANES)*im(LANES)
+            im(m) = re(m - LANES)*im(LANES) + im(m - LANES)*re(LANES)
+        end do
+        parts(:, :count) = 0
+        do block = 0, harmonic%blocks - 1
+            m = LANES*block
+            call add_orders(count, real(m, dp), harmonic%first(block + 1) - harmonic%first(block), &
+                            harmonic%steps(1, 0, harmonic%first(block) + 1), q(3), -dot_product(q, q), re(m - 2), im(m - 2), parts)
+        end do
+        do i = 1, count
+            sums(i) = ((parts(1, i) + parts(5, i)) + (parts(3, i) + parts(7, i))) + &
+                      ((parts(2, i) + parts(6, i)) + (parts(4, i) + parts(8, i)))
+        end do
+    end subroutine sums_at
+
+    !> Adds LANES orders, side by side, to the sums of each lane.
+    !>
+    !> gfortran compiles `sums_at` and this for each `count`, and then makes the loop over orders, outside of that over
+    !> degrees, one of vectors as wide as its flags allow. For that the orders of a block take as many degrees (the
+    !> coefficients behind the last one are 0), all numbers are of one kind, and there is at least one degree.
+    pure subroutine add_orders(count, first_order, degrees, steps, q_z, minus_q_squared, power_re, power_im, parts)
+        integer, intent(in), value :: count                         !! FIRST_SUMS or ALL_SUMS
+        real(dp), intent(in) :: first_order
+        integer, intent(in) :: degrees                              !! Of the first order
+        real(dp), intent(in) :: steps(LANES, 0:6, degrees)
+        real(dp), intent(in) :: q_z, minus_q_squared
+        real(dp), intent(in), dimension(-1:LANES) :: power_re, power_im     !! Of (q_x + i q_y)^m, from m = first order - 2 on
+        real(dp), intent(inout) :: parts(LANES, ALL_SUMS)
+
+        real(dp), parameter :: LANE(LANES) = [0, 1, 2, 3, 4, 5, 6, 7]
+        real(dp) :: h, next, after, k, m, f_re, f_im, df_re, df_im, n_re, n_im, p_re, p_im, b_re, b_im, c_re, c_im
+        ! Over degrees, with cos and sin: f, k f, k^2 f, d, k d, dd
+        real(dp) :: re, im, k_re, k_im, kk_re, kk_im, d_re, d_im, kd_re, kd_im, dd_re, dd_im
+        integer :: i, l
+
+        if (degrees < 1) return
+        do l = 1, LANES
+            h = 1
+            next = q_z
+            k = 0
+            re = 0; im = 0; k_re = 0; k_im = 0; kk_re = 0; kk_im = 0
+            d_re = 0; d_im = 0; kd_re = 0; kd_im = 0; dd_re = 0; dd_im = 0
+            do i = 1, degrees
+                f_re = h*steps(l, 1, i)
+                f_im = h*steps(l, 2, i)
+                df_re = h*steps(l, 3, i)
+                df_im = h*steps(l, 4, i)
+                re = re + f_re
+                im = im + f_im
+                k_re = k_re + k*f_re
+                k_im = k_im + k*f_im
+                d_re = d_re + df_re
+                d_im = d_im + df_im
+                if (count == ALL_SUMS) then
+                    kk_re = kk_re + k*(k*f_re)
+                    kk_im = kk_im + k*(k*f_im)
+                    kd_re = kd_re + k*df_re
+                    kd_im = kd_im + k*df_im
+                    dd_re = dd_re + h*steps(l, 5, i)
+                    dd_im = dd_im + h*steps(l, 6, i)
+                end if
+                after = q_z*next + minus_q_squared*steps(l, 0, i)*h
+                h = next
+                next = after
+                k = k + 1
+            end do
+            ! The powers m, m - 1 and m - 2 of q_x + i q_y; sums with n = m + k in place of k
+            m = first_order + LANE(l)
+            p_re = power_re(l)
+            p_im = power_im(l)
+            b_re = power_re(l - 1)
+            b_im = power_im(l - 1)
+            n_re = m*re + k_re
+            n_im = m*im + k_im
+            parts(l, 1) = parts(l, 1) + (p_re*re + p_im*im)
+            parts(l, 2) = parts(l, 2) + (p_re*n_re + p_im*n_im)
+            parts(l, 3) = parts(l, 3) + m*(b_re*re + b_im*im)
+            parts(l, 4) = parts(l, 4) + m*(b_re*im - b_im*re)
+            parts(l, 5) = parts(l, 5) + (b_re*d_re + b_im*d_im)
+            if (count == ALL_SUMS) then
+                c_re = power_re(l - 2)
+                c_im = power_im(l - 2)
+                parts(l, 6) = parts(l, 6) + (p_re*(m*(n_re + k_re) + kk_re) + p_im*(m*(n_im + k_im) + kk_im))
+                parts(l, 7) = parts(l, 7) + m*(b_re*n_re + b_im*n_im)
+                parts(l, 8) = parts(l, 8) + m*(b_re*n_im - b_im*n_re)
+                parts(l, 9) = parts(l, 9) + (b_re*(m*d_re + kd_re) + b_im*(m*d_im + kd_im))
+                parts(l, 10) = parts(l, 10) + m*(m - 1)*(c_re*re + c_im*im)
+                parts(l, 11) = parts(l, 11) + m*(m - 1)*(c_re*im - c_im*re)
+                parts(l, 12) = parts(l, 12) + (m - 1)*(c_re*d_re + c_im*d_im)
+                parts(l, 13) = parts(l, 13) + (m - 1)*(c_re*d_im - c_im*d_re)
+                parts(l, 14) = parts(l, 14) + (c_re*dd_re + c_im*dd_im)
+            end if
+        end do
+    end subroutine add_orders
+
+    !> The first FIRST_SUMS sums at PLACES places.
+    pure subroutine sums_at_places(harmonic, q, sums)
+        class(harmonic_function_t), intent(in) :: harmonic
+        real(dp), intent(in) :: q(PLACES, 3)
+        real(dp), intent(out) :: sums(PLACES, FIRST_SUMS)
+
+        real(dp), dimension(PLACES) :: minus_q_squared, power_re, power_im
+        integer :: m, block, lane
+
+        minus_q_squared = -(q(:, 1)**2 + q(:, 2)**2 + q(:, 3)**2)
+        power_re = 0
+        power_im = 0
+        sums = 0
+        do m = 0, harmonic%orders - 1
+            block = m/LANES
+            lane = modulo(m, LANES) + 1
+            call add_order_at_places(m, harmonic%first(block + 1) - harmonic%first(block) - lane + 1, lane, &
+                                     harmonic%steps(1, 0, harmonic%first(block) + 1), q, minus_q_squared, power_re, power_im, sums)
+        end do
+    end subroutine sums_at_places
+
+    !> Adds an order at PLACES places, side by side, as `add_orders` does at one.
+    pure subroutine add_order_at_places(order, degrees, lane, steps, q, minus_q_squared, power_re, power_im, sums)
+        integer, intent(in) :: order, degrees, lane
+        real(dp), intent(in) :: steps(LANES, 0:6, degrees)
+        real(dp), intent(in) :: q(PLACES, 3), minus_q_squared(PLACES)
+        real(dp), intent(inout), dimension(PLACES) :: power_re, power_im    !! Of q_x + i q_y: order - 1 before, order after
+        real(dp), intent(inout) :: sums(PLACES, FIRST_SUMS)
+
+        real(dp) :: h, next, after, k, m, f_re, f_im, re, im, k_re, k_im, d_re, d_im, p_re, p_im, b_re, b_im, first
+        integer :: i, p
+
+        if (degrees < 1) return
+        m = order
+        first = merge(1.0_dp, 0.0_dp, order == 0)
+        do p = 1, PLACES
+            h = 1
+            next = q(p, 3)
+            k = 0
+            re = 0; im = 0; k_re = 0; k_im = 0; d_re = 0; d_im = 0
+            do i = 1, degrees
+                f_re = h*steps(lane, 1, i)
+                f_im = h*steps(lane, 2, i)
+                re = re + f_re
+                im = im + f_im
+                k_re = k_re + k*f_re
+                k_im = k_im + k*f_im
+                d_re = d_re + h*steps(lane, 3, i)
+                d_im = d_im + h*steps(lane, 4, i)
+                after = q(p, 3)*next + minus_q_squared(p)*steps(lane, 0, i)*h
+                h = next
+                next = after
+                k = k + 1
+            end do
+            b_re = power_re(p)
+            b_im = power_im(p)
+            p_re = b_re*q(p, 1) - b_im*q(p, 2) + first
+            p_im = b_re*q(p, 2) + b_im*q(p, 1)
+            power_re(p) = p_re
+            power_im(p) = p_im
+            sums(p, 1) = sums(p, 1) + (p_re*re + p_im*im)
+            sums(p, 2) = sums(p, 2) + (p_re*(m*re + k_re) + p_im*(m*im + k_im))
+            sums(p, 3) = sums(p, 3) + m*(b_re*re + b_im*im)
+            sums(p, 4) = sums(p, 4) + m*(b_re*im - b_im*re)
+            sums(p, 5) = sums(p, 5) + (b_re*d_re + b_im*d_im)
+        end do
+    end subroutine add_order_at_places
 
     !> q = 2 R (x, y, z)/r^2.
     pure function inverted(self, position) result(q)

@@ -3,7 +3,7 @@ module gracecg_environment_sun
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND, ASTRONOMICAL_UNIT, SOLAR_RADIUS, &
         WGS84_SEMI_MAJOR_AXIS
-    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines
+    use gracecg_base_lanes, only: LANES, lanes_sines_cosines
     use gracecg_base_vectors, only: cross
     implicit none
     private
@@ -45,7 +45,7 @@ contains
         turns(ANOMALY) = (357.52911_dp + t*(35999.05029_dp - t*0.0001537_dp))/360
         turns(LONGITUDE) = (280.46646_dp + t*(36000.76983_dp + t*0.0003032_dp))/360 - &
                            t*(5029.0966_dp + t*1.11113_dp)/ARCSECONDS     ! from the equinox of J2000
-        call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
+        call lanes_sines_cosines(turns, sine, cosine)
         eccentricity = 0.016708634_dp - t*(0.000042037_dp + t*0.0000001267_dp)
         centre = (1.914602_dp - t*(0.004817_dp + t*0.000014_dp))*sine(ANOMALY) + &
                  (0.019993_dp - t*0.000101_dp)*(2*sine(ANOMALY)*cosine(ANOMALY)) + &

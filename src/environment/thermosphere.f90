@@ -8,7 +8,7 @@ module gracecg_environment_thermosphere
     implicit none
     private
     public :: density_model_t, atmosphere_point_t, atmosphere_state_t
-    public :: density_wave_t, new_density_wave
+    public :: density_wave_t, new_density_wave, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     public :: EARTH_RADIUS, SURFACE_GRAVITY, GAS_CONSTANT, ATOMIC_MASS_UNIT, MASS_O
 
     type :: atmosphere_point_t
@@ -47,12 +47,17 @@ module gracecg_environment_thermosphere
         end subroutine evaluate_interface
     end interface
 
+    real(dp), parameter :: REPORT_WAVE_AMPLITUDE = 0.0064_dp        !! Relative to the model's density
+    real(dp), parameter :: REPORT_WAVE_PERIOD = 15.5_dp             !! s
+    !! Fitted to Tables 6.1 and 6.2 and the axes of Figures 5.2, 5.3, 5.6 and 5.7 of CSR-TM-00-01 together, by
+    !! likelihood: tools/wave_likelihood.py, docs/validation.md. The report does not say what its short-period
+    !! perturbations are. The tables alone allow 0.0076 and 20 s, 0.0092 and 31 s as well
+
     type :: density_wave_t
-        !! A sinusoidal relative change of the density. CSR-TM-00-01 does not define its
-        !! short-period perturbations: form and figures are assumptions. An amplitude of 0.003 and a
-        !! period of 12 s, the phase random from run to run, fit its Tables 6.1 and 6.2
+        !! A sinusoidal relative change of the density: an assumption, since CSR-TM-00-01 does not define its
+        !! short-period perturbations
         real(dp) :: amplitude = 0.0_dp      !! Relative
-        real(dp) :: period = 12.0_dp        !! s
+        real(dp) :: period = REPORT_WAVE_PERIOD     !! s
         real(dp) :: phase = 0.0_dp          !! rad
     contains
         procedure :: relative_change    !! Of the density, at a time

@@ -10,7 +10,7 @@ module gracecg_planning_nominal_orbit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
-    use gracecg_base_multistep, only: multistep_t, new_multistep
+    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, STATE_SIZE, POSITION, &
         VELOCITY, OMEGA, ATTITUDE
     use gracecg_simulation_case, only: case_t
@@ -21,9 +21,8 @@ module gracecg_planning_nominal_orbit
 
     real(dp), parameter :: ORBIT_INTERVAL = 1.0_dp      !! Between the samples of the orbit, s
 
-    !> Order of the method of Adams, and how far predictor and corrector may differ: 0.1 um and 0.1 nm/s
-    integer, parameter :: ADAMS_ORDER = 8
-    real(dp), parameter :: TOLERANCE = 1e-14_dp, SCALES(6) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp]
+    !> Tolerance of the step control, and the size of each component
+    real(dp), parameter :: TOLERANCE = 1e-11_dp, SCALES(6) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp]
 
     !> The first six of the 13 equations of motion, with the attitude prescribed.
     type, extends(ode_system_t) :: orbital_motion_t
@@ -63,8 +62,7 @@ contains
         !! Between the samples, s: ORBIT_INTERVAL when absent. 10 s are still exact to 1e-5 m
 
         type(orbital_motion_t) :: motion
-        type(multistep_t) :: adams
-        real(dp) :: next(6)
+        type(controlled_steps_t) :: flight
         integer :: k, steps
 
         if (.not. norm2(case%angular_velocity) > TWO_PI/SECONDS_PER_DAY) then
@@ -86,13 +84,18 @@ contains
         if (present(revolutions)) orbit%revolutions = revolutions
         if (present(interval)) orbit%interval = interval
         steps = ceiling(orbit%revolutions*orbit%revolution/orbit%interval)
-        adams = new_multistep(ADAMS_ORDER, 6)
         allocate (orbit%state(STATE_SIZE, 0:steps))
         orbit%state(:, 0) = motion%full_state(0.0_dp, [case%position, case%velocity])
+        call begin_steps(0.0_dp, [case%position, case%velocity], TOLERANCE, SCALES, orbit%interval, flight)
         do k = 1, steps
-            call adams%step(motion, (k - 1)*orbit%interval, orbit%state([POSITION, VELOCITY], k - 1), &
-                            orbit%interval, TOLERANCE, SCALES, next)
-            orbit%state(:, k) = motion%full_state(k*orbit%interval, next)
+            do while (flight%to < k*orbit%interval)
+                call flight%advance(motion, steps*orbit%interval, error)
+                if (allocated(error)) then
+                    call add_context(error, 'orbit of case '//trim(case%name))
+                    return
+                end if
+            end do
+            orbit%state(:, k) = motion%full_state(k*orbit%interval, flight%state_at(k*orbit%interval))
         end do
         if (.not. all(abs(orbit%state) <= huge(1.0_dp))) then
             call fail(error, 'orbit of case '//trim(case%name)//': it does not stay finite')

@@ -16,7 +16,8 @@ module gracecg_planning_scan
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t, attitude_fit_t, new_attitude_fit
     use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset
-    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_batch_problem, only: batch_solution_t
+    use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_view, only: operator_knowledge

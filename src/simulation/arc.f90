@@ -3,17 +3,20 @@ module gracecg_simulation_arc
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_spacecraft_torque_rods, only: shortest_rod_period, rods_rest
-    use gracecg_base_runge_kutta, only: rkf78_step, rkf78_integrate
-    use gracecg_base_multistep, only: multistep_t, new_multistep
+    use gracecg_spacecraft_torque_rods, only: next_rod_edge
+    use gracecg_base_runge_kutta, only: rkf78_step
+    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
     use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     implicit none
     private
-    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, check_state, MAX_STEPS
+    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, check_state, MAX_STEPS, DEFAULT_TOLERANCE
 
     integer, parameter :: MAX_STEPS = 1000000
     !! Of an arc: a day at ten epochs a second; some 0.5 GB
+
+    real(dp), parameter :: DEFAULT_TOLERANCE = 1e-10_dp
+    !! Of the step control: a tenth of the error of one step every 0.1 s, whose edges lie within steps (docs/validation.md)
 
     !> The propagated truth: states and loads at equal intervals from the epoch. All epochs are held, or, of a long
     !> arc, those of a piece, each under its own number k; pieces share the epoch where they meet.
@@ -24,52 +27,44 @@ module gracecg_simulation_arc
         real(dp), allocatable :: state(:, :)        !! (13, first:last), see gracecg_simulation_dynamics
         real(dp), allocatable :: omega_dot(:, :)    !! (3, first:last), body axes, rad/s^2
         type(loads_t), allocatable :: loads(:)      !! (first:last)
-        type(multistep_t), private :: adams         ! where the integration has got to
-        logical, private :: by_adams = .false., controlled = .false.    ! Runge and Kutta's steps
-        real(dp), private :: tolerance = 0
+        type(controlled_steps_t), allocatable, private :: under_control     ! where the integration has got to
     end type truth_arc_t
 
     !> Scale of each state component for the error control: position, velocity, rate, quaternion.
     real(dp), parameter :: SCALES(STATE_SIZE) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp, &
                                                  1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp]
-    !> Order of the method of Adams, and how far predictor and corrector may differ, relative to SCALES: some thirty
-    !> times a step's error. Rods of 0.2 Hz stay within it in steps of 0.1 s
-    integer, parameter :: ADAMS_ORDER = 10
-    real(dp), parameter :: ADAMS_TOLERANCE = 1e-12_dp
+    real(dp), parameter :: FIRST_LENGTH = 1     ! That is tried first under control, s
 
 contains
 
-    !> Integrates from t = 0 over `steps` intervals, the attitude free or held as `dynamics` has it: one step an
-    !> interval, by the method of Adams, which evaluates the loads once an epoch, and by Runge and Kutta where that
-    !> would show (gracecg_base_multistep), or everywhere, as the report does. When `tolerance` is given, Runge and
-    !> Kutta's steps are controlled between the epochs.
+    !> Integrates from t = 0 over `steps` intervals by Runge-Kutta-Fehlberg 7(8), the attitude free or held as `dynamics`
+    !> has it: one step an interval, or, when `tolerance` is given, steps under control, between whose ends the states are
+    !> interpolated (gracecg_base_controlled_steps). These end where a rod's moment begins, ends or has an edge.
     !>
     !> Fails when there are too many steps, the satellite hits the ground, leaves the range of its models,
     !> or a number is not finite.
-    subroutine propagate_arc(dynamics, initial_state, interval, steps, arc, error, tolerance, runge_kutta)
+    subroutine propagate_arc(dynamics, initial_state, interval, steps, arc, error, tolerance)
         class(satellite_dynamics_t), intent(in) :: dynamics
         real(dp), intent(in) :: initial_state(:)    !! 13
         real(dp), intent(in) :: interval            !! s
         integer, intent(in) :: steps                !! Number of the intervals
         type(truth_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: tolerance !! Local error per step relative to SCALES
-        logical, intent(in), optional :: runge_kutta    !! Every interval by Runge-Kutta-Fehlberg 7(8)
+        real(dp), intent(in), optional :: tolerance !! Of the step control, relative to SCALES
 
-        call begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance, runge_kutta)
+        call begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance)
         if (.not. allocated(error)) call continue_arc(dynamics, steps, arc, error)
     end subroutine propagate_arc
 
     !> An arc that is propagated in pieces: its first epoch. Arguments and failures are those of `propagate_arc`.
-    subroutine begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance, runge_kutta)
+    subroutine begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance)
         class(satellite_dynamics_t), intent(in) :: dynamics     !! With all its models
         real(dp), intent(in) :: initial_state(:)    !! (13)
         real(dp), intent(in) :: interval            !! s
         integer, intent(in) :: steps                !! Of the whole arc
         type(truth_arc_t), intent(out) :: arc       !! Holds its first epoch
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: tolerance     !! Of the error control
-        logical, intent(in), optional :: runge_kutta    !! Steps of Runge, Kutta and Fehlberg, not of Adams
+        real(dp), intent(in), optional :: tolerance     !! Of the step control
 
         if (.not. (interval > 0 .and. interval <= huge(interval))) then
             call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')
@@ -79,15 +74,14 @@ contains
         if (allocated(error)) return
         arc%steps = steps
         arc%interval = interval
-        arc%controlled = present(tolerance)
-        if (present(tolerance)) arc%tolerance = tolerance
-        arc%by_adams = .not. arc%controlled
-        if (present(runge_kutta)) arc%by_adams = arc%by_adams .and. .not. runge_kutta
-        arc%adams = new_multistep(ADAMS_ORDER, STATE_SIZE)
         allocate (arc%state(STATE_SIZE, 0:0), arc%omega_dot(3, 0:0), arc%loads(0:0))
         arc%state(:, 0) = initial_state
         call hold_attitude(dynamics, 0.0_dp, arc%state(:, 0))
-        call finish_epoch(dynamics, 0, .false., arc, error)
+        if (present(tolerance)) then
+            allocate (arc%under_control)
+            call begin_steps(0.0_dp, arc%state(:, 0), tolerance, SCALES, FIRST_LENGTH, arc%under_control)
+        end if
+        call finish_epoch(dynamics, 0, arc, error)
     end subroutine begin_arc
 
     !> The next epochs of an arc, in place of those that it holds, but for the last of these.
@@ -97,94 +91,58 @@ contains
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
 
-        logical :: done
+        real(dp) :: slope(STATE_SIZE)
         integer :: k
 
         call make_room(min(epochs, arc%steps - arc%last), arc, error)
         if (allocated(error)) return
         do k = arc%first + 1, arc%last
-            done = .false.
-            if (arc%by_adams) call advance_by_adams(dynamics, k, arc, done)
-            if (.not. done) then
-                ! The loads of an epoch by Adams are not quite those of its state
-                call advance(dynamics, k, .not. arc%adams%is_ready(), arc, error)
-                if (arc%adams%is_ready()) call arc%adams%restart()
+            if (allocated(arc%under_control)) then
+                call interpolate(dynamics, k, arc, error)
                 if (allocated(error)) return
+            else
+                call dynamics%rate_under(arc%state(:, k - 1), arc%loads(k - 1), slope)
+                call rkf78_step(dynamics, (k - 1)*arc%interval, arc%state(:, k - 1), arc%interval, arc%state(:, k), &
+                                slope=slope)
             end if
-            call finish_epoch(dynamics, k, done, arc, error)
+            call hold_attitude(dynamics, k*arc%interval, arc%state(:, k))
+            call finish_epoch(dynamics, k, arc, error)
             if (allocated(error)) return
         end do
     end subroutine continue_arc
 
     !> What acts at epoch k, whose state is known.
-    subroutine finish_epoch(dynamics, k, has_loads, arc, error)
+    subroutine finish_epoch(dynamics, k, arc, error)
         class(satellite_dynamics_t), intent(in) :: dynamics
         integer, intent(in) :: k
-        logical, intent(in) :: has_loads    !! They are there already
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
-
-        real(dp) :: slope(STATE_SIZE)
 
         call check_state(dynamics, k*arc%interval, arc%state(:, k), error)
         if (allocated(error)) return
-        if (.not. has_loads) call dynamics%loads(k*arc%interval, arc%state(:, k), arc%loads(k))
+        call dynamics%loads(k*arc%interval, arc%state(:, k), arc%loads(k))
         arc%omega_dot(:, k) = dynamics%angular_acceleration(arc%state(OMEGA, k), arc%loads(k))
-        if (.not. arc%by_adams) return
-        call dynamics%rate_under(arc%state(:, k), arc%loads(k), slope)
-        call arc%adams%keep(slope)
     end subroutine finish_epoch
 
-    !> From epoch k - 1 to epoch k by Runge and Kutta: in one step, or in steps under control.
-    subroutine advance(dynamics, k, with_loads, arc, error)
+    !> The state at epoch k from steps under control, which go on until they have passed it.
+    subroutine interpolate(dynamics, k, arc, error)
         class(satellite_dynamics_t), intent(in) :: dynamics
         integer, intent(in) :: k
-        logical, intent(in) :: with_loads   !! Those of epoch k - 1 are those of its state
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: t, slope(STATE_SIZE)
-        integer :: taken
+        real(dp) :: limit
 
-        t = (k - 1)*arc%interval
-        if (arc%controlled) then
-            arc%state(:, k) = arc%state(:, k - 1)
-            call rkf78_integrate(dynamics, t, arc%state(:, k), k*arc%interval, arc%tolerance, SCALES, taken, error, &
-                                 largest_step(dynamics, t, k*arc%interval))
-            if (allocated(error)) return
-        else if (with_loads) then
-            call dynamics%rate_under(arc%state(:, k - 1), arc%loads(k - 1), slope)
-            call rkf78_step(dynamics, t, arc%state(:, k - 1), arc%interval, arc%state(:, k), slope=slope)
-        else
-            call rkf78_step(dynamics, t, arc%state(:, k - 1), arc%interval, arc%state(:, k))
-        end if
-        call hold_attitude(dynamics, k*arc%interval, arc%state(:, k))
-    end subroutine advance
-
-    !> From epoch k - 1 to epoch k by the method of Adams, with the loads at epoch k; or not, where its slopes do not
-    !> suffice, or predictor and corrector differ. (The loads are those of the predicted state, which is within
-    !> ADAMS_TOLERANCE of the corrected one.)
-    subroutine advance_by_adams(dynamics, k, arc, done)
-        class(satellite_dynamics_t), intent(in) :: dynamics
-        integer, intent(in) :: k
-        type(truth_arc_t), intent(inout) :: arc
-        logical, intent(out) :: done
-
-        real(dp), dimension(STATE_SIZE) :: predicted, held, slope, corrected
-
-        done = arc%adams%is_ready()
-        if (.not. done) return
-        call arc%adams%predict(arc%interval, arc%state(:, k - 1), predicted)
-        held = predicted
-        call hold_attitude(dynamics, k*arc%interval, held)
-        call dynamics%loads(k*arc%interval, held, arc%loads(k))
-        call dynamics%rate_under(held, arc%loads(k), slope)
-        call arc%adams%correct(arc%interval, arc%state(:, k - 1), slope, corrected)
-        done = all(abs(corrected - predicted) <= ADAMS_TOLERANCE*SCALES)
-        if (.not. done) return
-        call hold_attitude(dynamics, k*arc%interval, corrected)
-        arc%state(:, k) = corrected
-    end subroutine advance_by_adams
+        associate (steps => arc%under_control)
+            do while (steps%to < k*arc%interval)
+                limit = arc%steps*arc%interval
+                if (dynamics%with_rods) limit = min(limit, next_rod_edge(dynamics%rods, steps%to + steps%shortest()))
+                call steps%advance(dynamics, limit, error)
+                if (allocated(error)) return
+            end do
+            arc%state(:, k) = steps%state_at(k*arc%interval)
+        end associate
+    end subroutine interpolate
 
     !> Of a satellite whose attitude is held, attitude and angular velocity follow from the orbit; that of others is
     !> free.
@@ -225,16 +183,6 @@ contains
         arc%first = arc%last
         arc%last = arc%last + epochs
     end subroutine make_room
-
-    !> A tenth of the shortest period of the rods, whose torque the error estimate does not see, while they act; s.
-    pure real(dp) function largest_step(dynamics, from, to)
-        class(satellite_dynamics_t), intent(in) :: dynamics
-        real(dp), intent(in) :: from, to    !! s
-
-        largest_step = huge(1.0_dp)
-        if (dynamics%with_rods .and. .not. rods_rest(dynamics%rods, from, to)) &
-            largest_step = 0.1_dp*shortest_rod_period(dynamics%rods)
-    end function largest_step
 
     !> Fails when a state is not finite, or lies below the ground or below the air's model.
     subroutine check_state(dynamics, t, state, error)

@@ -13,7 +13,7 @@ module gracecg_simulation_case
     use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
     use gracecg_environment_iers_file, only: read_earth_parameters
     use gracecg_environment_time, only: utc_t
-    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_thermosphere, only: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     use gracecg_environment_gravity_models, only: GRAVITY_MODELS
     use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
     use gracecg_environment_density_models, only: DENSITY_MODELS
@@ -25,6 +25,7 @@ module gracecg_simulation_case
         describe_limits
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
+    use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
     use gracecg_simulation_attitude_control, only: attitude_control_t, describe_control, check_control
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
@@ -32,13 +33,18 @@ module gracecg_simulation_case
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text, LEVEL1_GROUPS
-    public :: earth_orientation_name, find_earth_parameters
+    public :: earth_orientation_name, find_earth_parameters, flies_under_control
 
     !> Of the orientation of the Earth: 'iau' from the year 2000 on, unless the sidereal angle is given
     character(*), parameter :: BY_DATE = 'by-date'
     integer, parameter :: MJD_2000 = 51544              !! 2000-01-01
     !> Groups of simulated Level-1 files, which may stand in the same file
     character(18), parameter :: LEVEL1_GROUPS(2) = [character(18) :: 'level1_simulation', 'level1_span']
+
+    !> How the truth is integrated, all by Runge-Kutta-Fehlberg 7(8): in one step an interval up to LONG_ARC and in
+    !> steps under control beyond; in one step an interval; in steps under control
+    character(16), parameter :: INTEGRATORS(3) = [character(16) :: 'rkf78', 'rkf78-fixed', 'rkf78-controlled']
+    real(dp), parameter :: LONG_ARC = 600               !! s
 
     !> A calibration with everything that a simulation must know: one namelist file.
     type :: case_t
@@ -58,8 +64,8 @@ module gracecg_simulation_case
         real(dp) :: angular_velocity(3) = 0         !! Body axes, rad/s
         ! integration
         real(dp) :: interval = 0.1_dp               !! Of the truth's epochs, s
-        character(16) :: integrator = 'fixed'     !! 'fixed': one step an interval; 'rkf78'; 'adaptive'
-        real(dp) :: tolerance = 1e-13_dp            !! Of the adaptive integrator
+        character(16) :: integrator = INTEGRATORS(1)    !! One of INTEGRATORS
+        real(dp) :: tolerance = DEFAULT_TOLERANCE   !! Of the step control
         ! Earth
         character(16) :: earth_rotation = 'gmst-1982' !! Sidereal angle at the epoch: 'given' or 'gmst-1982'
         real(dp) :: sidereal_angle = 0              !! rad, if given
@@ -82,7 +88,7 @@ module gracecg_simulation_case
         real(dp) :: reference_density = 4e-12_dp    !! Exponential model, kg/m^3
         real(dp) :: reference_height = 466e3_dp     !! m
         real(dp) :: scale_height = 65e3_dp          !! m
-        type(density_wave_t) :: density_wave = density_wave_t(0.003_dp, 12.0_dp, 0.0_dp)
+        type(density_wave_t) :: density_wave = density_wave_t(REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD, 0.0_dp)
         !! Relative to the model's density: amplitude, period (s), phase (rad)
         logical :: density_wave_random = .true.     !! The phase is drawn for every run
         character(16) :: wind_model = 'hwm93'     !! 'hwm93', 'constant', 'none' or 'file'
@@ -156,6 +162,14 @@ contains
         if (case%epoch%mjd >= MJD_2000 .and. case%earth_rotation /= 'given') name = 'iau'
     end function earth_orientation_name
 
+    !> Are the steps of a case's truth under control, and not one an interval?
+    pure logical function flies_under_control(case)
+        type(case_t), intent(in) :: case
+
+        flies_under_control = case%integrator == INTEGRATORS(3) .or. &
+                              case%integrator == INTEGRATORS(1) .and. case%duration > LONG_ARC
+    end function flies_under_control
+
     !> UT1 and the pole of a case: of its file, or as given. Fails as `read_earth_parameters`.
     subroutine find_earth_parameters(case, parameters, error)
         type(case_t), intent(in) :: case
@@ -207,8 +221,6 @@ contains
         class(settings_t), intent(inout) :: settings
         type(case_t), intent(inout) :: case
 
-        character(16), parameter :: INTEGRATORS(3) = [character(16) :: 'fixed', 'adaptive', 'rkf78']
-
         call settings%group('truth', 'The true state at the epoch, and how it is integrated')
         call settings%text_value('satellite', case%satellite%name, 'of the pair', &
                                  [character(16) :: 'front', 'back'])
@@ -228,16 +240,9 @@ contains
         call settings%real_values('angular_velocity', case%angular_velocity, -1.0_dp, 1.0_dp, 'rad/s', &
                                   unit='rad/s', required=.true.)
         call settings%real_value('interval', case%interval, 1e-3_dp, 10.0_dp, 's, of the true arc', unit='s')
-        ! 'rkf78' is written only where it is chosen: texts of other cases, and the checksums by which campaigns are
-        ! gone on with, stay what they were before there was the choice
-        if (settings%holds('truth') .or. case%integrator == INTEGRATORS(3)) then
-            call settings%text_value('integrator', case%integrator, 'one step an interval, step-size control, or '// &
-                                     'Runge-Kutta-Fehlberg 7(8) in every interval', INTEGRATORS)
-        else
-            call settings%text_value('integrator', case%integrator, 'one step an interval, or step-size control', &
-                                     INTEGRATORS(:2))
-        end if
-        call settings%real_value('tolerance', case%tolerance, 1e-15_dp, 1e-3_dp, 'of the adaptive integrator')
+        call settings%text_value('integrator', case%integrator, 'Runge-Kutta-Fehlberg 7(8): one step an interval up to '// &
+                                 '600 s, steps under control beyond; or always the one or the other', INTEGRATORS)
+        call settings%real_value('tolerance', case%tolerance, 1e-15_dp, 1e-3_dp, 'of the step control')
         call settings%end_group()
     end subroutine describe_state
 

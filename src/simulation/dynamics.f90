@@ -14,7 +14,6 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_environment_geopotential, only: gravity_model_t
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
-    use gracecg_environment_gravity_and_field, only: evaluate_gravity_and_field
     use gracecg_environment_thermosphere, only: density_model_t, density_wave_t, atmosphere_point_t, &
         atmosphere_state_t
     use gracecg_environment_wind, only: wind_model_t
@@ -210,17 +209,12 @@ contains
         acting%body_from_inertial = rotation_matrix(quaternion/sqrt(dot_product(quaternion, quaternion)))
         acting%vertical = transformed(acting%body_from_inertial, place/radius)
 
-        gravity = 0
-        field = 0
-        if (allocated(self%gravity) .and. with_torques .and. allocated(self%field)) then
-            call evaluate_gravity_and_field(self%gravity, self%field, fixed_position, gravity, field)
-        else if (allocated(self%gravity)) then
+        if (allocated(self%gravity)) then
             call self%gravity%acceleration(fixed_position, gravity)
-        else if (with_torques .and. allocated(self%field)) then
-            call self%field%evaluate(fixed_position, field)
+            acting%gravity = transformed_back(earth_from_inertial, gravity)
         end if
-        acting%gravity = transformed_back(earth_from_inertial, gravity)
         if (with_torques .and. allocated(self%field)) then
+            call self%field%evaluate(fixed_position, field)
             acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, field))
             if (self%with_rods .and. self%control%acts) &
                 call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)

@@ -20,7 +20,7 @@ module gracecg_simulation_simulator
     use gracecg_simulation_star_camera, only: star_frame_t
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_case, only: case_t, find_earth_parameters
+    use gracecg_simulation_case, only: case_t, find_earth_parameters, flies_under_control
     use gracecg_simulation_case_models, only: build_dynamics, initial_state, case_star_catalogue
     use gracecg_simulation_operator_errors, only: operator_t, drawn_operator, errors_of, STAR_CAMERA_NOISE
     use gracecg_simulation_operator_view, only: operator_knowledge, believed_position
@@ -186,11 +186,10 @@ contains
         call build_dynamics(case, dynamics, error)
         if (allocated(error)) return
         steps = nint(case%duration/case%interval)
-        if (case%integrator == 'adaptive') then
+        if (flies_under_control(case)) then
             call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error, case%tolerance)
         else
-            call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
-                           runge_kutta=case%integrator == 'rkf78')
+            call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error)
         end if
         call add_context(error, 'case '//trim(case%name))
     end subroutine begin_case

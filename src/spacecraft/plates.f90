@@ -1,33 +1,39 @@
 !> A satellite's outside as flat plates.
 module gracecg_spacecraft_plates
-    use, intrinsic :: iso_c_binding, only: c_double
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area, MAX_PLATES
+    public :: plate_t, satellite_surface_t, surface_of, new_surface, new_trapezoid, &
+        projected_area, MAX_PLATES
 
-    !> Greatest number of plates of a surface (as in plate_loads.c, a multiple of the numbers of a vector)
+    !> Greatest number of plates of a surface, a multiple of LANES
     integer, parameter :: MAX_PLATES = 32
     real(dp), parameter :: UNIT_TOLERANCE = 1e-9_dp     !! Of the length of a normal
     real(dp), parameter :: CLOSURE_TOLERANCE = 1e-6_dp
     !! Of the sum of normal times area, relative to the total area
 
-    type, bind(c) :: plate_t
+    type :: plate_t
         !! One flat side of the satellite; body axes
-        real(c_double) :: normal(3) = 0     !! n, unit vector outwards
-        real(c_double) :: area = 0          !! S, m^2
-        real(c_double) :: centre(3) = 0     !! Centroid, from the origin of the surface's own frame, m
-        real(c_double) :: specular = 0      !! Part of the light that is reflected as by a mirror
-        real(c_double) :: diffuse = 0       !! Part that is scattered after Lambert, the rest absorbed
+        real(dp) :: normal(3) = 0     !! n, unit vector outwards
+        real(dp) :: area = 0          !! S, m^2
+        real(dp) :: centre(3) = 0     !! Centroid, from the origin of the surface's own frame, m
+        real(dp) :: specular = 0      !! Part of the light that is reflected as by a mirror
+        real(dp) :: diffuse = 0       !! Part that is scattered after Lambert, the rest absorbed
     end type plate_t
 
     type :: satellite_surface_t
-        !! A closed convex body; only the first `count` plates exist
-        integer :: count = 0                !! Number of the plates
-        type(plate_t) :: plates(MAX_PLATES) !! The first `count` of them
+        !! A closed convex body: its plates side by side, see `plate_t`; from `count` on their areas are 0
+        integer :: count = 0                        !! Number of the plates
+        real(dp) :: normal(MAX_PLATES, 3) = 0       !! Plate, axis
+        real(dp) :: area(MAX_PLATES) = 0
+        real(dp) :: centre(MAX_PLATES, 3) = 0       !! Plate, axis
+        real(dp) :: specular(MAX_PLATES) = 0
+        real(dp) :: diffuse(MAX_PLATES) = 0
+    contains
+        procedure :: plate  !! One of the plates
     end type satellite_surface_t
 
 contains
@@ -112,9 +118,32 @@ contains
                       'times area should be zero but is '//number_text(norm2(gap))//' m^2 long')
             return
         end if
-        self%count = size(plates)
-        self%plates(:self%count) = plates
+        self = surface_of(plates)
     end subroutine new_surface
+
+    !> A surface of any plates, unchecked: parts of a body.
+    pure function surface_of(plates) result(surface)
+        type(plate_t), intent(in) :: plates(:)      !! At most MAX_PLATES
+        type(satellite_surface_t) :: surface
+
+        integer :: i
+
+        surface%count = size(plates)
+        do i = 1, size(plates)
+            surface%normal(i, :) = plates(i)%normal
+            surface%area(i) = plates(i)%area
+            surface%centre(i, :) = plates(i)%centre
+            surface%specular(i) = plates(i)%specular
+            surface%diffuse(i) = plates(i)%diffuse
+        end do
+    end function surface_of
+
+    pure type(plate_t) function plate(self, i)
+        class(satellite_surface_t), intent(in) :: self
+        integer, intent(in) :: i        !! 1 to `count`
+
+        plate = plate_t(self%normal(i, :), self%area(i), self%centre(i, :), self%specular(i), self%diffuse(i))
+    end function plate
 
     subroutine check_plate(plate, number, error)
         type(plate_t), intent(in) :: plate
@@ -149,8 +178,7 @@ contains
 
         area = 0
         do i = 1, self%count
-            area = area + self%plates(i)%area* &
-                   max(0.0_dp, dot_product(self%plates(i)%normal, direction))
+            area = area + self%area(i)*max(0.0_dp, dot_product(self%normal(i, :), direction))
         end do
     end function projected_area
 end module gracecg_spacecraft_plates

@@ -6,13 +6,12 @@
 !> centre of mass, with each plate's force at its centroid. The body is convex: no plate shades
 !> another.
 module gracecg_spacecraft_surface_loads
-    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
-    use gracecg_base_lanes, only: LANES, WIDEST
+    use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_base_lanes, only: LANES, lanes_exponentials, lanes_erfc, total_of
     use gracecg_base_error, only: error_t, fail_out_of_range
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
-    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, projected_area
+    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, surface_of, projected_area
     use gracecg_base_vectors, only: transformed
     implicit none
     private
@@ -42,24 +41,24 @@ module gracecg_spacecraft_surface_loads
     end type wall_t
 
     !> A gas that flows past walls.
-    type, bind(c) :: flow_t
-        real(c_double) :: velocity(3) = 0       !! Of the satellite relative to the air, body axes, m/s
-        real(c_double) :: density = 0           !! rho, kg/m^3
-        real(c_double) :: thermal_speed = 0     !! c, m/s
-        real(c_double) :: leaving_speed = 0     !! c_r, m/s
+    type :: flow_t
+        real(dp) :: velocity(3) = 0       !! Of the satellite relative to the air, body axes, m/s
+        real(dp) :: density = 0           !! rho, kg/m^3
+        real(dp) :: thermal_speed = 0     !! c, m/s
+        real(dp) :: leaving_speed = 0     !! c_r, m/s
     end type flow_t
 
     !> Light of one direction.
-    type, bind(c) :: light_t
-        real(c_double) :: to_source(3) = 0      !! u, unit vector, body axes
-        real(c_double) :: pressure = 0          !! P, N/m^2
+    type :: light_t
+        real(dp) :: to_source(3) = 0      !! u, unit vector, body axes
+        real(dp) :: pressure = 0          !! P, N/m^2
     end type light_t
 
     !> Sums over plates.
-    type, bind(c) :: plate_sums_t
-        real(c_double) :: force(3) = 0          !! Body axes, N
-        real(c_double) :: torque(3) = 0         !! About the centre of mass, body axes, N m
-        real(c_double) :: projected_area = 0    !! That of `projected_area`, of the velocity or the direction to the light
+    type :: plate_sums_t
+        real(dp) :: force(3) = 0          !! Body axes, N
+        real(dp) :: torque(3) = 0         !! About the centre of mass, body axes, N m
+        real(dp) :: projected_area = 0    !! That of `projected_area`, of the velocity or the direction to the light
     end type plate_sums_t
 
     !> What acts on the whole surface.
@@ -67,35 +66,6 @@ module gracecg_spacecraft_surface_loads
         real(dp) :: force(3)        !! Body axes, N
         real(dp) :: torque(3)       !! About the centre of mass, body axes, N m
     end type surface_load_t
-
-    ! The sums over the plates, those side by side in vectors: plate_loads.c
-    interface
-        !> Air: see `free_molecular_traction`.
-        pure subroutine plates_in_air(widest, count, plates, centre_of_mass, flow, sums) bind(c, name='gracecg_plates_in_air')
-            import :: c_double, c_int32_t, plate_t, flow_t, plate_sums_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: count      !! Of the plates that exist
-            type(plate_t), intent(in) :: plates(*)              !! A multiple of LANES in memory
-            real(c_double), intent(in) :: centre_of_mass(3)     !! In the frame of the plates' centres, m
-            type(flow_t), intent(in) :: flow
-            type(plate_sums_t), intent(out) :: sums
-        end subroutine plates_in_air
-
-        !> Light on plates that mirror (rho_s), scatter after Lambert (rho_d) and absorb:
-        !> -P A cos(theta) [(1 - rho_s) u + 2 (rho_s cos(theta) + rho_d/3) n] on each plate
-        !> that faces the source (e.g. O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4,
-        !> with the diffuse part).
-        pure subroutine plates_in_light(widest, count, plates, centre_of_mass, light, sums) &
-            bind(c, name='gracecg_plates_in_light')
-            import :: c_double, c_int32_t, plate_t, light_t, plate_sums_t
-            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: count      !! Of the plates that exist
-            type(plate_t), intent(in) :: plates(*)              !! A multiple of LANES in memory
-            real(c_double), intent(in) :: centre_of_mass(3)     !! In the frame of the plates' centres, m
-            type(light_t), intent(in) :: light
-            type(plate_sums_t), intent(out) :: sums
-        end subroutine plates_in_light
-    end interface
 
 contains
 
@@ -219,7 +189,7 @@ contains
 
         type(plate_sums_t) :: sums
 
-        call plates_in_air(WIDEST, surface%count, surface%plates, centre_of_mass, flow_of(gas, wall, velocity), sums)
+        call plates_in_air(surface, centre_of_mass, flow_of(gas, wall, velocity), sums)
         load = surface_load_t(sums%force, sums%torque)
     end function aerodynamic_load
 
@@ -237,7 +207,7 @@ contains
 
         type(plate_sums_t) :: sums
 
-        call plates_in_air(WIDEST, surface%count, surface%plates, centre_of_mass, flow_of(gas, wall, velocity), sums)
+        call plates_in_air(surface, centre_of_mass, flow_of(gas, wall, velocity), sums)
         load = surface_load_t(sums%force, sums%torque)
         acceleration = drag_of(sums%projected_area, mass, drag_coefficient, gas%density, velocity)
     end subroutine air_on_surface
@@ -259,11 +229,10 @@ contains
         real(dp), intent(in) :: normal(3)       !! Unit vector outwards, same axes
         real(dp) :: traction(3)
 
-        type(plate_t) :: element(LANES)
         type(plate_sums_t) :: sums
 
-        element(1) = plate_t(normal=normal, area=1)
-        call plates_in_air(WIDEST, 1, element, element(1)%centre, flow_of(gas, wall, velocity), sums)
+        call plates_in_air(surface_of([plate_t(normal=normal, area=1)]), [0.0_dp, 0.0_dp, 0.0_dp], &
+                           flow_of(gas, wall, velocity), sums)
         traction = sums%force
     end function free_molecular_traction
 
@@ -293,7 +262,7 @@ contains
 
         type(plate_sums_t) :: sums
 
-        call plates_in_light(WIDEST, surface%count, surface%plates, centre_of_mass, &
+        call plates_in_light(surface, centre_of_mass, &
                              sunlight(irradiance_1au, illumination, to_sun), sums)
         load = surface_load_t(sums%force, sums%torque)
     end function solar_radiation_load
@@ -315,7 +284,7 @@ contains
         type(plate_sums_t) :: sums
 
         light = sunlight(irradiance_1au, illumination, to_sun)
-        call plates_in_light(WIDEST, surface%count, surface%plates, centre_of_mass, light, sums)
+        call plates_in_light(surface, centre_of_mass, light, sums)
         load = surface_load_t(sums%force, sums%torque)
         acceleration = light_pressure_of(sums%projected_area, mass, reflectivity, light)
     end subroutine sunlight_on_surface
@@ -335,13 +304,119 @@ contains
 
         load = surface_load_t(0, 0)
         do j = 1, radiation%count
-            call plates_in_light(WIDEST, surface%count, surface%plates, centre_of_mass, &
+            call plates_in_light(surface, centre_of_mass, &
                                  light_t(-transformed(body_from_inertial, radiation%direction(:, j)), &
                                          radiation%irradiance(j)/SPEED_OF_LIGHT), sums)
             load%force = load%force + sums%force
             load%torque = load%torque + sums%torque
         end do
     end function earth_radiation_load
+
+    !> The sums over the plates in air: see `free_molecular_traction`.
+    pure subroutine plates_in_air(surface, centre_of_mass, flow, sums)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        type(flow_t), intent(in) :: flow
+        type(plate_sums_t), intent(out) :: sums
+
+        real(dp), parameter :: ROOT_PI = sqrt(PI)
+        real(dp), dimension(LANES) :: along_normal, w, bell, one_plus_erf, mass_flux, pressure
+        real(dp) :: force(LANES, 3), total(LANES, 7)
+        integer :: first, last, i
+
+        total = 0
+        do first = 1, surface%count, LANES
+            last = first + LANES - 1
+            along_normal = along_normals(surface, first, flow%velocity)
+            w = along_normal/flow%thermal_speed
+            call lanes_exponentials(-w**2, bell)
+            call lanes_erfc(-w, one_plus_erf)
+            mass_flux = flow%density*flow%thermal_speed/2*(bell/ROOT_PI + w*one_plus_erf)
+            pressure = flow%density*flow%thermal_speed**2/4*one_plus_erf + ROOT_PI/2*flow%leaving_speed*mass_flux
+            do i = 1, 3
+                force(:, i) = -surface%area(first:last)*(mass_flux*flow%velocity(i) + pressure*surface%normal(first:last, i))
+            end do
+            call add_forces(surface, first, centre_of_mass, force, surface%area(first:last)*max(0.0_dp, along_normal), total)
+        end do
+        sums = sums_of(total)
+    end subroutine plates_in_air
+
+    !> The sums over plates in light that mirror (rho_s), scatter after Lambert (rho_d) and absorb:
+    !> -P A cos(theta) [(1 - rho_s) u + 2 (rho_s cos(theta) + rho_d/3) n] on each plate
+    !> that faces the source (e.g. O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4,
+    !> with the diffuse part).
+    pure subroutine plates_in_light(surface, centre_of_mass, light, sums)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        type(light_t), intent(in) :: light
+        type(plate_sums_t), intent(out) :: sums
+
+        real(dp), dimension(LANES) :: cosine, lit_area, thrust, along_light, along_normal
+        real(dp) :: force(LANES, 3), total(LANES, 7)
+        integer :: first, last, i
+
+        total = 0
+        do first = 1, surface%count, LANES
+            last = first + LANES - 1
+            associate (specular => surface%specular(first:last), diffuse => surface%diffuse(first:last))
+                cosine = max(0.0_dp, along_normals(surface, first, light%to_source))
+                lit_area = surface%area(first:last)*cosine
+                thrust = -light%pressure*lit_area
+                along_light = thrust*(1 - specular)
+                along_normal = thrust*(2*(specular*cosine + diffuse/3))
+            end associate
+            do i = 1, 3
+                force(:, i) = along_light*light%to_source(i) + along_normal*surface%normal(first:last, i)
+            end do
+            call add_forces(surface, first, centre_of_mass, force, lit_area, total)
+        end do
+        sums = sums_of(total)
+    end subroutine plates_in_light
+
+    !> A vector along the normals of LANES plates.
+    pure function along_normals(surface, first, vector) result(along)
+        type(satellite_surface_t), intent(in) :: surface
+        integer, intent(in) :: first            ! Plate
+        real(dp), intent(in) :: vector(3)
+        real(dp) :: along(LANES)
+
+        associate (n => surface%normal(first:first + LANES - 1, :))
+            along = n(:, 1)*vector(1) + n(:, 2)*vector(2) + n(:, 3)*vector(3)
+        end associate
+    end function along_normals
+
+    !> Adds forces on LANES plates, their torques about the centre of mass and the areas that are seen.
+    pure subroutine add_forces(surface, first, centre_of_mass, force, seen, total)
+        type(satellite_surface_t), intent(in) :: surface
+        integer, intent(in) :: first                ! Plate
+        real(dp), intent(in) :: centre_of_mass(3), force(LANES, 3), seen(LANES)
+        real(dp), intent(inout) :: total(LANES, 7)  ! By place in plate_sums_t
+
+        real(dp) :: arm(LANES, 3)
+        integer :: i
+
+        do i = 1, 3
+            arm(:, i) = surface%centre(first:first + LANES - 1, i) - centre_of_mass(i)
+        end do
+        total(:, 1:3) = total(:, 1:3) + force
+        total(:, 4) = total(:, 4) + (arm(:, 2)*force(:, 3) - arm(:, 3)*force(:, 2))
+        total(:, 5) = total(:, 5) + (arm(:, 3)*force(:, 1) - arm(:, 1)*force(:, 3))
+        total(:, 6) = total(:, 6) + (arm(:, 1)*force(:, 2) - arm(:, 2)*force(:, 1))
+        total(:, 7) = total(:, 7) + seen
+    end subroutine add_forces
+
+    pure function sums_of(total) result(sums)
+        real(dp), intent(in) :: total(LANES, 7)
+        type(plate_sums_t) :: sums
+
+        real(dp) :: sum_of(7)
+        integer :: i
+
+        do i = 1, 7
+            sum_of(i) = total_of(total(:, i))
+        end do
+        sums = plate_sums_t(sum_of(:3), sum_of(4:6), sum_of(7))
+    end function sums_of
 
     !> Direction and pressure of sunlight at the satellite.
     pure function sunlight(irradiance_1au, illumination, to_sun) result(light)

@@ -5,13 +5,14 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, median_spacing, &
-        interchange_series, part_of_series
+    use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, interchange_series, &
+        part_of_series
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, rod_moments, rod_direction, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
-    public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest, dipole_moments
+    public :: moves_rods, check_rods_fire, check_rod_sampling, next_rod_edge, dipole_moments
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
     !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
@@ -521,42 +522,46 @@ contains
         end do
     end subroutine check_rod_sampling
 
-    !> The shortest time in which a moment goes to and fro, s: a period, or twice an edge or a taper, or four
-    !> samples of what was measured.
-    !> huge(1.0) when no moment changes.
-    pure real(dp) function shortest_rod_period(self) result(period)
+    !> The first time after t at which a moment is another function of time than before: an activation begins or ends, a
+    !> taper or an edge of a square wave does, or a measured series has its next sample; s. huge(1.0) when there is none.
+    pure real(dp) function next_rod_edge(self, t) result(edge)
         type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: t           !! s
 
-        integer :: i
+        integer :: i, next
 
-        period = huge(1.0_dp)
+        edge = huge(1.0_dp)
         if (has_moments(self%measured)) then
-            period = 4*median_spacing(self%measured%time)
+            do i = 1, 3
+                next = last_not_after(self%measured%time, t - self%delay(i)) + 1
+                if (next <= size(self%measured%time)) edge = min(edge, self%measured%time(next) + self%delay(i))
+            end do
             return
         end if
         do i = 1, self%count
             associate (a => self%activations(i))
-                if (a%frequency > 0) period = min(period, 1/a%frequency)
-                if (a%taper > 0) period = min(period, 2*a%taper)
-                if (a%waveform == SQUARE) period = min(period, 2*a%rise_time)
+                edge = min(edge, self%delay(a%axis) + next_edge(a, t - self%delay(a%axis)))
             end associate
         end do
-    end function shortest_rod_period
+    end function next_rod_edge
 
-    !> Does no rod act in an interval of time? (What was measured counts as acting.)
-    pure logical function rods_rest(self, from, to)
-        type(torque_rods_t), intent(in) :: self
-        real(dp), intent(in) :: from, to    !! s
+    !> The same of one activation, before the delay.
+    pure real(dp) function next_edge(a, t) result(edge)
+        type(rod_activation_t), intent(in) :: a
+        real(dp), intent(in) :: t           !! s
 
-        integer :: i
+        real(dp) :: place(4), halves, half_edge
 
-        rods_rest = .not. has_moments(self%measured)
-        do i = 1, self%count
-            associate (a => self%activations(i))
-                if (a%start + self%delay(a%axis) < to .and. a%stop + self%delay(a%axis) > from) rods_rest = .false.
-            end associate
-        end do
-    end function rods_rest
+        place = [a%start, a%start + a%taper, a%stop - a%taper, a%stop]
+        edge = minval(place, mask=place > t)        ! huge(1.0) when none is later
+        if (a%waveform /= SQUARE .or. t < a%start .or. t >= a%stop) return
+        ! about every whole number of half periods, see square_value
+        half_edge = a%frequency*a%rise_time
+        halves = 2*(a%frequency*(t - a%start) + a%phase/TWO_PI)
+        place(:2) = [floor(halves - half_edge) + 1 + half_edge, floor(halves + half_edge) + 1 - half_edge]
+        place(:2) = a%start + (place(:2)/2 - a%phase/TWO_PI)/a%frequency
+        edge = min(edge, minval(place(:2), mask=place(:2) > t))
+    end function next_edge
 
     !> Which rods to drive, and with what signs, by a rule.
     pure function rod_pattern(rule, field) result(pattern)

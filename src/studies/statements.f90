@@ -16,7 +16,8 @@ module gracecg_studies_statements
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
-    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_batch_problem, only: batch_solution_t
+    use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_arc, only: truth_arc_t

@@ -6,7 +6,7 @@ module test_lanes
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES, POLES, LEFT_OUT, PREDICTED, USED, lanes_of, lanes_whiten, lanes_filter, &
-        lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, lanes_sines_cosines, lanes_exponentials
+        lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, lanes_sines_cosines, total_of
     use gracecg_base_random, only: random_stream_t, new_stream
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -31,7 +31,7 @@ contains
                     new_unittest('combinations-of-columns', test_combine), &
                     new_unittest('reflection-of-rows', test_reflect), &
                     new_unittest('sines-and-cosines', test_sines), &
-                    new_unittest('exponentials', test_exponentials)]
+                    new_unittest('sum-in-pairs', test_total)]
     end subroutine collect_lanes
 
     !> Normal random numbers, the same for the same place in a test.
@@ -329,65 +329,56 @@ contains
         end do
     end subroutine test_reflect
 
-    !> Against the intrinsic functions of the angle less its whole turns; exact at quarters of a turn; NaN stays NaN.
+    !> Against the intrinsic functions of the angle less its whole turns, one by one; NaN stays NaN, and beside it nothing
+    !> changes.
     subroutine test_sines(error)
         type(error_type), allocatable, intent(out) :: error
 
-        integer, parameter :: MANY = 4096
-        real(dp), dimension(MANY, size(WIDTHS)) :: sines, cosines
-        real(dp) :: turns(MANY), angle(MANY)
-        integer :: i, width
+        integer, parameter :: MANY = 512
+        real(dp), parameter :: NEAR = 6e-16_dp
+        real(dp), dimension(LANES) :: turns, sines, cosines, again, other
+        real(dp) :: all_turns(LANES, MANY), angle
+        integer :: i, lane
 
-        turns = 100*numbers(MANY, 1)
-        turns(:9) = [(0.25_dp*i, i=-4, 4)]
-        turns(10:11) = [1e-9_dp, 0.125_dp]
-        turns(12) = ieee_value(turns(12), ieee_quiet_nan)
-        angle = TWO_PI*(turns - anint(turns))
-        do width = 1, size(WIDTHS)
-            call lanes_sines_cosines(WIDTHS(width), MANY, turns, sines(:, width), cosines(:, width))
-            call check(error, ieee_is_nan(sines(12, width)) .and. ieee_is_nan(cosines(12, width)))
-            if (allocated(error)) return
-            sines(12, width) = 0
-            cosines(12, width) = 0
-            call check(error, all(abs(sines(:, width) - sines(:, 1)) <= 0) .and. &
-                              all(abs(cosines(:, width) - cosines(:, 1)) <= 0), 'the bits depend on the width')
+        all_turns = 100*reshape(numbers(LANES*MANY, 1), [LANES, MANY])
+        all_turns(:, 1) = [(0.25_dp*i, i=-3, 4)]
+        all_turns(:2, 2) = [0.0_dp, 1e-9_dp]
+        do i = 1, MANY
+            turns = all_turns(:, i)
+            call lanes_sines_cosines(turns, sines, cosines)
+            do lane = 1, LANES
+                angle = TWO_PI*(turns(lane) - anint(turns(lane)))
+                call check(error, abs(sines(lane) - sin(angle)) < NEAR .and. abs(cosines(lane) - cos(angle)) < NEAR)
+                if (allocated(error)) return
+            end do
+            lane = 1 + modulo(i, LANES)
+            turns(lane) = ieee_value(angle, ieee_quiet_nan)
+            call lanes_sines_cosines(turns, again, other)
+            call check(error, ieee_is_nan(again(lane)) .and. ieee_is_nan(other(lane)) .and. &
+                       count(abs(again - sines) <= 0 .and. abs(other - cosines) <= 0) == LANES - 1)
             if (allocated(error)) return
         end do
-        call check(error, all(nint(sines(:9, 1)) == [0, 1, 0, -1, 0, 1, 0, -1, 0]) .and. &
-                          all(abs(sines(:9, 1) - nint(sines(:9, 1))) <= 0))
+        call lanes_sines_cosines(all_turns(:, 2), sines, cosines)
+        call check(error, abs(sines(1)) + abs(cosines(1) - 1) <= 0)
         if (allocated(error)) return
-        call check(error, all(nint(cosines(:9, 1)) == [1, 0, -1, 0, 1, 0, -1, 0, 1]) .and. &
-                          all(abs(cosines(:9, 1) - nint(cosines(:9, 1))) <= 0))
-        if (allocated(error)) return
-        angle(12) = 0
-        cosines(12, 1) = 1
-        call check(error, maxval(abs(sines(:, 1) - sin(angle))) < 6e-16_dp .and. &
-                          maxval(abs(cosines(:, 1) - cos(angle))) < 6e-16_dp)
-        if (allocated(error)) return
-        call check(error, sines(10, 1), TWO_PI*1e-9_dp, thr=1e-23_dp)
+        call check(error, sines(2), TWO_PI*1e-9_dp, thr=1e-23_dp)
     end subroutine test_sines
 
-    !> Against the compiler's, beyond the ends of its range too.
-    subroutine test_exponentials(error)
+    !> Numbers of which every sum is exact, each in every place; and that a small one beside a great one and its opposite stays
+    !> in pairs.
+    subroutine test_total(error)
         type(error_type), allocatable, intent(out) :: error
 
-        integer, parameter :: MANY = 4096
-        real(dp) :: x(MANY), y(MANY, size(WIDTHS)), expected(MANY)
-        integer :: width
+        real(dp) :: x(LANES)
+        integer :: i
 
-        x = 30*numbers(MANY, 1)
-        x(:8) = [0.0_dp, 1.0_dp, -1.0_dp, 1e-18_dp, -708.0_dp, 709.0_dp, -1e300_dp, 1e300_dp]
-        x(9) = ieee_value(x(9), ieee_quiet_nan)
-        expected = exp(min(709.0_dp, max(-708.0_dp, x)))
-        expected(9) = 1         ! min and max of NaN are the processor's
-        do width = 1, size(WIDTHS)
-            call lanes_exponentials(WIDTHS(width), MANY, x, y(:, width))
-            call check(error, ieee_is_nan(y(9, width)))
-            if (allocated(error)) return
-            y(9, width) = expected(9)
-            call check(error, all(abs(y(:, width) - y(:, 1)) <= 0), 'the bits depend on the width')
+        x = [(2.0_dp**i, i=1, LANES)]
+        do i = 1, LANES
+            x = cshift(x, 1)
+            call check(error, abs(total_of(x) - (2.0_dp**(LANES + 1) - 2)) <= 0)
             if (allocated(error)) return
         end do
-        call check(error, abs(y(1, 1) - 1) <= 0 .and. all(abs(y(:, 1) - expected) <= 2*epsilon(1.0_dp)*expected))
-    end subroutine test_exponentials
+        x = [1e16_dp, 1.0_dp, 0.0_dp, 0.0_dp, -1e16_dp, 1.0_dp, 0.0_dp, 0.0_dp]
+        call check(error, abs(total_of(x) - 2) <= 0)
+    end subroutine test_total
 end module test_lanes

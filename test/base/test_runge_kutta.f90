@@ -1,18 +1,13 @@
-!> The Runge-Kutta-Fehlberg integrator: order, exactness, error estimate, step-size control.
+!> The Runge-Kutta-Fehlberg integrator: order, exactness, error estimate.
 module test_runge_kutta
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, rkf78_integrate
+    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
     use gracecg_base_table_rkf78
-    use fixture, only: check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_runge_kutta
-
-    real(dp), parameter :: SCALE(4) = 1     !! Of the tolerance
 
     !> dy/dt = p t^(p-1): y = t^p. A method of order p integrates it exactly.
     type, extends(ode_system_t) :: power_t
@@ -21,15 +16,8 @@ module test_runge_kutta
         procedure :: rate => power_rate
     end type power_t
 
-    !> dy/dt = cos t: a driving term alone, which the error estimate does not see.
-    type, extends(ode_system_t) :: driven_t
-    contains
-        procedure :: rate => driven_rate
-    end type driven_t
-
-    !> Kepler's problem in a plane with mu = 1; `poison` makes the derivative NaN from t = 1.
+    !> Kepler's problem in a plane with mu = 1.
     type, extends(ode_system_t) :: kepler_t
-        logical :: poison = .false.
     contains
         procedure :: rate => kepler_rate
     end type kepler_t
@@ -43,10 +31,7 @@ contains
                     new_unittest('tableau-conditions', test_tableau), &
                     new_unittest('exact-to-degree-eight', test_exact), &
                     new_unittest('order-eight-on-kepler', test_order), &
-                    new_unittest('error-estimate-is-order-seven', test_estimate), &
-                    new_unittest('step-control-meets-tolerance', test_control), &
-                    new_unittest('driving-term-needs-largest-step', test_driven), &
-                    new_unittest('nan-is-reported', test_nan)]
+                    new_unittest('error-estimate-is-order-seven', test_estimate)]
     end subroutine collect_runge_kutta
 
     pure subroutine power_rate(self, t, y, dydt)
@@ -57,14 +42,6 @@ contains
         dydt = self%p*t**(self%p - 1) + 0*y
     end subroutine power_rate
 
-    pure subroutine driven_rate(self, t, y, dydt)
-        class(driven_t), intent(in) :: self
-        real(dp), intent(in) :: t, y(:)
-        real(dp), intent(out) :: dydt(:)
-
-        dydt = cos(t) + 0*y
-    end subroutine driven_rate
-
     pure subroutine kepler_rate(self, t, y, dydt)
         class(kepler_t), intent(in) :: self
         real(dp), intent(in) :: t, y(:)
@@ -72,7 +49,6 @@ contains
 
         dydt(1:2) = y(3:4)
         dydt(3:4) = -y(1:2)/norm2(y(1:2))**3
-        if (self%poison .and. t > 1) dydt = ieee_value(1.0_dp, ieee_quiet_nan)
     end subroutine kepler_rate
 
     !> Row sums equal the nodes; quadrature conditions sum b c^k = 1/(k+1).
@@ -156,61 +132,4 @@ contains
         call rkf78_step(system, 0.0_dp, START, 0.1_dp, alone, slope=slope)
         call check(error, all(abs(alone - next) <= 0))
     end subroutine test_estimate
-
-    subroutine test_control(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(kepler_t) :: system
-        type(error_t), allocatable :: failure
-        real(dp) :: y(4), start(4), t
-        integer :: steps
-
-        start = [0.1_dp, 0.0_dp, 0.0_dp, sqrt(1.9_dp/0.1_dp)]  ! e = 0.9: the step must vary
-        y = start
-        t = 0
-        call rkf78_integrate(system, t, y, 2*PI, 1e-12_dp, SCALE, steps, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, norm2(y - start) < 1e-8_dp)
-        if (allocated(error)) return
-        call check(error, steps > 20 .and. steps < 400)
-        if (allocated(error)) return
-        call rkf78_integrate(system, t, y, 0.0_dp, 1e-12_dp, SCALE, steps, failure)
-        call check(error, norm2(y - start) < 1e-8_dp, 'integration backwards')
-    end subroutine test_control
-
-    !> One step over 20 rad passes the control and is wrong; with steps of 0.3 the integral is right.
-    subroutine test_driven(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(driven_t) :: system
-        type(error_t), allocatable :: failure
-        real(dp), parameter :: T_END = 20
-        real(dp) :: y(1), t
-        integer :: steps
-
-        y = 0
-        t = 0
-        call rkf78_integrate(system, t, y, T_END, 1e-12_dp, [1.0_dp], steps, failure)
-        call check(error, abs(y(1) - sin(T_END)) > 1e-3_dp, 'the estimate saw the driving term after all')
-        if (allocated(error)) return
-        y = 0
-        t = 0
-        call rkf78_integrate(system, t, y, T_END, 1e-12_dp, [1.0_dp], steps, failure, largest_step=0.3_dp)
-        call check(error, y(1), sin(T_END), thr=1e-12_dp)
-        if (allocated(error)) return
-        call check(error, steps, 67)
-    end subroutine test_driven
-
-    subroutine test_nan(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(kepler_t) :: system
-        type(error_t), allocatable :: failure
-        real(dp) :: y(4), t
-        integer :: steps
-
-        system%poison = .true.
-        y = [0.7_dp, 0.0_dp, 0.0_dp, 1.2_dp]
-        t = 0
-        call rkf78_integrate(system, t, y, 3.0_dp, 1e-10_dp, SCALE, steps, failure)
-        call check(error, allocated(failure))
-    end subroutine test_nan
 end module test_runge_kutta

@@ -148,7 +148,7 @@ contains
         ignored = c_setenv('PATH'//c_null_char, trim(old_path)//c_null_char, 1_c_int)
         call check(error, status, STATUS_DONE, messages)
         if (.not. allocated(error)) call check(error, index(messages, 'gnuplot was not found') > 0, messages)
-        if (.not. allocated(error)) call check(error, index(output, '69 of 72') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, '71 of 72') > 0, output)
         if (allocated(error)) return
 
         call read_text_file(path//'index.html', page, failure)

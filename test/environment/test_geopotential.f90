@@ -7,15 +7,14 @@ module test_geopotential
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc
-    use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function, gradients_of_two
-    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
-    use gracecg_environment_gravity_and_field, only: evaluate_gravity_and_field
+    use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_geopotential
 
+    real(dp), parameter :: ROUNDING = 1e-15_dp      !! Relative, of sums that the compiler may round in other ways
     character(*), parameter :: FIXTURES = 'test/fixtures/gfc/'
 
     !> Earth-fixed places, m: of the orbit, on the axis of rotation, high, at the ground
@@ -42,11 +41,9 @@ contains
                     new_unittest('acceleration-is-gradient-of-potential', test_gradient), &
                     new_unittest('tensor-is-gradient-of-acceleration', test_tensor), &
                     new_unittest('tensor-is-trace-free', test_trace), &
-                    new_unittest('all-derivatives-have-the-bits-of-each', test_all_derivatives), &
-                    new_unittest('many-places-have-the-bits-of-each', test_many_places), &
-                    new_unittest('vectors-of-any-width-give-the-same-bits', test_vectors), &
-                    new_unittest('two-functions-have-the-bits-of-each', test_two), &
-                    new_unittest('gravity-and-field-together', test_gravity_and_field), &
+                    new_unittest('all-derivatives-are-those-of-each', test_all_derivatives), &
+                    new_unittest('many-places-give-what-each-gives', test_many_places), &
+                    new_unittest('all-sums-of-lively-coefficients-agree', test_lively), &
                     new_unittest('no-number-in-no-number-out', test_no_number), &
                     new_unittest('poles-are-ordinary-places', test_poles), &
                     new_unittest('turned-coefficients-turn-the-field', test_rotation), &
@@ -254,7 +251,8 @@ contains
         end do
     end subroutine test_trace
 
-    !> One recursion for all, and each by itself; of a model that has the one by the others, too.
+    !> One recursion for all, and each by itself but for rounding (a compiler may fuse other products with sums); of a
+    !> model that has the one by the others, too.
     subroutine test_all_derivatives(error)
         type(error_type), allocatable, intent(out) :: error
         type(geopotential_t) :: model
@@ -278,11 +276,13 @@ contains
             call model%potential(place, u(2))
             call model%acceleration(place, a(:, 2))
             call model%gradient_tensor(place, tensor(:, :, 2))
-            call check(error, all(same([u(1), a(:, 1), tensor(:, :, 1)], [u(2), a(:, 2), tensor(:, :, 2)])), 'other bits')
+            call check(error, abs(u(1) - u(2)) <= ROUNDING*abs(u(2)) .and. norm2(a(:, 1) - a(:, 2)) <= ROUNDING*norm2(a(:, 2)) &
+                       .and. all(same(tensor(:, :, 1), tensor(:, :, 2))), 'other numbers')
         end subroutine compare
     end subroutine test_all_derivatives
 
-    !> However many places are asked for at once.
+    !> However many places are asked for at once: with the bits of one asked for, and but for rounding what `acceleration`
+    !> and `potential` give.
     subroutine test_many_places(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: MOST = 19
@@ -304,7 +304,7 @@ contains
         subroutine compare(model, n)
             class(gravity_model_t), intent(in) :: model
             integer, intent(in) :: n
-            real(dp) :: a(3, n), b(3, n), u(n), v
+            real(dp) :: a(3, n), b(3, n), u(n), v, single(3, 1)
             integer :: i
 
             call model%accelerations(places_of(:, :n), a, u)
@@ -312,108 +312,54 @@ contains
             call check(error, all(same(a, b)), 'with and without potential')
             do i = 1, n
                 if (allocated(error)) return
+                call model%accelerations(places_of(:, i:i), single)
                 call model%acceleration(places_of(:, i), b(:, i))
                 call model%potential(places_of(:, i), v)
-                call check(error, all(same(a(:, i), b(:, i))) .and. same(u(i), v), 'other bits')
+                call check(error, all(same(a(:, i), single(:, 1))), 'other bits')
+                if (allocated(error)) return
+                call check(error, norm2(a(:, i) - b(:, i)) <= ROUNDING*norm2(b(:, i)) .and. abs(u(i) - v) <= ROUNDING*abs(v), &
+                           'other numbers')
             end do
         end subroutine compare
     end subroutine test_many_places
 
-    !> What the processor can do does not enter the results: vectors of 2, 4 and 8 numbers.
-    subroutine test_vectors(error)
+    !> Every degree and order counts here: at one place, at many, and with second derivatives, whose trace is 0.
+    subroutine test_lively(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: N = 45
         type(harmonic_function_t) :: harmonic
         real(dp), dimension(0:N, 0:N) :: c, s
-        real(dp) :: found(13 + 4*size(PLACES, 2), 3)
-        integer :: i, width
+        real(dp) :: u, v, g(3), h(3), tensor(3, 3), many_u(size(PLACES, 2)), many_g(3, size(PLACES, 2))
+        integer :: i
 
         call lively_coefficients(c, s)
         harmonic = new_harmonic_function(6.4e6_dp, 6e7_dp, c, s)
+        call harmonic%gradients(PLACES, many_g, many_u)
         do i = 1, size(PLACES, 2)
-            do width = 1, 3
-                call harmonic%limit_vectors(2**width)
-                call evaluate(found(:, width))
-            end do
-            call check(error, all(same(found(:, 1), found(:, 2)) .and. same(found(:, 1), found(:, 3))), 'other bits')
-            if (allocated(error)) return
-        end do
-
-    contains
-
-        subroutine evaluate(values)
-            real(dp), intent(out) :: values(:)
-            real(dp) :: u, g(3), tensor(3, 3), many_u(size(PLACES, 2)), many_g(3, size(PLACES, 2))
-
+            call harmonic%value(PLACES(:, i), v)
+            call harmonic%gradient(PLACES(:, i), h)
             call harmonic%derivatives(PLACES(:, i), u, g, tensor)
-            call harmonic%gradients(PLACES, many_g, many_u)
-            values = [u, g, tensor, many_g, many_u]
-        end subroutine evaluate
-    end subroutine test_vectors
-
-    !> By vectors of any width, the other with fewer, as many, or more degrees and orders, or of another radius.
-    subroutine test_two(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: N = 45, DEGREES(6) = [0, 3, 10, 37, 44, 45], ORDERS(6) = [0, 3, 10, 9, 44, 20]
-        type(harmonic_function_t) :: one, other
-        real(dp), dimension(0:N, 0:N) :: c, s
-        real(dp) :: g(3, 2), expected(3, 2)
-        integer :: i, k, width
-
-        call lively_coefficients(c, s)
-        do k = 1, size(DEGREES)
-            do width = 1, 3
-                one = new_harmonic_function(6.4e6_dp, 6e7_dp, c(:44, :20), s(:44, :20))
-                other = new_harmonic_function(6.4e6_dp + merge(1.0_dp, 0.0_dp, k == 1), 5e3_dp, &
-                                              s(:DEGREES(k), :ORDERS(k)), c(:DEGREES(k), :ORDERS(k)))
-                call one%limit_vectors(2**width)
-                call other%limit_vectors(2**width)
-                do i = 1, size(PLACES, 2)
-                    call one%gradient(PLACES(:, i), expected(:, 1))
-                    call other%gradient(PLACES(:, i), expected(:, 2))
-                    call gradients_of_two(one, other, PLACES(:, i), g(:, 1), g(:, 2))
-                    call check(error, all(same([g(:, 1), g(:, 2)], [expected(:, 1), expected(:, 2)])), 'other bits')
-                    if (allocated(error)) return
-                end do
-            end do
-        end do
-    end subroutine test_two
-
-    !> Of harmonics and of a point mass: what the models give alone.
-    subroutine test_gravity_and_field(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(geopotential_t) :: gravity
-        type(point_mass_gravity_t) :: point
-        type(igrf_t) :: field
-        type(error_t), allocatable :: failure
-        real(dp) :: a(3), b(3), expected_a(3), expected_b(3)
-        integer :: i
-
-        call make_egm96(20, 20, gravity, error)
-        if (allocated(error)) return
-        call igrf('igrf95', 1989.0_dp, field, failure)
-        do i = 1, size(PLACES, 2)
-            call field%evaluate(PLACES(:, i), expected_b)
-            call evaluate_gravity_and_field(gravity, field, PLACES(:, i), a, b)
-            call gravity%acceleration(PLACES(:, i), expected_a)
-            call check(error, all(same([a, b], [expected_a, expected_b])), 'other bits')
+            call check(error, max(abs(u - v), abs(many_u(i) - v))/abs(v), 0.0_dp, thr=1e-13_dp)
             if (allocated(error)) return
-            call evaluate_gravity_and_field(point, field, PLACES(:, i), a, b)
-            call point%acceleration(PLACES(:, i), expected_a)
-            call check(error, all(same([a, b], [expected_a, expected_b])), 'other bits')
+            call check(error, max(norm2(g - h), norm2(many_g(:, i) - h))/norm2(h), 0.0_dp, thr=1e-13_dp)
+            if (allocated(error)) return
+            call check(error, (tensor(1, 1) + tensor(2, 2) + tensor(3, 3))/norm2(tensor), 0.0_dp, thr=1e-13_dp)
             if (allocated(error)) return
         end do
-    end subroutine test_gravity_and_field
+    end subroutine test_lively
 
     !> A place that is not a number gives none, and leaves its neighbours alone; beyond all distances there is nothing.
     subroutine test_no_number(error)
         type(error_type), allocatable, intent(out) :: error
         type(geopotential_t) :: model
-        real(dp) :: u, a(3), tensor(3, 3), places_of(3, size(PLACES, 2)), many(3, size(PLACES, 2)), nan
+        real(dp) :: u, a(3), tensor(3, 3), nan
+        real(dp), dimension(3, size(PLACES, 2)) :: places_of, many, expected
         integer :: axis, i
 
         nan = ieee_value(nan, ieee_quiet_nan)
         call make_egm96(20, 20, model, error)
+        if (allocated(error)) return
+        call model%accelerations(PLACES, expected)
         do axis = 1, 3
             if (allocated(error)) return
             places_of = PLACES
@@ -426,8 +372,7 @@ contains
             do i = 1, size(PLACES, 2)
                 if (allocated(error)) return
                 if (i == 2) cycle
-                call model%acceleration(PLACES(:, i), a)
-                call check(error, all(same(a, many(:, i))), 'the neighbour of no number')
+                call check(error, all(same(many(:, i), expected(:, i))), 'the neighbour of no number')
             end do
         end do
         call model%all_derivatives([0.0_dp, 0.0_dp, 0.0_dp], u, a, tensor)

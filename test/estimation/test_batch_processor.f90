@@ -3,7 +3,8 @@ module test_batch_processor
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_estimation_batch_processor
+    use gracecg_estimation_batch_problem, only: batch_problem_t, batch_solution_t
+    use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -15,12 +16,8 @@ module test_batch_processor
         real(dp) :: disturbance = 0
         logical :: blind = .false.          !! The observations do not depend on b
         logical :: poison = .false.
-        logical :: inherits = .false.       !! Partials of a = 1.5, b = -1
-        logical :: blind_before = .false.   !! They do not depend on b
     contains
         procedure :: linearise => linearise_decay
-        procedure :: compare => compare_decay
-        procedure :: inherit => inherit_decay
         procedure :: correct => correct_decay
     end type decay_t
 
@@ -35,7 +32,6 @@ contains
                     new_unittest('converges-to-truth', test_truth), &
                     new_unittest('optimality-and-covariance', test_optimality), &
                     new_unittest('linear-problem-in-one-iteration', test_linear), &
-                    new_unittest('inherited-partials', test_inherited), &
                     new_unittest('not-converged-is-said', test_not_converged), &
                     new_unittest('singular-names-the-parameter', test_singular), &
                     new_unittest('too-few-observations', test_too_few), &
@@ -70,35 +66,6 @@ contains
         if (self%blind) partials(2, :) = 0
         if (self%poison) residuals(5) = ieee_value(1.0_dp, ieee_quiet_nan)
     end subroutine linearise_decay
-
-    subroutine compare_decay(self, residuals)
-        class(decay_t), intent(inout) :: self
-        real(dp), intent(out) :: residuals(:)
-
-        real(dp) :: partials(2, size(residuals)), weights(size(residuals))
-        type(error_t), allocatable :: error
-
-        call self%linearise(partials, residuals, weights, error)
-    end subroutine compare_decay
-
-    subroutine inherit_decay(self, partials, residuals, weights, inherited)
-        class(decay_t), intent(inout) :: self
-        real(dp), contiguous, intent(inout) :: partials(:, :)
-        real(dp), intent(inout) :: residuals(:), weights(:)
-        logical, intent(out) :: inherited
-
-        type(decay_t) :: before
-        type(error_t), allocatable :: error
-
-        inherited = self%inherits
-        if (.not. inherited) return
-        before = self
-        before%a = 1.5_dp
-        before%b = -1
-        before%blind = self%blind_before
-        call before%linearise(partials, residuals, weights, error)
-        call self%compare(residuals)
-    end subroutine inherit_decay
 
     subroutine correct_decay(self, correction)
         class(decay_t), intent(inout) :: self
@@ -157,39 +124,6 @@ contains
         if (allocated(error)) return
         call check(error, solution%converged)
     end subroutine test_linear
-
-    !> A fit that begins with the partials of another state ends where it would without, with its own; partials that
-    !> determine nothing are not used.
-    subroutine test_inherited(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem, other
-        type(batch_solution_t) :: solution, expected
-        type(batch_settings_t) :: settings
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        settings%keep_partials = .true.
-        settings%tolerance = 1e-8_dp
-        problem = example()
-        problem%disturbance = 0.01_dp
-        call process_batch(problem, settings, expected, failure)
-        call check(error, .not. allocated(failure) .and. expected%converged, 'without')
-        if (allocated(error)) return
-        do i = 1, 2
-            other = example()
-            other%disturbance = problem%disturbance
-            other%inherits = .true.
-            other%blind_before = i == 2
-            call process_batch(other, settings, solution, failure)
-            call check(error, .not. allocated(failure) .and. solution%converged, 'with')
-            if (allocated(error)) return
-            call check(error, abs(other%a - problem%a) + abs(other%b - problem%b) < 1e-6_dp, 'solution')
-            if (allocated(error)) return
-            call check(error, maxval(abs(solution%inverse - expected%inverse)) < 1e-5_dp*maxval(abs(expected%inverse)), &
-                       'covariance')
-            if (allocated(error)) return
-        end do
-    end subroutine test_inherited
 
     subroutine test_not_converged(error)
         type(error_type), allocatable, intent(out) :: error

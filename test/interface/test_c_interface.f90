@@ -424,12 +424,12 @@ contains
         status = gracecg_surface_sunlight_load(surface, COM, 1367.0_dp, 1.0_dp, TO_SUN, force, torque, failure)
         load = solar_radiation_load(body, COM, 1367.0_dp, 1.0_dp, TO_SUN)
         call check_equal(error, [force, torque], [load%force, load%torque], 'load of sunlight')
-        status = gracecg_surface_create(6_c_size_t, 0*normals(body), body%plates(:6)%area, centres(body), &
-                                        body%plates(:6)%specular, body%plates(:6)%diffuse, same, failure)
+        status = gracecg_surface_create(6_c_size_t, 0*normals(body), body%area(:6), centres(body), &
+                                        body%specular(:6), body%diffuse(:6), same, failure)
         call check(error, status /= OK .and. same == 0, 'plates with normals that are none')
         if (allocated(error)) return
-        status = gracecg_surface_create(6_c_size_t, normals(body), body%plates(:6)%area, centres(body), &
-                                        body%plates(:6)%specular, body%plates(:6)%diffuse, same, failure)
+        status = gracecg_surface_create(6_c_size_t, normals(body), body%area(:6), centres(body), &
+                                        body%specular(:6), body%diffuse(:6), same, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
         status = gracecg_surface_sunlight_load(same, COM, 1367.0_dp, 1.0_dp, TO_SUN, force, torque, failure)
@@ -459,8 +459,8 @@ contains
         status = gracecg_surface_aerodynamic_load(surface, COM, 4e-12_dp, 1200.0_dp, 0*NUMBERS, 300.0_dp, &
                                                   0.9_dp, V, force, torque, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'number_density')
-        status = gracecg_surface_create(33_c_size_t, normals(body), body%plates%area, centres(body), &
-                                        body%plates%specular, body%plates%diffuse, same, failure)
+        status = gracecg_surface_create(33_c_size_t, normals(body), body%area, centres(body), &
+                                        body%specular, body%diffuse, same, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'n = 33')
         status = gracecg_surface_free(surface)
     end subroutine test_surface
@@ -468,17 +468,15 @@ contains
     pure function normals(body) result(n)
         type(satellite_surface_t), intent(in) :: body
         real(dp) :: n(18)
-        integer :: i
 
-        n = [(body%plates(i)%normal, i=1, 6)]
+        n = pack(transpose(body%normal(:6, :)), .true.)
     end function normals
 
     pure function centres(body) result(c)
         type(satellite_surface_t), intent(in) :: body
         real(dp) :: c(18)
-        integer :: i
 
-        c = [(body%plates(i)%centre, i=1, 6)]
+        c = pack(transpose(body%centre(:6, :)), .true.)
     end function centres
 
     !> The text of a case is that of the Fortran API, and makes the same case again.

@@ -66,7 +66,6 @@ contains
         type(accelerations_t) :: alone
         real(dp) :: state(STATE_SIZE)
         real(dp), parameter :: S(3) = [0.3_dp, -0.2_dp, 0.5_dp]
-        integer :: i
 
         call full_dynamics(dynamics, state, error)
         if (allocated(error)) return
@@ -89,10 +88,8 @@ contains
                    1e-12_dp*norm2(plates%torque_solar) .and. norm2(plates%srp) > 0, 'sunlight')
         if (allocated(error)) return
 
-        do i = 1, dynamics%surface%count
-            dynamics%surface%plates(i)%specular = 0
-            dynamics%surface%plates(i)%diffuse = 0
-        end do
+        dynamics%surface%specular = 0
+        dynamics%surface%diffuse = 0
         dynamics%reflectivity_sun = 0
         dynamics%drag_coefficient = 2
         dynamics%wall%temperature = 0

@@ -50,7 +50,7 @@ contains
         force = 0
         torque = 0
         do i = 1, surface%count
-            associate (plate => surface%plates(i))
+            associate (plate => surface%plate(i))
                 force = force + plate%area*plate%normal
                 torque = torque + plate%area*cross(plate%centre, plate%normal)
             end associate
@@ -72,7 +72,7 @@ contains
         surface = grace()
         volume = 0
         do i = 1, surface%count
-            associate (plate => surface%plates(i))
+            associate (plate => surface%plate(i))
                 volume = volume + plate%area*dot_product(plate%normal, plate%centre)/3
             end associate
         end do
@@ -86,9 +86,9 @@ contains
             area = area + width*HEIGHT/STRIPS
             moment = moment + z*width*HEIGHT/STRIPS
         end do
-        call check(error, surface%plates(1)%area, area, thr=1e-12_dp)
+        call check(error, surface%area(1), area, thr=1e-12_dp)
         if (allocated(error)) return
-        call check(error, surface%plates(1)%centre(3), moment/area, thr=1e-9_dp)
+        call check(error, surface%centre(1, 3), moment/area, thr=1e-9_dp)
     end subroutine test_volume
 
     !> The plane of each side of (2-7) holds the edges of bottom and top.
@@ -99,7 +99,7 @@ contains
 
         surface = grace()
         do i = 3, 4
-            associate (side => surface%plates(i), y => sign(0.5_dp, surface%plates(i)%normal(2)))
+            associate (side => surface%plate(i), y => sign(0.5_dp, surface%normal(i, 2)))
                 call check(error, dot_product(side%normal, [0.3_dp, y*WIDTH_BOTTOM, HEIGHT/2] - &
                                               side%centre), 0.0_dp, thr=1e-15_dp)
                 if (allocated(error)) return
@@ -144,7 +144,7 @@ contains
             mean = mean + projected_area(surface, [sqrt(1 - z**2)*cos(longitude), &
                                                    sqrt(1 - z**2)*sin(longitude), z])/DIRECTIONS
         end do
-        call check(error, mean, sum(surface%plates(:surface%count)%area)/4, thr=1e-3_dp)
+        call check(error, mean, sum(surface%area)/4, thr=1e-3_dp)
     end subroutine test_mean_area
 
     subroutine test_refuses(error)
@@ -152,6 +152,7 @@ contains
         type(satellite_surface_t) :: good, surface
         type(plate_t) :: plates(6)
         type(error_t), allocatable :: failure
+        integer :: i
 
         good = grace()
         call new_trapezoid(surface, -LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
@@ -166,17 +167,17 @@ contains
                            failure)
         call check_fails(error, message_of(failure), ['specular'])
         if (allocated(error)) return
-        plates = good%plates(:6)
+        plates = [(good%plate(i), i=1, 6)]
         plates(2)%area = 1.01_dp*plates(2)%area
         call new_surface(surface, plates, failure)
         call check_fails(error, message_of(failure), ['do not close'])
         if (allocated(error)) return
-        plates = good%plates(:6)
+        plates = [(good%plate(i), i=1, 6)]
         plates(4)%normal = 1.001_dp*plates(4)%normal
         call new_surface(surface, plates, failure)
         call check_fails(error, message_of(failure), ['length 1'])
         if (allocated(error)) return
-        plates = good%plates(:6)
+        plates = [(good%plate(i), i=1, 6)]
         plates(5)%centre(1) = ieee_value(1.0_dp, ieee_quiet_nan)
         call new_surface(surface, plates, failure)
         call check_fails(error, message_of(failure), ['centre'])

@@ -38,7 +38,7 @@ contains
                     new_unittest('harmonic-moment', test_harmonic), &
                     new_unittest('several-activations', test_several), &
                     new_unittest('all-times-at-once', test_all_times), &
-                    new_unittest('rest', test_rest), &
+                    new_unittest('edges-in-turn', test_rod_edges), &
                     new_unittest('refuses-impossible', test_refuses), &
                     new_unittest('limit-counts-what-is-active', test_limit), &
                     new_unittest('waveforms', test_waveforms), &
@@ -156,26 +156,44 @@ contains
         call check(error, largest, 0.0_dp, thr=1e-11_dp)
     end subroutine test_all_times
 
-    !> Rods rest before, between and after their activations, which their delay moves.
-    subroutine test_rest(error)
+    !> The edges of a manoeuvre, one after the other: tapers, square waves with a phase, activations that begin inside
+    !> another one, delays; and the samples of a series.
+    subroutine test_rod_edges(error)
         type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: EXPECTED(14) = [1.0_dp, 6.0_dp, 10.5_dp, 11.0_dp, 12.0_dp, 13.5_dp, 14.5_dp, 16.0_dp, &
+                                               17.0_dp, 18.5_dp, 19.5_dp, 20.5_dp, 25.0_dp, 30.0_dp]
         type(torque_rods_t) :: rods
+        type(moment_series_t) :: series
         type(error_t), allocatable :: failure
+        real(dp) :: t
+        integer :: i
 
+        ! the square wave is 0.3 of a period on its way when it begins: its first zero is 1 s later, behind the delay
         call new_torque_rods(rods, [ &
-            rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, start=10.0_dp, stop=20.0_dp), &
-            rod_activation_t(axis=3, amplitude=30.0_dp, frequency=0.1_dp, start=40.0_dp, stop=50.0_dp)], failure)
+            rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, start=1.0_dp, stop=30.0_dp, taper=5.0_dp, &
+                             waveform=TAPERED), &
+            rod_activation_t(axis=3, amplitude=30.0_dp, frequency=0.2_dp, start=10.25_dp, stop=20.25_dp, rise_time=1.0_dp, &
+                             waveform=SQUARE, phase=0.6_dp*PI)], failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, rods_rest(rods, 0.0_dp, 10.0_dp) .and. rods_rest(rods, 20.0_dp, 40.0_dp) .and. &
-                   rods_rest(rods, 50.0_dp, 90.0_dp))
+        rods%delay(3) = 0.25_dp
+        t = 0
+        do i = 1, size(EXPECTED)
+            call check(error, next_rod_edge(rods, t), EXPECTED(i), thr=1e-12_dp)
+            if (allocated(error)) return
+            t = EXPECTED(i) + 1e-9_dp
+        end do
+        call check(error, next_rod_edge(rods, t) >= huge(t), 'none is left')
         if (allocated(error)) return
-        call check(error, .not. (rods_rest(rods, 0.0_dp, 10.1_dp) .or. rods_rest(rods, 12.0_dp, 13.0_dp) .or. &
-                                 rods_rest(rods, 19.9_dp, 40.0_dp) .or. rods_rest(rods, 0.0_dp, 90.0_dp)))
+
+        call new_moment_series(series, [(0.5_dp*i, i=0, 9)], reshape([(1.0_dp*i, i=1, 30)], [3, 10]), failure)
+        call take_measured_moments(series, rods)
+        call check(error, next_rod_edge(rods, 0.0_dp), 0.5_dp)
         if (allocated(error)) return
-        rods%delay(2) = 1
-        call check(error, rods_rest(rods, 10.0_dp, 11.0_dp) .and. .not. rods_rest(rods, 20.5_dp, 40.0_dp))
-    end subroutine test_rest
+        call check(error, next_rod_edge(rods, -3.0_dp), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, next_rod_edge(rods, 4.5_dp) >= huge(t))
+    end subroutine test_edges
 
     !> m = [0 1 -1] 30 sin(2 pi 0.1 t) for 60 s.
     subroutine test_harmonic(error)

@@ -110,18 +110,22 @@ contains
         end do
     end subroutine test_independent
 
-    !> Tables 6.1 and 6.2, all algorithms: 15 runs allow published/predicted between 0.646 and 1.354
-    !> (95 %), so about four of 72 may lie outside; six are allowed.
+    !> Tables 6.1 and 6.2, all algorithms: 15 runs allow published/predicted between 0.646 and 1.354 (95 %). 71 of 72
+    !> lie inside; of 100 reports whose theory is right 30 have as many, 96 have 66 (tools/wave_likelihood.py). And
+    !> no axis as a whole is off: 24 values of 15 runs have one sigma of 3.7 %, three are allowed. With a
+    !> wave of 0.003 and 12 s z is 19 % off.
     subroutine test_published(error)
         type(error_type), allocatable, intent(out) :: error
 
         type(simulator_t) :: simulator
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
+        real(dp) :: squares(3)
         integer :: i, a, published, inside
 
         published = 0
         inside = 0
+        squares = 0
         do i = 1, size(REPORT_CASE_NAMES)
             call prepare(i, simulator, error)
             if (allocated(error)) return
@@ -133,12 +137,14 @@ contains
                 associate (rms => published_rms(REPORT_CASE_NAMES(i), trim(REPORT_ESTIMATORS(a))))
                     published = published + count(rms > 0)
                     inside = inside + count(allowed_by_fifteen_runs(rms, prediction%rms/MILLIMETRE))
+                    squares = squares + (rms/(prediction%rms/MILLIMETRE))**2/24
                 end associate
             end do
         end do
         call check(error, published, 72)
         if (allocated(error)) return
-        call check(error, inside >= 66)
+        call check(error, inside >= 71)
+        if (.not. allocated(error)) call check(error, all(abs(sqrt(squares) - 1) < 3/sqrt(2*15*24.0_dp)))
     end subroutine test_published
 
     !> The covariance of every algorithm is honest: 100 runs of one case, whose RMS has a standard

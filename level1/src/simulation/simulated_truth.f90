@@ -28,7 +28,7 @@ module gracecg_level1_simulated_truth
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, inertia_about_com
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
-    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
+    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc, DEFAULT_TOLERANCE
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, POSITION, VELOCITY, OMEGA, ATTITUDE
@@ -186,7 +186,7 @@ contains
         dynamics%density_wave = density_wave_t(0.0_dp, 1.0_dp, 0.0_dp)
         dynamics%with_rods = .false.
         n = orbit%duration + LEAD
-        call propagate_arc(dynamics, initial_state(case), 1.0_dp, n + LEAD, arc, error)
+        call propagate_arc(dynamics, initial_state(case), 1.0_dp, n + LEAD, arc, error, DEFAULT_TOLERANCE)
         if (.not. allocated(error)) &
             call new_geomagnetic_model(trim(orbit%case%field_model), decimal_year(orbit%case%epoch), orbit%case%field_file, &
                                        model, error)

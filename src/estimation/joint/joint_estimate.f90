@@ -16,8 +16,8 @@ module gracecg_estimation_joint_estimate
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_t, seconds_between
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES
-    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT, SHARED_GROUPS, &
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
+    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, SHARED_GROUPS, &
         GROUP_OF_JOINED, GROUP_OF_BELIEF
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
     implicit none

@@ -8,9 +8,9 @@ module gracecg_estimation_saved_estimate
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
     use gracecg_files_table, only: table_file_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
     use gracecg_estimation_offset_change, only: read_dated_rows
-    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT
+    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     implicit none
     private
     public :: put_information, read_information, information_from_json, dated_offset_t, read_offsets

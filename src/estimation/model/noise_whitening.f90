@@ -12,22 +12,19 @@
 !> `whitener_t` does so for these poles, whose transition is diagonal, with gains computed once for any
 !> number of series; `process_filter_t` for white noise and any Gauss-Markov process.
 module gracecg_estimation_noise_whitening
-    use, intrinsic :: iso_c_binding, only: c_int32_t
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t
-    use gracecg_base_lanes, only: MOST_LANES, WIDEST, LEFT_OUT, PREDICTED, USED, lanes_of, &
-        lanes_whiten, lanes_filter
+    use gracecg_base_lanes, only: lanes_filter
     implicit none
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
     public :: row_state_t, ROW
     public :: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
 
-    integer, parameter :: PIECE_LENGTH = 128    !! Samples that are filtered at once: of MOST_LANES series 24 KB
     integer, parameter :: ROW = 4       !! Series whose next samples are whitened together
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
@@ -62,7 +59,7 @@ module gracecg_estimation_noise_whitening
         real(dp), allocatable :: inverse_deviation(:)   !! Of the innovations, 1/sqrt F
         real(dp), allocatable :: below(:, :), on(:, :), above(:, :)
         !! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1), (states, samples)
-        logical, allocatable :: coupled(:)          !! Of states: to a neighbour
+        logical, allocatable :: paired(:)           !! Of states: coupled to the next one
         real(dp) :: log_variance = 0                !! Sum of ln F of the samples kept
     contains
         procedure :: whiten => whiten_by_filter     !! Whitens several series in place
@@ -274,8 +271,8 @@ contains
 
         first = 1
         if (present(from)) first = from
-        call filter_all(N_POLES, role_of(self%used(first:), .false.), self%gain(:, first:), self%inverse_deviation(first:), &
-                        self%decay(:, first:), series)
+        call lanes_filter(nonzero_rows(series), self%used(first:), .false., spread(1.0_dp, 1, N_POLES), self%gain(:, first:), &
+                          self%inverse_deviation(first:), self%decay(:, first:), series)
     end subroutine whiten
 
     !> Whitens one series in place.
@@ -446,7 +443,7 @@ contains
         filter%below = below
         filter%on = on
         filter%above = above
-        filter%coupled = coupled
+        filter%paired = abs(phi_above) > 0 .or. eoshift(abs(phi_below) > 0, 1)
     end subroutine find_gains
 
     !> Phi P Phi^T + Q in place of P. What is not coupled takes one product an element.
@@ -491,87 +488,9 @@ contains
 
         predicted = .false.
         if (present(predicts)) predicted = predicts
-        call filter_all(self%process%n, role_of(self%kept, predicted), self%gain, self%inverse_deviation, self%on, series, &
-                        self%process%output, self%below, self%above, merge(1, 0, self%coupled))
+        call lanes_filter(nonzero_rows(series), self%kept, predicted, self%process%output, self%gain, self%inverse_deviation, &
+                          self%on, series, self%paired, self%below, self%above)
     end subroutine whiten_by_filter
-
-    !> What is done with a sample, as gracecg_base_lanes has it.
-    elemental integer(c_int32_t) function role_of(kept, predicts)
-        logical, intent(in) :: kept, predicts
-
-        role_of = LEFT_OUT
-        if (predicts) role_of = PREDICTED
-        if (kept) role_of = USED
-    end function role_of
-
-    !> Takes the series that are not zero throughout, MOST_LANES at a time, through a filter, and puts what comes of them
-    !> in their place. They are laid side by side piece by piece: a piece stays in the first cache. Without an output:
-    !> that of the N_POLES.
-    pure subroutine filter_all(n, role, gain, inverse_deviation, on, series, output, below, above, coupled)
-        integer, intent(in) :: n                        ! states
-        integer(c_int32_t), intent(in) :: role(:)       ! of the samples
-        real(dp), intent(in), dimension(n, size(role)) :: gain, on
-        real(dp), intent(in) :: inverse_deviation(:)
-        real(dp), intent(inout) :: series(:, :)         ! (series, samples)
-        real(dp), intent(in), optional :: output(n)
-        real(dp), intent(in), dimension(n, size(role)), optional :: below, above
-        integer(c_int32_t), intent(in), optional :: coupled(n)
-
-        real(dp) :: state(MOST_LANES*n), piece(MOST_LANES*PIECE_LENGTH)
-        integer, allocatable :: places(:)
-        integer :: first, count, lanes, i, samples, carried
-
-        places = nonzero_rows(series)
-        do first = 1, size(places), MOST_LANES
-            count = min(MOST_LANES, size(places) - first + 1)
-            lanes = lanes_of(count)
-            state = 0
-            do i = 1, size(role), PIECE_LENGTH
-                samples = min(PIECE_LENGTH, size(role) - i + 1)
-                carried = min(samples, size(role) - i)
-                call gather(count, lanes, samples, places(first:first + count - 1), series(:, i:i + samples - 1), piece)
-                if (present(output)) then
-                    call lanes_filter(WIDEST, n, lanes, samples, carried, role(i:), coupled, output, gain(:, i:), &
-                                      inverse_deviation(i:), below(:, i:), on(:, i:), above(:, i:), state, piece)
-                else
-                    call lanes_whiten(WIDEST, lanes, samples, carried, role(i:), gain(:, i:), inverse_deviation(i:), &
-                                      on(:, i:), state, piece)
-                end if
-                call scatter(count, lanes, samples, places(first:first + count - 1), piece, series(:, i:i + samples - 1))
-            end do
-        end do
-    end subroutine filter_all
-
-    !> Lays chosen series side by side; zeros make up the lanes.
-    pure subroutine gather(count, lanes, samples, places, series, side_by_side)
-        integer, intent(in) :: count, lanes, samples, places(count)
-        real(dp), intent(in) :: series(:, :)
-        real(dp), intent(out) :: side_by_side(lanes, samples)
-
-        integer :: i, lane
-
-        do i = 1, samples
-            do lane = 1, count
-                side_by_side(lane, i) = series(places(lane), i)
-            end do
-            side_by_side(count + 1:, i) = 0
-        end do
-    end subroutine gather
-
-    !> Puts series that lie side by side in their places.
-    pure subroutine scatter(count, lanes, samples, places, side_by_side, series)
-        integer, intent(in) :: count, lanes, samples, places(count)
-        real(dp), intent(in) :: side_by_side(lanes, samples)
-        real(dp), intent(inout) :: series(:, :)
-
-        integer :: i, lane
-
-        do i = 1, samples
-            do lane = 1, count
-                series(places(lane), i) = side_by_side(lane, i)
-            end do
-        end do
-    end subroutine scatter
 
     !> The three diagonals of a transition matrix.
     pure subroutine diagonals(n, phi, below, on, above)

@@ -7,6 +7,7 @@
 module gracecg_estimation_parameters
     use gracecg_base_kinds, only: dp
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_run_information, only: JOINED_COUNT
     implicit none
     private
     public :: PARAMETERS, ESTIMABLE, PARAMETER_NAMES, PARAMETER_UNITS, ALWAYS_ESTIMATED
@@ -17,7 +18,7 @@ module gracecg_estimation_parameters
     public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, FORCE_JUMP, FIELD_SCALES, &
         FIELD_SHEARS
     public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
-    public :: BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
+    public :: BEND_AXIS, BEND_DEGREE, FORCE_SHAPES, JOINED
     public :: is_rotational, is_tested_only, typical_sizes, loose_sigmas, a_priori_sigmas
 
     integer, parameter :: PARAMETERS = 106    !! Number of all parameters
@@ -80,6 +81,9 @@ module gracecg_estimation_parameters
     !! Standard deviation of each of SIDE_FORCE, m/s^2/rad: fitted as USUAL_BEND; some 2e-6 acts in case 1, less in the others
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
+
+    !> Parameters that several runs can have in common: the offset first, then by SHARED_GROUPS
+    integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
 
     !> What a parameter acts on
     integer, parameter :: ROTATION = 1, ACCELERATION = 2, ATTITUDE = 3

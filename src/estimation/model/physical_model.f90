@@ -18,7 +18,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: append
     use gracecg_base_vectors, only: cross, cross_matrix, unit
-    use gracecg_base_lanes, only: lanes_of, lanes_carry, lanes_combine, WIDEST
+    use gracecg_base_lanes, only: MOST_LANES, lanes_carry
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
@@ -389,7 +389,7 @@ contains
 
         parameters = size(model%rotational)
         if (present(without_partials)) parameters = merge(0, parameters, without_partials)
-        call shape_trajectory(model%steps, lanes_of(parameters), trajectory)
+        call shape_trajectory(model%steps, MOST_LANES*((parameters + MOST_LANES - 1)/MOST_LANES), trajectory)
         rotation%steps = model%steps
         rotation%interval = model%interval
         rotation%quaternion = 1
@@ -498,7 +498,7 @@ contains
                 call take_driving(model, state, body, model%rotational(places(i)), 2*first, 2*(last - first), omega, &
                                   omega_dot, c, driving(places(i), :, :))
             end do
-            call lanes_carry(WIDEST, size(driving, 1), last - first, model%interval, omega, by_angles, by_rate, driving, &
+            call lanes_carry(size(driving, 1), last - first, model%interval, omega, by_angles, by_rate, driving, &
                              trajectory%partials(:, :, first:last))
         end do
     end subroutine carry_partials
@@ -755,7 +755,7 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3), weight(3, 9)
-        real(dp) :: rotational(size(trajectory%partials, 1), 3)
+        real(dp) :: rotational(size(model%rotational), 3)
         integer :: i, axis, other
 
         ! Not by associate: a vector subscript as its selector stops flang 22
@@ -779,8 +779,7 @@ contains
                 weight(:, 3 + i) = factor*by_rate(:, i)
                 weight(:, 6 + i) = factor*by_acceleration(:, i)
             end do
-            call lanes_combine(WIDEST, size(rotational, 1), size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, &
-                               rotational)
+            call combine_columns(trajectory%partials(:, :, k), weight, rotational)
             partials = 0
             if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
@@ -827,6 +826,23 @@ contains
         end associate
     end subroutine acceleration_partials
 
+    !> What three numbers change by with the parameters of the rotation: columns times their weights.
+    pure subroutine combine_columns(columns, weight, combined)
+        real(dp), contiguous, intent(in) :: columns(:, :)   ! of zeta, omega and d omega/dt: (lanes, 9)
+        real(dp), intent(in) :: weight(3, 9)
+        real(dp), contiguous, intent(out) :: combined(:, :)
+
+        integer :: i, l
+
+        do i = 1, 3
+            do l = 1, size(combined, 1)
+                combined(l, i) = (columns(l, 1)*weight(i, 1) + columns(l, 2)*weight(i, 2) + columns(l, 3)*weight(i, 3)) + &
+                                 (columns(l, 4)*weight(i, 4) + columns(l, 5)*weight(i, 5) + columns(l, 6)*weight(i, 6)) + &
+                                 (columns(l, 7)*weight(i, 7) + columns(l, 8)*weight(i, 8) + columns(l, 9)*weight(i, 9))
+            end do
+        end do
+    end subroutine combine_columns
+
     !> The cross product of the unit vector along an axis with a vector.
     pure function turned_about(axis, vector) result(change)
         integer, intent(in) :: axis
@@ -868,7 +884,7 @@ contains
         real(dp), intent(out) :: angles(3)      !! Observed minus computed, about camera axes, rad
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
 
-        real(dp) :: computed(4), tau, turned(3, 3), weight(3, 9), rotational(size(trajectory%partials, 1), 3)
+        real(dp) :: computed(4), tau, turned(3, 3), weight(3, 9), rotational(size(model%rotational), 3)
         integer :: k, i
 
         k = max(0, min(model%steps, nint(time/model%interval)))
@@ -884,8 +900,7 @@ contains
                 weight(:, 3 + i) = tau*camera(:, i)
                 weight(:, 6 + i) = tau**2/2*camera(:, i)
             end do
-            call lanes_combine(WIDEST, size(rotational, 1), size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, &
-                               rotational)
+            call combine_columns(trajectory%partials(:, :, k), weight, rotational)
             partials = 0
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))

@@ -13,7 +13,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_estimation_parameters
     use gracecg_estimation_physical_model
-    use gracecg_estimation_batch_processor, only: batch_problem_t
+    use gracecg_estimation_batch_problem, only: batch_problem_t
     use gracecg_estimation_iteration, only: iteration_t, rms_of
     implicit none
     private
@@ -47,6 +47,8 @@ module gracecg_estimation_whitened_problem
         type(model_state_t) :: state    !! About which the problem is linearised
         type(fitting_data_t) :: data    !! The observations, preprocessed
         type(assumed_noise_t) :: noise    !! That gives the weights
+        integer, allocatable :: groups(:, :)
+        !! Observations that depend on the same parameters: first, last, step; see `grouped_normal_equations`
         type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
         type(noise_spectrum_t), private :: whitened_noise(3)        !! The noise that they are for
         logical, allocatable, private :: whitened_samples(:, :)     !! The samples kept that they are for
@@ -66,8 +68,8 @@ module gracecg_estimation_whitened_problem
         real(dp), allocatable, private :: known_sigma(:)
     contains
         procedure :: linearise => linearise_calibration
-        procedure :: compare => compare_calibration
-        procedure :: inherit => inherit_partials
+        procedure :: compare => compare_calibration    !! Residuals alone, which cost less
+        procedure :: inherit => inherit_partials       !! Partials of another state, to begin with
         procedure :: correct => correct_calibration
         procedure :: describe_residuals => residuals_of_calibration
         procedure :: describe_state => state_of_calibration
@@ -138,7 +140,6 @@ contains
         end associate
         problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
-        problem%linear = .false.
     end subroutine prepare_calibration
 
     !> The same problem, at the same state, with other parameters. Call set_noise next.
@@ -276,11 +277,11 @@ contains
     end subroutine linearise_calibration
 
     !> The partials from before, once, with those of the added parameters at the problem's state.
-    subroutine inherit_partials(self, partials, residuals, weights, inherited)
+    subroutine inherit_partials(self, partials, residuals, inherited)
         class(whitened_problem_t), intent(inout) :: self
-        real(dp), contiguous, intent(inout) :: partials(:, :)
-        real(dp), intent(inout) :: residuals(:), weights(:)
-        logical, intent(out) :: inherited
+        real(dp), contiguous, intent(inout) :: partials(:, :)   !! Parameters x observations, of a state that is near
+        real(dp), intent(inout) :: residuals(:)     !! At the problem's state
+        logical, intent(out) :: inherited           !! Whether there are any; if not, nothing is touched
 
         type(physical_model_t) :: model
         real(dp), allocatable :: added(:, :, :)
@@ -289,7 +290,6 @@ contains
         inherited = allocated(self%partials_before)
         if (.not. inherited) return
         call self%compare(residuals)
-        weights = 1
         n = size(self%partials_before, 1)
         last = self%star_rows + self%acceleration_rows
         model = self%model

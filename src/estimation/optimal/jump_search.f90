@@ -7,9 +7,10 @@
 !> work grows with the arc's length, not with its square.
 module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_combine, MOST_LANES, WIDEST
+    use gracecg_base_lanes, only: MOST_LANES
+    use gracecg_base_lapack, only: sum_of_products
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
-    use gracecg_estimation_batch_processor, only: batch_solution_t
+    use gracecg_estimation_batch_problem, only: batch_solution_t
     implicit none
     private
     public :: force_jump_found_t, search_jump
@@ -91,7 +92,7 @@ contains
                 steps(i, max(1, places(done + i)) - from + 1:samples) = 1
             end do
             call problem%whiteners(axis)%whiten(steps(:, :samples), from)
-            call lanes_combine(WIDEST, n, 3*n, samples, size(steps, 1), batch%gain(:, first:), steps, with_others)
+            call sum_of_products(n, size(steps, 1), samples, batch%gain(:, first:first + 3*(samples - 1):3), steps, with_others)
             score = 0
             whole = 0
             do i = 1, samples

@@ -17,7 +17,8 @@ module gracecg_estimation_optimal
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
     use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
-    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_batch_problem, only: batch_solution_t
+    use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
@@ -33,8 +34,8 @@ module gracecg_estimation_optimal
 
     integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
     integer, parameter :: FEW = 8                   !! Steps of a fit that is done once
-    real(dp), parameter :: SETTLED = 1e-6_dp        !! Largest correction at the end of a fit, standard deviations
-    real(dp), parameter :: ROUGHLY = 1e-2_dp        !! The same where only the residuals, or the misfit, are looked at
+    real(dp), parameter :: ROUGHLY = 1e-2_dp
+    !! Largest correction at the end of a fit where only the residuals, or the misfit, are looked at, standard deviations
     real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
@@ -204,20 +205,19 @@ contains
         type(fit_t), intent(inout) :: fit
         type(error_t), allocatable, intent(out) :: error
 
-        type(batch_settings_t) :: settings
+        type(newton_settings_t) :: settings
         logical :: unknown_level(3), unknown_angle(3), changed
         integer :: round
 
         call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
-        settings%keep_partials = .true.
         settings%rough = rough .or. once
-        settings%tolerance = merge(ROUGHLY, SETTLED, settings%rough)
+        if (settings%rough) settings%tolerance = ROUGHLY
         if (once) settings%most_iterations = FEW
         if (options%history) settings%history = 'whitened, '//number_text(real(size(fit%problem%names), dp))//' parameters'
         do round = 1, MOST_ROUNDS
             call set_noise(fit%problem, error)
-            if (.not. allocated(error)) call process_batch(fit%problem, settings, fit%batch, error)
+            if (.not. allocated(error)) call simplified_newton(fit%problem, settings, fit%batch, error)
             if (allocated(error)) return
             if (options%history) call keep_history(fit)
             fit%iterations = fit%iterations + fit%batch%iterations

@@ -8,10 +8,11 @@
 !> chi-square with two degrees of freedom at each frequency.
 module gracecg_estimation_wave_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_combine, lanes_sines_cosines, lanes_of, WIDEST
+    use gracecg_base_lanes, only: lanes_sines_cosines, lanes_of, LANES
+    use gracecg_base_lapack, only: sum_of_products
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
-    use gracecg_estimation_batch_processor, only: batch_solution_t
+    use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_physical_model, only: airflow_at
     implicit none
     private
@@ -84,7 +85,9 @@ contains
         do k = 1, size(along, 2)
             turns((k - 1)*n + 1:k*n) = at*(problem%data%accelerometer_epoch(k)*problem%model%interval)
         end do
-        call lanes_sines_cosines(WIDEST, size(turns), turns, sines, cosines)
+        do k = 1, size(turns), LANES
+            call lanes_sines_cosines(turns(k:k + LANES - 1), sines(k:k + LANES - 1), cosines(k:k + LANES - 1))
+        end do
         do k = 1, size(along, 2)
             do axis = 1, 3
                 columns(:n, 3*k - 3 + axis) = along(axis, k)*sines((k - 1)*n + 1:k*n)
@@ -97,8 +100,7 @@ contains
         parameters = size(with_others, 1)
         rows = problem%acceleration_rows
         associate (first => problem%star_rows)
-            call lanes_combine(WIDEST, parameters, parameters, rows, 2*n, batch%gain(:, first + 1:first + rows), columns, &
-                               with_others)
+            call sum_of_products(parameters, 2*n, rows, batch%gain(:, first + 1:first + rows), columns, with_others)
             score = 0
             sine_sine = 0
             sine_cosine = 0

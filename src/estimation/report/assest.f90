@@ -13,7 +13,8 @@ module gracecg_estimation_assest
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_estimation_offset_model, only: offset_rate_partials
     use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset, OFFSET_PARAMETERS, OFFSET_NAMES
-    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_batch_problem, only: batch_solution_t
+    use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_estimation_solution, only: solution_t, store_offset, STATE_ATTITUDE, STATE_RATE

@@ -13,7 +13,7 @@ module gracecg_estimation_attitude_problem
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, &
         new_attitude_fit, kinematic_partials
-    use gracecg_estimation_batch_processor, only: batch_problem_t
+    use gracecg_estimation_batch_problem, only: batch_problem_t
     use gracecg_estimation_iteration, only: iteration_t
     implicit none
     private

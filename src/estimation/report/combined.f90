@@ -12,7 +12,8 @@ module gracecg_estimation_combined
     use gracecg_estimation_offset_model, only: offset_rate_partials
     use gracecg_estimation_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, &
         offset_scales, ACCELEROMETER_AXES
-    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_batch_problem, only: batch_solution_t
+    use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_base_vectors, only: identity

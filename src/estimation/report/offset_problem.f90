@@ -7,7 +7,7 @@ module gracecg_estimation_offset_problem
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
-    use gracecg_estimation_batch_processor, only: batch_problem_t
+    use gracecg_estimation_batch_problem, only: batch_problem_t
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_offset_model, only: offset_matrix
     implicit none

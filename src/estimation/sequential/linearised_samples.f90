@@ -9,7 +9,7 @@
 !> what is left meets in the array of the constants (gracecg_estimation_square_root_information).
 module gracecg_estimation_linearised_samples
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_combine, WIDEST
+    use gracecg_base_lapack, only: sum_of_products
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
     use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
@@ -210,8 +210,7 @@ contains
             call prepare_filter(process, problem%epoch, kept, problem%filter(axis))
             call smooth_errors(problem%filter(axis), rows, information)
             errors = rows(n + 1, :) - matmul(y(seen), rows(:n, :))
-            call lanes_combine(WIDEST, problem%m, problem%m, n, size(problem%epoch), transpose(root(seen, :)), &
-                               transpose(rows(:n, :)), through)
+            call sum_of_products(problem%m, size(problem%epoch), n, transpose(root(seen, :)), transpose(rows(:n, :)), through)
             do i = 1, size(problem%epoch)
                 spread = sum(through(:, i)**2)
                 associate (d => information(i))

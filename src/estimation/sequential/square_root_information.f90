@@ -11,7 +11,7 @@
 !> the epoch: Bierman's "pseudo-epoch state".
 module gracecg_estimation_square_root_information
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_of, lanes_reflect, MOST_ROWS, WIDEST
+    use gracecg_base_lapack, only: triangle_of
     use gracecg_estimation_noise_whitening, only: nonzero_rows
     implicit none
     private
@@ -67,35 +67,27 @@ contains
     end subroutine fold_in
 
     !> The same with many observations: what they see of the constants (the columns that are not zero) is brought
-    !> into a triangle of its own first, by Householder's reflections of TOGETHER rows (one square root for all of them),
-    !> and its few rows then are folded in. Where they see half of the constants, a row costs a quarter.
+    !> into a triangle of its own first, by Householder's reflections, and its few rows then are folded in. Where they see
+    !> half of the constants, a row costs a quarter.
     pure subroutine fold_in_all(self, rows)
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: rows(:, :)      !! (n + 1, observations)
 
-        integer, parameter :: TOGETHER = MOST_ROWS
-        real(dp), allocatable :: own(:, :)      ! the triangle, then the rows to come; columns are rows
+        real(dp), allocatable :: own(:, :)      ! columns are rows
         real(dp) :: row(self%n + 1)
-        integer, allocatable :: seen(:), places(:)
-        integer :: i, first, last, m
+        integer, allocatable :: places(:)
+        integer :: i, last
 
-        seen = nonzero_rows(rows(:self%n, :))
-        m = size(seen)
-        places = [seen, self%n + 1]
-        allocate (own(lanes_of(m + 1), m + TOGETHER), source=0.0_dp)
-        do first = 1, size(rows, 2), TOGETHER
-            last = m + min(TOGETHER, size(rows, 2) - first + 1)
-            own(:m + 1, m + 1:last) = rows(places, first:first + last - m - 1)
-            do i = 1, m
-                call lanes_reflect(WIDEST, size(own, 1), i, last - m, own(:, i), own(:, m + 1:last))
-            end do
-            self%squares = self%squares + sum(own(m + 1, m + 1:last)**2)
-        end do
-        do i = 1, m
+        places = [nonzero_rows(rows(:self%n, :)), self%n + 1]
+        last = size(places)
+        allocate (own(last, last))
+        call triangle_of(rows(places, :), own)
+        do i = 1, last - 1
             row = 0
-            row(places(i:)) = own(i:m + 1, i)
+            row(places(i:)) = own(i:, i)
             call self%fold_in(row)
         end do
+        self%squares = self%squares + own(last, last)**2
     end subroutine fold_in_all
 
     !> True when every constant has been observed.

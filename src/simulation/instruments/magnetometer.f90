@@ -50,13 +50,18 @@ contains
         real(dp), intent(out) :: measured(:, :) !! T; of the same shape
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i
+        integer, parameter :: AT_ONCE = 32      ! samples whose numbers are drawn together
+        real(dp) :: draws(3*AT_ONCE)
+        integer :: k, i, n
 
         call self%check_settings(error)
         if (allocated(error)) return
-        do i = 1, size(field, 2)
-            call stream%normals(measured(:, i))
-            measured(:, i) = self%response(field(:, i)) + self%noise*measured(:, i)
+        do k = 0, size(field, 2) - 1, AT_ONCE
+            n = min(AT_ONCE, size(field, 2) - k)
+            call stream%normals(draws(:3*n))
+            do i = 1, n
+                measured(:, k + i) = self%response(field(:, k + i)) + self%noise*draws(3*i - 2:3*i)
+            end do
         end do
         if (.not. all(ieee_is_finite(measured))) then
             call fail(error, 'a magnetometer sample is not finite: look for NaN in the true '// &

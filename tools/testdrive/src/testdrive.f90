@@ -43,7 +43,8 @@ module testdrive
     end type testsuite_type
 
     !> check(error, condition) or check(error, actual, expected [, thr] [, rel]): sets `error` when
-    !> the check fails; NaN always fails. Without `thr` real numbers must be equal to rounding.
+    !> the check fails; NaN always fails. Without `thr` real numbers must be equal to rounding, those above 1 to the
+    !> epsilon of 1, as upstream has it.
     interface check
         module procedure check_logical, check_real, check_integer, check_long, check_text
     end interface check
@@ -70,11 +71,12 @@ contains
         suite%collect => collect
     end function new_testsuite
 
-    !> Runs every test of a suite; adds the number of failures to `stat`.
-    subroutine run_testsuite(collect, unit, stat)
+    !> Runs every test of a suite, one after the other; adds the number of failures to `stat`.
+    subroutine run_testsuite(collect, unit, stat, parallel)
         procedure(collect_interface) :: collect
         integer, intent(in) :: unit
         integer, intent(inout) :: stat
+        logical, intent(in), optional :: parallel       !! Upstream's default is .true.; here there is .false. alone
 
         type(unittest_type), allocatable :: tests(:)
         integer :: i
@@ -191,7 +193,7 @@ contains
         real(real64) :: difference, threshold
         character(100) :: found
 
-        threshold = epsilon(expected)*max(abs(expected), tiny(expected))
+        threshold = epsilon(expected)*min(max(abs(expected), tiny(expected)), 1.0_real64)
         if (present(thr)) threshold = thr
         difference = abs(actual - expected)
         if (present(rel)) then

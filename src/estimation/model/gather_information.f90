@@ -5,9 +5,9 @@ module gracecg_estimation_gather_information
     use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas, JOINED
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
-    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT, beliefs_of
+    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, beliefs_of
     implicit none
     private
     public :: gather_information, move_joined

@@ -1,8 +1,9 @@
 !> What the samples of one calibration say of the offset and of what several calibrations have in common: the
 !> information about them, from which a joint estimate is made without the samples.
 !>
-!> With x the values of JOINED and x* the point about which the fit was linearised, the weighted squares of the
-!> residuals, at their least in all that belongs to the run alone, are
+!> With x the values of JOINED, the parameters that runs can have in common (gracecg_estimation_parameters), and x* the
+!> point about which the fit was linearised, the weighted squares of the residuals, at their least in all that belongs to
+!> the run alone, are
 !>
 !>     S(x) = squares - 2 rhs^T (x - x*) + (x - x*)^T matrix (x - x*)
 !>
@@ -11,16 +12,13 @@ module gracecg_estimation_run_information
     use gracecg_base_kinds, only: dp
     use gracecg_environment_time, only: utc_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_parameters, only: OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA
     implicit none
     private
-    public :: run_information_t, JOINED, JOINED_COUNT, OFFSET_OF_JOINED, SHARED_GROUPS, GROUP_OF_JOINED, BELIEFS_COUNT
+    public :: run_information_t, JOINED_COUNT, OFFSET_OF_JOINED, SHARED_GROUPS, GROUP_OF_JOINED, BELIEFS_COUNT
     public :: beliefs_of, GROUP_OF_BELIEF
 
     !> Parameters that several runs can share, and those of them in which an operator believes
     integer, parameter :: JOINED_COUNT = 16, BELIEFS_COUNT = 15
-    !> The parameters that runs can have in common, by their places among all: the offset first
-    integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
     integer, parameter :: OFFSET_OF_JOINED(3) = [1, 2, 3]     !! Places of the offset among JOINED
     !> Properties of the satellite, which runs share unless they are told not to
     character(18), parameter :: SHARED_GROUPS(4) = [character(18) :: 'scale-factors', 'rod-gain', 'magnetometer-bias', &

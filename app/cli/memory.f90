@@ -1,0 +1,57 @@
+!> How the program treats the system's memory. An estimate takes and gives back some megabytes in arrays of a few hundred
+!> kilobytes; the C library of GNU gives these back to the system at once, and each new one costs the faults of its pages:
+!> a sixth of the time of a Monte Carlo. So the program keeps what it has had, up to KEPT bytes. What a program that links
+!> the library does with memory is its own.
+!>
+!> That library alone has `mallopt`: it is looked up when the program runs (POSIX: dlopen, dlsym), so that the program links
+!> with every C library, and without a preprocessor.
+module gracecg_cli_memory
+    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funptr, c_int, c_null_char, c_null_ptr, &
+        c_ptr
+    implicit none
+    private
+    public :: keep_memory
+
+    integer(c_int), parameter :: LARGE = 32*2**20       !! Arrays from here on, the most there can be, are given back as before
+    integer(c_int), parameter :: KEPT = 256*2**20
+    integer(c_int), parameter :: M_TRIM_THRESHOLD = -1, M_MMAP_THRESHOLD = -3       !! malloc.h of GNU
+    integer(c_int), parameter :: RTLD_LAZY = 1          !! dlfcn.h of GNU, musl, the BSDs and macOS
+
+    abstract interface
+        integer(c_int) function mallopt_interface(parameter, value) bind(c)
+            import :: c_int
+            integer(c_int), value :: parameter, value
+        end function mallopt_interface
+    end interface
+
+    interface
+        type(c_ptr) function c_dlopen(file, mode) bind(c, name='dlopen')
+            import :: c_int, c_ptr
+            type(c_ptr), value :: file      !! Null: the program itself, with the libraries that it has loaded
+            integer(c_int), value :: mode
+        end function c_dlopen
+        type(c_funptr) function c_dlsym(handle, symbol) bind(c, name='dlsym')
+            import :: c_char, c_funptr, c_ptr
+            type(c_ptr), value :: handle
+            character(kind=c_char), intent(in) :: symbol(*)
+        end function c_dlsym
+    end interface
+
+contains
+
+    !> From now on memory that the program has had is not given back to the system at once.
+    subroutine keep_memory()
+        procedure(mallopt_interface), pointer :: mallopt
+        type(c_ptr) :: program_itself
+        type(c_funptr) :: found
+        integer(c_int) :: status        ! 1: done; whether or not, the program works
+
+        program_itself = c_dlopen(c_null_ptr, RTLD_LAZY)
+        if (.not. c_associated(program_itself)) return
+        found = c_dlsym(program_itself, 'mallopt'//c_null_char)
+        if (.not. c_associated(found)) return
+        call c_f_procpointer(found, mallopt)
+        status = mallopt(M_MMAP_THRESHOLD, LARGE)
+        status = mallopt(M_TRIM_THRESHOLD, KEPT)
+    end subroutine keep_memory
+end module gracecg_cli_memory
