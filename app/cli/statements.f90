@@ -25,9 +25,10 @@ contains
 
         call arguments%describe(COMMAND, '[NAME ...]', 0, size(STATEMENT_NAMES), &
                                 'Examines statements of CSR-TM-00-01 that have neither table nor figure, and says whether '// &
-                                'they hold: one-rod (one rod alone is not enough), arc-length (60 s are the trade-off), '// &
-                                'weights (the accuracy depends on them), accuracy (0.02, 0.01, 0.02 mm), condition (the '// &
-                                'full state is not singular), two-steps (two places together), stars (70 in a field, and '// &
+                                'they hold: one-rod (one rod alone is not enough), dominance (since its torque does '// &
+                                'not dominate), arc-length (60 s are the trade-off), weights (the accuracy depends on '// &
+                                'them), accuracy (0.02, 0.01, 0.02 mm), curved-force (a small impact), condition (the full '// &
+                                'state is not singular), two-steps (two places together), stars (70 in a field, and '// &
                                 'the best 20 of them). The verdicts follow from '// &
                                 'the covariance analysis; Monte Carlo runs stand beside it. All when none is named.', &
                                 'gracecg statements one-rod --runs 10', STATEMENT_NAMES)

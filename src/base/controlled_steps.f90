@@ -111,18 +111,18 @@ contains
         end do
     end subroutine advance
 
-    !> How near to an edge the derivative is asked for, s.
+    !> How near to an edge the derivative is asked for, s: on its side of it in spite of some roundings.
     pure real(dp) function time_resolution(t)
         real(dp), intent(in) :: t
 
-        time_resolution = 1e-9_dp + 8*spacing(t)
+        time_resolution = 8*spacing(max(1.0_dp, abs(t)))
     end function time_resolution
 
     !> No panel is shorter: edges that lie as near together as this are one.
     pure real(dp) function shortest(self)
         class(controlled_steps_t), intent(in) :: self
 
-        shortest = 64*time_resolution(self%to)
+        shortest = 8*time_resolution(self%to)
     end function shortest
 
     !> The solution at a time.

@@ -1,15 +1,15 @@
 !> Inner loops over series, or parameters, that lie side by side in memory ("lanes"), in arrays of fixed shape: the compiler
-!> makes vectors of them, of the width of the processor that it compiles for. Sums have one order.
+!> makes vectors of them, of the width of the processor that it compiles for. Sums have one order. Without `omp simd`
+!> gfortran unrolls loops so short before it looks for vectors, and finds none (4 times slower).
 module gracecg_base_lanes
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     implicit none
     private
-    public :: LANES, MOST_LANES
+    public :: LANES
     public :: lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, lanes_exponentials, lanes_logarithms, lanes_erfc, total_of
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
-    integer, parameter :: MOST_LANES = 3*LANES  !! Series, or pairs of columns, that are taken at once
 
 contains
 
@@ -34,14 +34,14 @@ contains
         logical, intent(in), optional :: paired(:)          !! States with the next one. Absent: none
         real(dp), contiguous, intent(in), optional :: below(:, :), above(:, :)  !! Phi(j, j - 1) and Phi(j, j + 1), as `on`
 
-        real(dp) :: state(MOST_LANES, size(output)), expected(MOST_LANES), innovation(MOST_LANES)
+        real(dp) :: state(LANES, size(output)), expected(LANES), innovation(LANES)
         logical :: in_pairs(size(output))
         integer :: first, many, lane, i, j
 
         in_pairs = .false.
         if (present(paired)) in_pairs = paired
-        do first = 0, size(places) - 1, MOST_LANES
-            many = min(MOST_LANES, size(places) - first)
+        do first = 0, size(places) - 1, LANES
+            many = min(LANES, size(places) - first)
             state = 0
             expected = 0
             innovation = 0
@@ -60,12 +60,15 @@ contains
                 do while (j <= size(output))
                     if (in_pairs(j)) then
                         call carry_pair(gain(j:, i), on(j:, i), below(j + 1, i), above(j, i), innovation, state(:, j:))
-                        expected = expected + output(j)*state(:, j)
-                        j = j + 1
-                    else
-                        state(:, j) = on(j, i)*(state(:, j) + gain(j, i)*innovation)
+                        expected = expected + (output(j)*state(:, j) + output(j + 1)*state(:, j + 1))
+                        j = j + 2
+                        cycle
                     end if
-                    expected = expected + output(j)*state(:, j)
+                    !$omp simd
+                    do lane = 1, LANES
+                        state(lane, j) = on(j, i)*(state(lane, j) + gain(j, i)*innovation(lane))
+                        expected(lane) = expected(lane) + output(j)*state(lane, j)
+                    end do
                     j = j + 1
                 end do
             end do
@@ -75,21 +78,25 @@ contains
     !> Two states that are coupled, from one sample to the next.
     pure subroutine carry_pair(gain, on, below, above, innovation, state)
         real(dp), intent(in) :: gain(2), on(2), below, above
-        real(dp), intent(in) :: innovation(MOST_LANES)
-        real(dp), intent(inout) :: state(MOST_LANES, 2)
+        real(dp), intent(in) :: innovation(LANES)
+        real(dp), intent(inout) :: state(LANES, 2)
 
-        real(dp), dimension(MOST_LANES) :: one, other
+        real(dp) :: one, other
+        integer :: lane
 
-        one = state(:, 1) + gain(1)*innovation
-        other = state(:, 2) + gain(2)*innovation
-        state(:, 1) = on(1)*one + above*other
-        state(:, 2) = on(2)*other + below*one
+        !$omp simd
+        do lane = 1, LANES
+            one = state(lane, 1) + gain(1)*innovation(lane)
+            other = state(lane, 2) + gain(2)*innovation(lane)
+            state(lane, 1) = on(1)*one + above*other
+            state(lane, 2) = on(2)*other + below*one
+        end do
     end subroutine carry_pair
 
     !> Carries pairs (u, w) of columns of three numbers along du/dt = w - omega x u, dw/dt = A u + B w + f by the classical
     !> method of Runge and Kutta, and gives dw/dt at the epochs, too.
     pure subroutine lanes_carry(pairs, steps, interval, omega, a, b, f, columns)
-        integer, intent(in) :: pairs                !! A multiple of MOST_LANES
+        integer, intent(in) :: pairs                !! A multiple of LANES
         integer, intent(in) :: steps                !! At least 0
         real(dp), intent(in) :: interval            !! A step
         real(dp), intent(in) :: omega(3, 0:2*steps), a(3, 3, 0:2*steps), b(3, 3, 0:2*steps)     !! At half steps
@@ -97,12 +104,12 @@ contains
         real(dp), intent(inout) :: columns(pairs, 9, 0:steps)
         !! x, y, z of u, w and dw/dt; u and w at epoch 0 are given
 
-        real(dp) :: x(MOST_LANES, 6), rate(MOST_LANES, 6, 0:4)
+        real(dp) :: x(LANES, 6), rate(LANES, 6, 0:4)
         integer :: first, last, k
 
         rate(:, :, 0) = 0
-        do first = 1, pairs, MOST_LANES
-            last = first + MOST_LANES - 1
+        do first = 1, pairs, LANES
+            last = first + LANES - 1
             x = columns(first:last, :6, 0)
             do k = 0, steps
                 call find_rate(2*k, 0.0_dp, rate(:, :, 0), rate(:, :, 1))
@@ -122,14 +129,15 @@ contains
         !> registers.
         pure subroutine find_rate(half, step, before, after)
             integer, intent(in) :: half
-            real(dp), intent(in) :: step, before(MOST_LANES, 6)
-            real(dp), intent(out) :: after(MOST_LANES, 6)
+            real(dp), intent(in) :: step, before(LANES, 6)
+            real(dp), intent(out) :: after(LANES, 6)
 
             real(dp) :: u1, u2, u3, w1, w2, w3
             integer :: l
 
             associate (o => omega(:, half), a => a(:, :, half), b => b(:, :, half), f => f(first:last, :, half))
-                do l = 1, MOST_LANES
+                !$omp simd
+                do l = 1, LANES
                     u1 = x(l, 1) + step*before(l, 1)
                     u2 = x(l, 2) + step*before(l, 2)
                     u3 = x(l, 3) + step*before(l, 3)
@@ -160,7 +168,7 @@ contains
     ! Functions of LANES numbers. Each stands in a procedure of its own, which is called from other files: of a loop that is no
     ! other's inner loop gfortran makes calls of the C library's vector functions (good to 4 units of the last place).
 
-    !> Sines and cosines of angles, 4e-16 off at most: of what is left of the nearest whole turn.
+    !> Sines and cosines of angles less their nearest whole turns, 6e-16 off at most.
     pure subroutine lanes_sines_cosines(turns, sines, cosines)
         real(dp), intent(in) :: turns(LANES)    !! Of 360 deg; less than 2^51
         real(dp), intent(out) :: sines(LANES), cosines(LANES)

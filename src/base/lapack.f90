@@ -4,7 +4,7 @@
 !> The matrices have some 20 rows. For these the unblocked procedures (dpotf2 and the like) are the right
 !> ones: the blocked ones of a threaded library (OpenBLAS) wake its threads, which costs more than the
 !> work and more again inside the threads of a Monte Carlo. Long sums of products go to dgemm piece by piece, each of at
-!> most ALONE products, which OpenBLAS does on the thread that calls; dsyrk has no such bound.
+!> most ALONE products, which OpenBLAS does on the thread that calls; dsyrk looks at the number of threads alone.
 module gracecg_base_lapack
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp
@@ -117,7 +117,8 @@ contains
 
         integer :: columns, i, k
 
-        columns = max(1, ALONE/GROUP/max(1, m))
+        if (m == 0) return
+        columns = max(1, ALONE/GROUP/m)
         do k = 1, count, GROUP
             do i = 1, n, columns
                 call dgemm('N', 'T', m, min(columns, n - i + 1), min(GROUP, count - k + 1), 1.0_dp, a(1, k), m, b(i, k), n, &
@@ -127,7 +128,7 @@ contains
     end subroutine add_products
 
     !> The triangle R of A = Q R, Q with orthonormal columns, as its transpose: what rows of observations say in as few rows
-    !> as there are columns. By Householder's reflections; elements of the diagonal may be negative.
+    !> as there are columns. By Householder's reflections; elements of the diagonal may be negative. On one thread to n = 90.
     pure subroutine triangle_of(rows, triangle)
         real(dp), intent(in) :: rows(:, :)          !! A^T: (n, observations)
         real(dp), intent(out) :: triangle(:, :)     !! R^T: n x n
@@ -137,7 +138,7 @@ contains
         integer :: n, most, many, first, i, info
 
         n = size(rows, 1)
-        most = min(size(rows, 2), max(n, ALONE_BY_VECTOR/n - n))
+        most = max(1, min(size(rows, 2), ALONE_BY_VECTOR/n - n))
         allocate (stack(n + most, n))
         stack(:n, :) = 0
         do first = 1, size(rows, 2), most

@@ -37,8 +37,8 @@ contains
         w(3) = m(1, 3)*v(1) + m(2, 3)*v(2) + m(3, 3)*v(3)
     end function transformed_back
 
-    !> The antisymmetric matrix of a vector, CSR-TM-00-01 eq. (4-16): matmul(cross_matrix(v), w) is
-    !> v x w.
+    !> The antisymmetric matrix of a vector, CSR-TM-00-01 eq. (4-16), which prints v_x and v_y exchanged:
+    !> matmul(cross_matrix(v), w) is v x w.
     pure function cross_matrix(v) result(m)
         real(dp), intent(in) :: v(3)    !! In any frame
         real(dp) :: m(3, 3)

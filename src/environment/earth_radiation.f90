@@ -214,8 +214,8 @@ contains
     end function segments_of
 
     !> The radiation that reaches a satellite, by segments: A' (tau a E_s cos(theta_s) + e M_B),
-    !> the sum of CSR-TM-00-01 eq. (2-10) without the satellite's own factors. E_s is taken at the
-    !> Sun's distance from the Earth and the Sun in one direction for the whole Earth; M_B = E_s/4.
+    !> the sum of CSR-TM-00-01 eq. (2-10) without the satellite's own factors. E_s is that at the
+    !> Earth's distance from the Sun (the report has 1 au), the Sun in one direction for the whole Earth; M_B = E_s/4.
     !> The loads on a satellite are sums over segments.
     pure subroutine irradiance_at(self, position, sun_position, days_since_epoch, radiation)
         class(earth_radiation_t), intent(in) :: self

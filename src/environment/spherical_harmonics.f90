@@ -217,15 +217,18 @@ contains
             re(m) = re(i)*re(m - i) - im(i)*im(m - i)
             im(m) = re(i)*im(m - i) + im(i)*re(m - i)
         end do
-        do m = LANES + 1, LANES*harmonic%blocks
-            re(m) = re(m - LANES)*re(LANES) - im(m - LANES)*im(LANES)
-            im(m) = re(m - LANES)*im(LANES) + im(m - LANES)*re(LANES)
+        do block = 1, harmonic%blocks - 1
+            do m = LANES*block + 1, LANES*block + LANES
+                re(m) = re(m - LANES)*re(LANES) - im(m - LANES)*im(LANES)
+                im(m) = re(m - LANES)*im(LANES) + im(m - LANES)*re(LANES)
+            end do
         end do
         parts(:, :count) = 0
         do block = 0, harmonic%blocks - 1
             m = LANES*block
             call add_orders(count, real(m, dp), harmonic%first(block + 1) - harmonic%first(block), &
-                            harmonic%steps(1, 0, harmonic%first(block) + 1), q(3), -dot_product(q, q), re(m - 2), im(m - 2), parts)
+                            harmonic%steps(1, 0, harmonic%first(block) + 1), q(3), -dot_product(q, q), &
+                            re(m - 2), im(m - 2), parts)
         end do
         do i = 1, count
             sums(i) = ((parts(1, i) + parts(5, i)) + (parts(3, i) + parts(7, i))) + &
@@ -235,9 +238,11 @@ contains
 
     !> Adds LANES orders, side by side, to the sums of each lane.
     !>
-    !> gfortran compiles `sums_at` and this for each `count`, and then makes the loop over orders, outside of that over
-    !> degrees, one of vectors as wide as its flags allow. For that the orders of a block take as many degrees (the
-    !> coefficients behind the last one are 0), all numbers are of one kind, and there is at least one degree.
+    !> gfortran compiles this for each `count`, and makes the loop over orders, which stands around that over degrees, one of
+    !> vectors as wide as its flags allow. For that the orders of a block have as many degrees (coefficients behind an order's
+    !> last one are 0), all numbers are of one kind, and there is at least one degree. A term of f is a number of its own, and
+    !> not read twice: reading is what takes longest with 8 numbers a vector. Unrolled, the loop over degrees runs out of
+    !> registers of 2 numbers, and the recursion waits for memory.
     pure subroutine add_orders(count, first_order, degrees, steps, q_z, minus_q_squared, power_re, power_im, parts)
         integer, intent(in), value :: count                         !! FIRST_SUMS or ALL_SUMS
         real(dp), intent(in) :: first_order
@@ -258,8 +263,19 @@ contains
             h = 1
             next = q_z
             k = 0
-            re = 0; im = 0; k_re = 0; k_im = 0; kk_re = 0; kk_im = 0
-            d_re = 0; d_im = 0; kd_re = 0; kd_im = 0; dd_re = 0; dd_im = 0
+            re = 0
+            im = 0
+            k_re = 0
+            k_im = 0
+            kk_re = 0
+            kk_im = 0
+            d_re = 0
+            d_im = 0
+            kd_re = 0
+            kd_im = 0
+            dd_re = 0
+            dd_im = 0
+            !GCC$ unroll 1
             do i = 1, degrees
                 f_re = h*steps(l, 1, i)
                 f_im = h*steps(l, 2, i)
@@ -330,7 +346,8 @@ contains
             block = m/LANES
             lane = modulo(m, LANES) + 1
             call add_order_at_places(m, harmonic%first(block + 1) - harmonic%first(block) - lane + 1, lane, &
-                                     harmonic%steps(1, 0, harmonic%first(block) + 1), q, minus_q_squared, power_re, power_im, sums)
+                                     harmonic%steps(1, 0, harmonic%first(block) + 1), q, minus_q_squared, &
+                                     power_re, power_im, sums)
         end do
     end subroutine sums_at_places
 
@@ -352,7 +369,13 @@ contains
             h = 1
             next = q(p, 3)
             k = 0
-            re = 0; im = 0; k_re = 0; k_im = 0; d_re = 0; d_im = 0
+            re = 0
+            im = 0
+            k_re = 0
+            k_im = 0
+            d_re = 0
+            d_im = 0
+            !GCC$ unroll 1
             do i = 1, degrees
                 f_re = h*steps(lane, 1, i)
                 f_im = h*steps(lane, 2, i)

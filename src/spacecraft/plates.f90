@@ -168,8 +168,8 @@ contains
     end subroutine check_plate
 
     !> Cross-section of the body seen from a direction, m^2: CSR-TM-00-01 eqs. (2-7), (2-9),
-    !> (2-15) with the plates that face the observer. (As printed the sum runs over those turned
-    !> away, which for a closed body is the same.)
+    !> (2-15) with the plates that face the observer. (So is (2-15) printed; the other two run over
+    !> those turned away, which for a closed body is the same.)
     pure real(dp) function projected_area(self, direction) result(area)
         type(satellite_surface_t), intent(in) :: self
         real(dp), intent(in) :: direction(3)    !! Unit vector towards the observer, body axes

@@ -27,6 +27,7 @@ module gracecg_studies_statements
     use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
@@ -37,8 +38,8 @@ module gracecg_studies_statements
     public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
 
     !> The statements, as on the command line
-    character(12), parameter :: STATEMENT_NAMES(7) = [character(12) :: 'one-rod', 'arc-length', 'weights', 'accuracy', &
-                                                      'condition', 'two-steps', 'stars']
+    character(12), parameter :: STATEMENT_NAMES(9) = [character(12) :: 'one-rod', 'dominance', 'arc-length', 'weights', &
+                                                      'accuracy', 'curved-force', 'condition', 'two-steps', 'stars']
 
     integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
     !> The verdicts in words, by HOLDS, HOLDS_IN_PART, HOLDS_NOT
@@ -52,6 +53,7 @@ module gracecg_studies_statements
         real(dp) :: rms(3) = 0              !! Error of d in these runs, x, y, z, m
         real(dp) :: predicted(3) = 0        !! By theory, m; 0: not of errors
         real(dp) :: condition = 0           !! Of a normal matrix; 0: not asked for
+        real(dp) :: torque_ratio = 0        !! Rods' torque over the sum of all others, RMS; 0: not asked for
         real(dp) :: stars = 0               !! In the field of a star camera, on average; 0: not asked for
         real(dp) :: camera_sigma(3) = 0     !! Of its attitude, about camera x, y, boresight, rad; 0: not asked for
     end type statement_row_t
@@ -83,6 +85,8 @@ module gracecg_studies_statements
     real(dp), parameter :: REGULAR = 1e8_dp, SINGULAR = 1e12_dp
     !! Condition with unit diagonal: below the first half of the digits is left, above the second hardly any
     real(dp), parameter :: STARS_OF_REPORT = 70, ROUGHLY = 0.25_dp      !! Stars in a field; a relative difference that is rough
+    real(dp), parameter :: SMALL_SHARE = 0.1_dp         !! Of the variance of an error: a small impact, 5 % of the RMS
+    real(dp), parameter :: DOMINATES = 10               !! Torque ratio from which on the rods' torque dominates
     integer, parameter :: STARS_AT_LEAST = 20           !! In every frame
     real(dp), parameter :: LENGTHS(6) = [60.0_dp, 90.0_dp, 120.0_dp, 180.0_dp, 240.0_dp, 300.0_dp]      !! Of arcs, s
 
@@ -105,12 +109,16 @@ contains
         select case (name)
         case ('one-rod')
             call examine_one_rod(settings, statement, error, progress)
+        case ('dominance')
+            call examine_dominance(statement, error)
         case ('arc-length')
             call examine_arc_length(settings, statement, error, progress)
         case ('weights')
             call examine_weights(settings, statement, error, progress)
         case ('accuracy')
             call examine_accuracy(settings, statement, error, progress)
+        case ('curved-force')
+            call examine_curved_force(settings, statement, error, progress)
         case ('condition')
             call examine_condition(statement, error)
         case ('two-steps')
@@ -124,14 +132,16 @@ contains
     end subroutine examine_statement
 
     !> Theory of a calibration with an algorithm, and runs beside it: a row.
-    subroutine add_row(settings, calibration, algorithm, setting, statement, error, progress)
+    subroutine add_row(settings, calibration, algorithm, setting, statement, error, progress, switches)
         type(settings_t), intent(in) :: settings
         type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm, setting
         type(statement_t), intent(inout) :: statement
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
+        type(error_switches_t), intent(in), optional :: switches    !! Error sources that act; all when absent
 
+        type(error_switches_t) :: acting
         type(statement_row_t) :: row
         type(simulator_t) :: simulator
         type(prediction_t) :: prediction
@@ -143,7 +153,8 @@ contains
         row%setting = setting
         row%runs = settings%runs
         call tell(progress, trim(statement%name)//', '//trim(row%case_name)//', '//setting)
-        call new_simulator(calibration%case, simulator, error)
+        if (present(switches)) acting = switches
+        call new_switched_simulator(calibration%case, acting, simulator, error)
         if (.not. allocated(error)) call predict_errors(simulator, algorithm, calibration%options, prediction, error)
         if (allocated(error)) return
         row%predicted = prediction%rms
@@ -165,7 +176,7 @@ contains
         class(progress_t), intent(inout), optional :: progress
 
         type(calibration_t) :: calibration
-        integer :: i, axis, pattern(3)
+        integer :: i, axis
 
         statement%place = 'sections 4.1 and 7.1(1)'
         statement%claim = 'activating the magnetic dipole moment along only one axis cannot yield good CG calibration accuracy'
@@ -177,10 +188,7 @@ contains
                                                      error, progress)
             do axis = 1, 3
                 if (allocated(error)) return
-                pattern = 0
-                pattern(axis) = 1
-                call new_harmonic_manoeuvre(calibration%case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
-                                            0.0_dp, calibration%case%duration, error)
+                call leave_one_rod(calibration, axis, error)
                 if (.not. allocated(error)) call add_row(settings, calibration, SINGLE_ALGORITHM, &
                                                          AXES(axis)//' rod alone', statement, error, progress)
             end do
@@ -227,6 +235,185 @@ contains
                 ' trials one rod has the better worst axis.'
         end if
     end subroutine judge_one_rod
+
+    !> One rod at full moment in place of the manoeuvre.
+    subroutine leave_one_rod(calibration, axis, error)
+        type(calibration_t), intent(inout) :: calibration
+        integer, intent(in) :: axis             !! Its number: 1 x, 2 y, 3 z
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: pattern(3)
+
+        pattern = 0
+        pattern(axis) = 1
+        call new_harmonic_manoeuvre(calibration%case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, 0.0_dp, &
+                                    calibration%case%duration, error)
+    end subroutine leave_one_rod
+
+    !> Why one rod is poor: how far its torque exceeds all others, what the fit's errors make of the offset's, and what
+    !> any estimator could know of it.
+    subroutine examine_dominance(statement, error)
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        real(dp) :: left_out(0:3, size(FRONT_CASES))    ! Part of the worst axis' variance
+        integer :: i, rod
+
+        statement%place = 'section 4.1'
+        statement%claim = 'one axis alone is not good enough since the magnetic torque is no longer the dominating torque, '// &
+            'the fitting attitude model is not good enough'
+        statement%method = 'RMS of the rods'' torque over that of the sum of all others; Cramer-Rao bound of d, which knows '// &
+            'all torques; condition of the information of d'
+        do i = 1, size(FRONT_CASES)
+            call find_calibration(FRONT_CASES(i), calibration, error)
+            do rod = 0, 3
+                if (rod > 0 .and. .not. allocated(error)) call leave_one_rod(calibration, rod, error)
+                if (.not. allocated(error)) call add_dominance_row(calibration, rod, left_out(rod, i), statement, error)
+                if (allocated(error)) return
+            end do
+        end do
+        call judge_dominance(left_out(1:, :), statement)
+    end subroutine examine_dominance
+
+    !> A row of torque ratio, bound and condition.
+    subroutine add_dominance_row(calibration, rod, left_out, statement, error)
+        type(calibration_t), intent(in) :: calibration
+        integer, intent(in) :: rod                      !! That is left, 0: both of the report
+        real(dp), intent(out) :: left_out
+        !! Part of the variance of the worst axis by all that the fit leaves out: other torques, scale factors, biases
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+
+        type(statement_row_t) :: row
+        type(simulator_t) :: simulator
+        type(prediction_t) :: prediction
+        type(case_bound_t) :: bound
+        real(dp) :: of_rods, of_others, values(3), vectors(3, 3)
+        integer :: k, worst
+
+        left_out = 0
+        row%case_name = trim(calibration%case%name)
+        row%setting = 'both rods'
+        if (rod > 0) row%setting = AXES(rod)//' rod alone'
+        call new_simulator(calibration%case, simulator, error)
+        if (.not. allocated(error)) call predict_errors(simulator, SINGLE_ALGORITHM, calibration%options, prediction, error)
+        if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
+        if (.not. allocated(error)) call symmetric_eigen(bound%covariance/MILLIMETRE**2, values, vectors, error)
+        if (allocated(error)) return
+        worst = maxloc(prediction%rms, 1)
+        left_out = (prediction%bias(worst)/prediction%rms(worst))**2
+        of_rods = 0
+        of_others = 0
+        do k = 0, simulator%arc%steps
+            associate (acting => simulator%arc%loads(k))
+                of_rods = of_rods + sum(acting%torque_magnetic**2)
+                of_others = of_others + sum((acting%torque_aero + acting%torque_solar + acting%torque_gravity)**2)
+            end associate
+        end do
+        row%torque_ratio = sqrt(of_rods/of_others)
+        row%predicted = [(sqrt(bound%covariance(k, k)), k=1, 3)]
+        row%condition = maxval(values)/minval(values)
+        statement%rows = [statement%rows, row]
+    end subroutine add_dominance_row
+
+    !> Rows in fours, as those of one rod. The reason does not hold where all that the fit leaves out is a small part of
+    !> the errors, whatever the ratio of the torques.
+    subroutine judge_dominance(left_out, statement)
+        real(dp), intent(in) :: left_out(:, :)      !! Part of the worst axis' variance; (rods, places)
+        type(statement_t), intent(inout) :: statement
+
+        real(dp) :: loss
+        integer :: i, k, weak, small
+
+        loss = huge(loss)
+        weak = 0
+        do i = 1, size(statement%rows), 4
+            do k = i + 1, i + 3
+                if (statement%rows(k)%torque_ratio < DOMINATES) weak = weak + 1
+                loss = min(loss, maxval(statement%rows(k)%predicted)/maxval(statement%rows(i)%predicted))
+            end do
+        end do
+        small = count(left_out < SMALL_SHARE)
+        statement%verdict = merge(HOLDS_NOT, merge(HOLDS, HOLDS_IN_PART, small == 0), small == size(left_out))
+        select case (statement%verdict)
+        case (HOLDS)
+            statement%found = 'Holds:'
+        case (HOLDS_NOT)
+            statement%found = 'Does not hold:'
+        case default
+            statement%found = 'Holds for '//integer_text(size(left_out) - small)//' of '//integer_text(size(left_out))// &
+                ' trials:'
+        end select
+        statement%found = trim(statement%found)//' what the fit leaves out (other torques, scale factors, biases) makes '// &
+            'at most '//plain_text(100*maxval(left_out), '(f6.1)')//' % of the variance of one rod''s worst axis.'
+        statement%details = 'One rod''s torque is more than '//plain_text(DOMINATES, '(f6.0)')//' times that of all others '// &
+            'in '//integer_text(size(left_out) - weak)//' of '//integer_text(size(left_out))//' trials; in the rest the '// &
+            'rod lies along the field. What is lacking is observability: with all torques known, the worst axis of one rod '// &
+            'is still '//plain_text(loss, '(f8.1)')//' times that of two, or more.'
+    end subroutine judge_dominance
+
+    !> What the curvature of drag and light, and the density wave, do to the errors.
+    subroutine examine_curved_force(settings, statement, error, progress)
+        type(settings_t), intent(in) :: settings
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(calibration_t) :: calibration
+        integer :: i
+
+        statement%place = 'section 5.3'
+        statement%claim = 'the non-linear non-gravitational acceleration has only a small impact upon the estimation '// &
+            'accuracy when it is fitted by the linear function'
+        statement%method = 'drag with the density wave and light as they are, without the wave, and their '// &
+            'least-squares line in their place; '//COMBINED_ALGORITHM
+        call expect_pieces(progress, 3*size(REPORT_CASE_NAMES)*settings%runs, 'runs')
+        do i = 1, size(REPORT_CASE_NAMES)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call add_row(settings, calibration, COMBINED_ALGORITHM, 'curved', statement, &
+                                                     error, progress)
+            calibration%case%density_wave = density_wave_t()
+            calibration%case%density_wave_random = .false.
+            if (.not. allocated(error)) call add_row(settings, calibration, COMBINED_ALGORITHM, 'no wave', statement, &
+                                                     error, progress)
+            if (.not. allocated(error)) call add_row(settings, calibration, COMBINED_ALGORITHM, 'straight line', &
+                                                     statement, error, progress, error_switches_t(curved_force=.false.))
+            if (allocated(error)) return
+        end do
+        call judge_curved_force(statement)
+    end subroutine examine_curved_force
+
+    !> Rows in threes: the part of the variance that goes with the curvature, and that which stays without the wave.
+    subroutine judge_curved_force(statement)
+        type(statement_t), intent(inout) :: statement
+
+        real(dp), dimension(3, size(statement%rows)/3) :: share, smooth
+        integer :: i, small
+
+        do i = 1, size(share, 2)
+            associate (curved => statement%rows(3*i - 2), no_wave => statement%rows(3*i - 1), line => statement%rows(3*i))
+                share(:, i) = 1 - (line%predicted/curved%predicted)**2
+                smooth(:, i) = 1 - (line%predicted/no_wave%predicted)**2
+            end associate
+        end do
+        small = count(share < SMALL_SHARE)
+        statement%verdict = merge(HOLDS, merge(HOLDS_NOT, HOLDS_IN_PART, small == 0), small == size(share))
+        select case (statement%verdict)
+        case (HOLDS)
+            statement%found = 'Holds:'
+        case (HOLDS_NOT)
+            statement%found = 'Does not hold:'
+        case default
+            statement%found = 'Holds for '//integer_text(small)//' of '//integer_text(size(share))//' components:'
+        end select
+        statement%found = trim(statement%found)//' the curvature makes '//plain_text(100*minval(share), '(f6.0)')//' to '// &
+            plain_text(100*maxval(share), '(f6.0)')//' % of their variance, on average '// &
+            plain_text(100*sum(share)/size(share), '(f6.0)')//' %.'
+        statement%details = 'Without the density wave, whose size and period the report does not give, the curvature '// &
+            'changes it by '//plain_text(100*minval(smooth), '(f6.0)')//' to '//plain_text(100*maxval(smooth), '(f6.0)')// &
+            ' %: of smooth drag and light the statement holds.'
+    end subroutine judge_curved_force
 
     !> Longer arcs with the report's rods and algorithm.
     subroutine examine_arc_length(settings, statement, error, progress)
@@ -656,11 +843,12 @@ contains
         type(statement_t), intent(in) :: statements(:)
         type(data_table_t) :: table
 
-        character(8) :: errors, condition, stars, sigma, runs    ! Formats; blank: no column for people
+        character(8) :: errors, condition, ratio, stars, sigma, runs    ! Formats; blank: no column for people
         integer :: i, k
 
         errors = ''
         condition = ''
+        ratio = ''
         stars = ''
         sigma = ''
         runs = ''
@@ -670,6 +858,7 @@ contains
                     if (row%runs > 0) runs = 'f10.4'
                     if (any(row%predicted > 0)) errors = 'f10.4'
                     if (row%condition > 0) condition = 'es10.2'
+                    if (row%torque_ratio > 0) ratio = 'f8.1'
                     if (row%stars > 0) stars = 'f8.1'
                     if (any(row%camera_sigma > 0)) sigma = 'f8.3'
                 end associate
@@ -686,6 +875,7 @@ contains
         call table%column('predicted_y_mm', trim(errors), '|y')
         call table%column('predicted_z_mm', trim(errors), '|z')
         call table%column('condition', trim(condition), '|condition')
+        call table%column('torque_ratio', trim(ratio), '|torque ratio')
         call table%column('stars', trim(stars), '|stars')
         call table%column('sigma_x_arcsec', trim(sigma), 'sigma, arcsec|x')
         call table%column('sigma_y_arcsec', trim(sigma), '|y')
@@ -700,6 +890,7 @@ contains
                     call add_known(row%rms/MILLIMETRE, row%runs > 0)
                     call add_known(row%predicted/MILLIMETRE, any(row%predicted > 0))
                     call add_known([row%condition], row%condition > 0)
+                    call add_known([row%torque_ratio], row%torque_ratio > 0)
                     call add_known([row%stars], row%stars > 0)
                     call add_known(row%camera_sigma/ARCSECOND, any(row%camera_sigma > 0))
                 end associate

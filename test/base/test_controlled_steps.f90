@@ -249,7 +249,7 @@ contains
         if (allocated(error)) return
         unforeseen = panels_of(T_END)
         if (allocated(error)) return
-        call check(error, foreseen < 12 .and. unforeseen > 2*foreseen)
+        call check(error, foreseen < 25 .and. unforeseen > 2*foreseen)
 
     contains
 

@@ -3,7 +3,8 @@ module test_lapack
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_lapack, only: symmetric_eigen, normal_equations, grouped_normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: symmetric_eigen, normal_equations, grouped_normal_equations, solve_normal_equations, &
+        sum_of_products, triangle_of
     use gracecg_base_vectors, only: identity
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -25,6 +26,9 @@ contains
                     new_unittest('eigenproblem', test_eigen), &
                     new_unittest('normal-equations-of-known-answer', test_solve), &
                     new_unittest('groups-of-observations', test_groups), &
+                    new_unittest('sums-of-products-of-any-size', test_products), &
+                    new_unittest('sums-do-not-depend-on-threads', test_threads), &
+                    new_unittest('triangle-of-rows', test_triangle), &
                     new_unittest('singular-direction-is-named', test_singular), &
                     new_unittest('nan-is-refused', test_nan)]
     end subroutine collect_lapack
@@ -86,6 +90,116 @@ contains
         call grouped_normal_equations(GROUPS, rows_of, ROWS(1, :), normal, rhs)
         call check(error, .not. all(abs(normal) <= huge(1.0_dp)), 'NaN')
     end subroutine test_groups
+
+    !> Numbers between -1 and 1 that follow no rule which sums would know of.
+    pure function numbers(m, n) result(values)
+        integer, intent(in) :: m, n
+        real(dp) :: values(m, n)
+
+        integer :: i, j
+
+        do j = 1, n
+            do i = 1, m
+                values(i, j) = modulo(0.618033988749895_dp*(i + 17*j)**2, 2.0_dp) - 1
+            end do
+        end do
+    end function numbers
+
+    !> Against a double loop, of sizes below and above that of a piece; the normal equations with weights.
+    subroutine test_products(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: SIZES(5) = [0, 1, 7, 45, 150], COUNTS(4) = [0, 1, 128, 300]
+        real(dp), allocatable :: a(:, :), b(:, :), c(:, :), normal(:, :), rhs(:), weights(:)
+        integer :: i, j, k
+
+        do i = 1, size(SIZES)
+            do j = 1, size(COUNTS)
+                associate (m => SIZES(i), n => SIZES(size(SIZES) + 1 - i), count => COUNTS(j))
+                    a = numbers(m, count)
+                    b = numbers(n, count)
+                    weights = [(1 + modulo(0.3_dp*k, 1.0_dp), k=1, count)]
+                    allocate (c(m, n), normal(m, m), rhs(m))
+                    call sum_of_products(m, n, count, a, b, c)
+                    call check(error, agree(c, a, b, [(1.0_dp, k=1, count)]), 'products')
+                    if (allocated(error)) return
+                    call normal_equations(a, [(sin(1.0_dp*k), k=1, count)], normal, rhs, weights)
+                    call check(error, agree(normal, a, a, weights) .and. all(abs(normal - transpose(normal)) <= 0), 'normal')
+                    if (allocated(error)) return
+                    call check(error, agree(spread(rhs, 2, 1), a, reshape([(sin(1.0_dp*k), k=1, count)], [1, count]), weights), &
+                               'right-hand side')
+                    if (allocated(error)) return
+                    deallocate (c, normal, rhs)
+                end associate
+            end do
+        end do
+
+    contains
+
+        !> Every element within the rounding of its sum.
+        logical function agree(found, one, other, weights)
+            real(dp), intent(in) :: found(:, :), one(:, :), other(:, :), weights(:)
+            integer :: p, q
+
+            agree = .true.
+            do q = 1, size(other, 1)
+                do p = 1, size(one, 1)
+                    agree = agree .and. abs(found(p, q) - sum(one(p, :)*other(q, :)*weights)) <= &
+                            1e-14_dp*sum(abs(one(p, :)*other(q, :)*weights))
+                end do
+            end do
+        end function agree
+    end subroutine test_products
+
+    !> Of so many observations that BLAS, given all of them, would take several threads: the same bits within threads as alone.
+    subroutine test_threads(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 60, M = 2000, TIMES = 8
+        real(dp) :: rows_of(N, M), normal(N, N, 0:TIMES), rhs(N, 0:TIMES), triangle(N, N, 0:TIMES)
+        integer :: i
+
+        rows_of = numbers(N, M)
+        call normal_equations(rows_of, rows_of(1, :), normal(:, :, 0), rhs(:, 0))
+        call triangle_of(rows_of, triangle(:, :, 0))
+        !$omp parallel do num_threads(2) schedule(dynamic)
+        do i = 1, TIMES
+            call normal_equations(rows_of, rows_of(1, :), normal(:, :, i), rhs(:, i))
+            call triangle_of(rows_of, triangle(:, :, i))
+        end do
+        !$omp end parallel do
+        do i = 1, TIMES
+            call check(error, all(abs(normal(:, :, i) - normal(:, :, 0)) <= 0) .and. all(abs(rhs(:, i) - rhs(:, 0)) <= 0) .and. &
+                       all(abs(triangle(:, :, i) - triangle(:, :, 0)) <= 0))
+            if (allocated(error)) return
+        end do
+    end subroutine test_threads
+
+    !> It is triangular, and its Gram matrix is that of the rows: the reflections are orthogonal. Of fewer rows than columns
+    !> and of none, too; zeros stay; a NaN shows.
+    subroutine test_triangle(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 12, COUNTS(5) = [0, 1, 5, 12, 2000]
+        real(dp) :: triangle(N, N)
+        real(dp), allocatable :: rows_of(:, :)
+        integer :: i, j
+
+        do i = 1, size(COUNTS)
+            rows_of = numbers(N, COUNTS(i))
+            rows_of(3, :) = 0
+            call triangle_of(rows_of, triangle)
+            do j = 2, N
+                call check(error, all(abs(triangle(:j - 1, j)) <= 0), 'above the diagonal')
+                if (allocated(error)) return
+            end do
+            call check(error, maxval(abs(matmul(triangle, transpose(triangle)) - matmul(rows_of, transpose(rows_of)))) <= &
+                       1e-14_dp*max(1, COUNTS(i)), 'products')
+            if (allocated(error)) return
+            call check(error, all(abs(triangle(3, :)) <= 0), 'zeros')
+            if (allocated(error)) return
+        end do
+        rows_of(4, 1000) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call triangle_of(rows_of, triangle)
+        call check(error, .not. abs(triangle(N, N)) <= huge(1.0_dp), 'NaN')
+    end subroutine test_triangle
 
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error

@@ -99,13 +99,20 @@ contains
         call check(error, maxval(abs(m)) < 1e-15_dp)
     end subroutine test_sense
 
-    !> Pi(a) b of (4-16) is a x b.
+    !> Pi(a) b of (4-16) is a x b; the matrix as printed, v_x and v_y exchanged, makes (-9, 0, 6) of (1, 2, 3) and
+    !> (4, 5, 6).
     subroutine test_matrices(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: A(3) = [1.0_dp, -2.0_dp, 0.5_dp], B(3) = [0.2_dp, 3.0_dp, -1.0_dp]
         real(dp) :: m(3, 3)
 
         call check(error, maxval(abs(matmul(cross_matrix(A), B) - cross(A, B))) < 1e-15_dp)
+        if (allocated(error)) return
+        m = cross_matrix([1.0_dp, 2.0_dp, 3.0_dp])
+        call check(error, all(nint(matmul(m, [4.0_dp, 5.0_dp, 6.0_dp])) == [-3, 6, -3]))
+        if (allocated(error)) return
+        m = cross_matrix([2.0_dp, 1.0_dp, 3.0_dp])
+        call check(error, all(nint(matmul(m, [4.0_dp, 5.0_dp, 6.0_dp])) == [-9, 0, 6]), 'as printed')
         if (allocated(error)) return
         m = identity(3) + cross_matrix(A)
         call check(error, maxval(abs(matmul(m, inverse_3x3(m)) - identity(3))) < 1e-15_dp)

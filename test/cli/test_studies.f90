@@ -138,7 +138,8 @@ contains
 
     !> By theory, mm: the values of Figure 6.5 lie within its axes (1.5e-4, 6e-5, 1e-4 m; 10 % are
     !> allowed, since 15 runs scatter by 18 %); taking a source away never makes the error larger by
-    !> more than the correlation of biases allows; the noise of the accelerometer is the largest source.
+    !> more than the correlation of biases allows; the noise of the accelerometer is the largest source, but in z, where
+    !> by Table 6.1 itself something else must be as large: its 0.078 to 0.111 mm are 1.6 to 2.3 times what the noise does.
     subroutine test_error_sources(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: AXIS_LIMIT(3) = [0.15_dp, 0.06_dp, 0.1_dp]
@@ -161,9 +162,10 @@ contains
             if (allocated(error)) return
         end do
         do i = 1, size(STUDY_NAMES)
-            call check(error, all(rms(:, 3) <= rms(:, i)), 'accelerometer noise against '//STUDY_NAMES(i))
+            call check(error, all(rms(:2, 3) <= rms(:2, i)), 'accelerometer noise against '//STUDY_NAMES(i))
             if (allocated(error)) return
         end do
+        call check(error, all(rms(3, [2, 3]) < minval(rms(3, [1, 4, 5]))), 'noise and curved drag in z')
     end subroutine test_error_sources
 
     !> The model's error is constant over the arc, differs from run to run and has the asked size:

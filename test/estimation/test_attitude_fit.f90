@@ -2,7 +2,7 @@
 module test_attitude_fit
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_quaternion, only: rotation_matrix, normalised
+    use gracecg_base_quaternion, only: rotation_matrix, normalised, quaternion_rate
     use gracecg_estimation_attitude_fit
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -23,6 +23,7 @@ contains
         testsuite = [ &
                     new_unittest('phi-22-against-differences', test_phi_22), &
                     new_unittest('phi-11-and-12-against-differences', test_phi_quaternion), &
+                    new_unittest('phi-11-and-12-as-printed', test_phi_printed), &
                     new_unittest('rate-partials-against-differences', test_rate_partials), &
                     new_unittest('angular-momentum-conserved', test_momentum), &
                     new_unittest('order-four', test_order), &
@@ -91,6 +92,56 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_phi_quaternion
+
+    !> (4-53), (4-54), (4-87), (4-88) integrated as printed: the closed forms in their place are the same in every step
+    !> of Runge and Kutta.
+    subroutine test_phi_printed(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: STEPS = 600
+        type(attitude_fit_t) :: fit
+        type(fitted_attitude_t) :: attitude
+        type(fitted_rotation_t) :: rotation
+        type(fitted_attitude_t) :: fine
+        type(fitted_rotation_t) :: fine_rotation
+        real(dp) :: phi(4, 7), closed(4, 7), k1(4, 7), k2(4, 7), k3(4, 7), k4(4, 7), h
+        integer :: k, i
+
+        fit = example_fit(STEPS, 1e-3_dp)
+        call fit%fit_attitude(normalised(Q_0), OMEGA_0, attitude, rotation)
+        fit = example_fit(2*STEPS, 1e-3_dp)     ! for what stands at half steps
+        call fit%fit_attitude(normalised(Q_0), OMEGA_0, fine, fine_rotation)
+        h = 60.0_dp/STEPS
+        phi = 0
+        do i = 1, 4
+            phi(i, i) = 1
+        end do
+        do k = 0, STEPS - 1
+            k1 = slope(2*k, phi)
+            k2 = slope(2*k + 1, phi + h/2*k1)
+            k3 = slope(2*k + 1, phi + h/2*k2)
+            k4 = slope(2*k + 2, phi + h*k3)
+            phi = phi + h/6*(k1 + 2*k2 + 2*k3 + k4)
+        end do
+        closed = attitude%quaternion_transition(STEPS)
+        call check(error, maxval(abs(phi(:, :4) - closed(:, :4))) < 1e-10_dp, 'Phi_11')
+        if (.not. allocated(error)) call check(error, maxval(abs(phi(:, 5:) - closed(:, 5:))) < 1e-8_dp*30, 'Phi_12')
+
+    contains
+
+        !> Omega/2 Phi_11, and Omega/2 Phi_12 + Gamma Phi_22, at a half step
+        function slope(half, at) result(rate)
+            integer, intent(in) :: half
+            real(dp), intent(in) :: at(4, 7)
+            real(dp) :: rate(4, 7)
+
+            integer :: j
+
+            do j = 1, 7
+                rate(:, j) = quaternion_rate(at(:, j), fine_rotation%omega(:, half))
+            end do
+            rate(:, 5:) = rate(:, 5:) + matmul(kinematic_partials(fine%q(:, half)), fine_rotation%phi_22(:, :, half))
+        end function slope
+    end subroutine test_phi_printed
 
     !> Lambda of (4-11), (4-14).
     subroutine test_rate_partials(error)

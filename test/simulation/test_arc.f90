@@ -240,8 +240,9 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: whole, piece, sparse, beside(4)
-        type(error_t), allocatable :: failure, failures(4)
+        type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
+        logical :: failed(4)
         integer :: i, way
 
         call example(dynamics, start, error)
@@ -264,13 +265,14 @@ contains
             end do
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            !$omp parallel do num_threads(2)
+            !$omp parallel do num_threads(2) private(failure)
             do i = 1, 4
-                call propagate(0.1_dp, 600, beside(i), failures(i))
+                call propagate(0.1_dp, 600, beside(i), failure)
+                failed(i) = allocated(failure)
             end do
             !$omp end parallel do
             do i = 1, 4
-                call check_passes(error, message_of(failures(i)))
+                call check(error, .not. failed(i))
                 if (.not. allocated(error)) call check(error, maxval(abs(beside(i)%state - whole%state)), 0.0_dp, 'threads')
                 if (allocated(error)) return
             end do

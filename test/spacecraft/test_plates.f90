@@ -26,6 +26,7 @@ contains
                     new_unittest('volume-and-centres', test_volume), &
                     new_unittest('edges-of-sides', test_edges), &
                     new_unittest('areas-along-axes', test_axes), &
+                    new_unittest('sums-as-printed', test_printed), &
                     new_unittest('mean-projected-area', test_mean_area), &
                     new_unittest('refuses-impossible', test_refuses)]
     end subroutine collect_plates
@@ -126,6 +127,31 @@ contains
             end do
         end do
     end subroutine test_axes
+
+    !> (2-7), (2-9), (2-15) as printed: S_i n_i.v H(n_i.v), H = -1 for n_i.v <= 0, else 0. With v from the Earth to the
+    !> satellite that are the plates which face the Earth, below; with v along the flight or towards the Sun, those behind.
+    subroutine test_printed(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: UP(3) = [0.02_dp, -0.1_dp, -0.99_dp]     !! From the Earth: z is down
+        type(satellite_surface_t) :: surface
+        real(dp) :: v(3), printed, facing
+        integer :: i, side
+
+        surface = grace()
+        do side = -1, 1, 2
+            v = side*UP/norm2(UP)
+            printed = 0
+            do i = 1, surface%count
+                facing = dot_product(surface%normal(i, :), v)
+                if (facing <= 0) printed = printed - surface%area(i)*facing
+                if (side == 1 .and. facing <= 0) call check(error, surface%normal(i, 3) > -0.2_dp, 'faces the Earth')
+                if (allocated(error)) return
+            end do
+            call check(error, printed, projected_area(surface, -v), thr=1e-14_dp)
+            if (.not. allocated(error)) call check(error, printed, projected_area(surface, v), thr=1e-14_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_printed
 
     !> Cauchy: the cross-section of a convex body, averaged over all directions, is a quarter of
     !> its surface.

@@ -193,7 +193,7 @@ contains
         call check(error, next_rod_edge(rods, -3.0_dp), 0.0_dp)
         if (allocated(error)) return
         call check(error, next_rod_edge(rods, 4.5_dp) >= huge(t))
-    end subroutine test_edges
+    end subroutine test_rod_edges
 
     !> m = [0 1 -1] 30 sin(2 pi 0.1 t) for 60 s.
     subroutine test_harmonic(error)

@@ -4,7 +4,7 @@ module test_report_numbers
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: rotation_z
+    use gracecg_base_vectors, only: rotation_z, identity
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
     use gracecg_environment_geopotential, only: point_mass_gravity_t
@@ -115,13 +115,14 @@ contains
         end do
     end subroutine test_gradient
 
-    !> For a point mass (3-6) holds, and nothing is left for the other terms.
+    !> For a point mass (3-6) holds, and nothing is left for the other terms. (3-4) as printed, without the minus and
+    !> the transpose of M, does not give it: M G M^T d with the minus does, neither M G d nor -M G d.
     subroutine test_sphere(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: OFFSET(3) = [1e-3_dp, 2e-3_dp, -1e-3_dp]
         type(nominal_orbit_t) :: orbit
         type(gradient_sample_t), allocatable :: samples(:)
-        real(dp) :: d(3), u(3), expected(3)
+        real(dp) :: d(3), u(3), expected(3), m(3, 3), g(3, 3), body(3)
         integer :: i, k
 
         call fly('point-mass', orbit, error)
@@ -137,6 +138,14 @@ contains
             call check(error, abs(norm2(samples(i)%central) - norm2(expected)) < 1e-12_dp*norm2(expected), 'length')
             if (allocated(error)) return
             call check(error, maxval(abs(samples(i)%others)) < 1e-12_dp*norm2(expected), 'others')
+            if (allocated(error)) return
+            m = rotation_matrix(orbit%state(ATTITUDE, k))
+            body = matmul(m, expected)
+            g = EARTH_GM/norm2(orbit%state(POSITION, k))**3*(3*spread(u, 2, 3)*spread(u, 1, 3) - identity(3))
+            call check(error, norm2(-matmul(m, matmul(g, d)) - body) < 1e-12_dp*norm2(body), '(3-4), corrected')
+            if (allocated(error)) return
+            call check(error, min(norm2(matmul(m, matmul(g, OFFSET)) - body), norm2(-matmul(m, matmul(g, OFFSET)) - body), &
+                                  norm2(matmul(m, matmul(g, d)) - body)) > 0.1_dp*norm2(body), '(3-4), as printed')
             if (allocated(error)) return
         end do
     end subroutine test_sphere

@@ -36,6 +36,7 @@ contains
                     new_unittest('points-of-figures-6.2-and-6.3', test_estimates), &
                     new_unittest('what-the-windows-see', test_sensitivity), &
                     new_unittest('a-case-by-its-settings', test_built_in), &
+                    new_unittest('earthlight-by-the-distance-of-the-sun', test_earthlight), &
                     new_unittest('a-shifted-curve-misses-its-window', test_shifted)]
     end subroutine collect_verification
 
@@ -103,6 +104,31 @@ contains
             end do
         end function missed
     end subroutine test_windows
+
+    !> The Earth's light, proportional to E_s, with that at the Earth's distance from the Sun: all six windows are met.
+    !> With E_s at 1 au, as printed after (2-10), 0.9833^2 of it on 2 January, one is.
+    subroutine test_earthlight(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SUN_DISTANCE = 0.9833_dp     !! au; perihelion is on 1 January 1989
+        character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+        type(verification_t) :: verification
+        type(window_check_t), allocatable :: checks(:)
+        integer :: i, curve, met(2)
+
+        met = 0
+        do i = 1, 2
+            call verify(trim(SATELLITES(i))//'-1', verification, error)
+            if (allocated(error)) return
+            curve = findloc(CURVE_NAMES == 'erp', .true., 1)
+            checks = check_windows(trim(SATELLITES(i)), verification)
+            met(1) = met(1) + count(checks%inside .and. checks%quantity == 'erp')
+            verification%curve(:, curve, :) = SUN_DISTANCE**2*verification%curve(:, curve, :)
+            checks = check_windows(trim(SATELLITES(i)), verification)
+            met(2) = met(2) + count(checks%inside .and. checks%quantity == 'erp')
+        end do
+        call check(error, met(1), 6)
+        if (.not. allocated(error)) call check(error, met(2), 1)
+    end subroutine test_earthlight
 
     !> The curves that are sums of others.
     subroutine test_sums(error)

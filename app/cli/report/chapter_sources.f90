@@ -76,7 +76,8 @@ contains
 
         real(dp) :: limits(2), excess
         integer :: least(3), axis, kind
-        logical :: largest_source
+        logical :: largest(3)
+        character(:), allocatable :: by_theory
 
         excess = 0
         do axis = 1, 3
@@ -84,22 +85,20 @@ contains
             excess = max(excess, maxval(studies%rms(axis))/limits(2) - 1)
             least(axis) = minloc(studies%predicted(axis), 1)
         end do
-        largest_source = all(STUDY_NAMES(least) == 'no-acc-noise')
-        kind = merge(VERDICT_MET, VERDICT_MISSED, largest_source)
-        call book%page%verdict(kind, pick_text(largest_source, &
-                                               'By theory the noise of the accelerometer is the largest '// &
-                                               'source.', &
-                                               'By theory another source is larger than the '// &
-                                               'accelerometer.'), &
-                               'So the report says. The part of the non-gravitational acceleration that '// &
-                               'is not a straight line, here the assumed density wave, weighs nearly as '// &
-                               'much, so that the bars of few runs may show it the other way round; '// &
-                               'star camera and magnetometer hardly matter.')
+        largest = STUDY_NAMES(least) == 'no-acc-noise'
+        kind = VERDICT_PARTLY
+        if (all(largest)) kind = VERDICT_MET
+        if (.not. any(largest)) kind = VERDICT_MISSED
+        by_theory = 'in '//integer_text(count(largest))//' of 3 axes the error is least without it'
+        call book%page%verdict(kind, 'The noise of the accelerometer is the largest source, says the report; by theory '// &
+                               by_theory//'.', &
+                               'The part of the non-gravitational acceleration that is not a straight line, here the '// &
+                               'assumed density wave, weighs nearly as much, and in z more: the report''s own tables '// &
+                               'ask for that. Star camera and magnetometer hardly matter.')
         call add_claim(book, 'Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the '// &
                          'largest error source', &
-                       pick_text(largest_source, 'by theory the error is least without it, in every axis', &
-                                 'by theory another source weighs more'), kind, &
-                       pick_text(largest_source, 'agrees', 'differs'))
+                       'by theory '//by_theory, kind, pick_text(all(largest), 'agrees', pick_text(any(largest), &
+                                                                                               'agrees in part', 'differs')))
         kind = VERDICT_MET
         if (excess > 0) kind = merge(VERDICT_PARTLY, VERDICT_MISSED, excess <= 0.354_dp)
         if (excess > 0) then

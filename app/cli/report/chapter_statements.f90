@@ -64,6 +64,9 @@ contains
                 cells = head_cell(trim(row%case_name))//text_cell(trim(row%setting))
                 if (row%runs > 0) then
                     cells = cells//rms_cells(row%rms, row%predicted)
+                else if (row%torque_ratio > 0) then
+                    cells = cells//number_cell(fixed_text(row%torque_ratio, 1))//number_cells(row%predicted/MILLIMETRE, 5)// &
+                            number_cell(condition_text(row%condition))
                 else if (row%condition > 0) then
                     cells = cells//number_cell(condition_text(row%condition))
                 else if (row%stars > 0) then
@@ -99,6 +102,10 @@ contains
             if (row%runs > 0) then
                 heads = [character(20) :: 'case', 'setting', (AXES(i)//' here', AXES(i)//' theory', i=1, 3)]
                 caption = name//'RMS errors of the CG offset, mm, '//integer_text(row%runs)//' runs and theory'
+            else if (row%torque_ratio > 0) then
+                heads = [character(20) :: 'case', 'setting', 'torque ratio', 'x', 'y', 'z', 'condition']
+                caption = name//'RMS of the rods'' torque over the others'', bound of the CG offset in mm, and the '// &
+                    'condition of its information'
             else if (row%condition > 0) then
                 heads = [character(20) :: 'case', 'setting', 'condition']
                 caption = name//'condition of the normal matrix'

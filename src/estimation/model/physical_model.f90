@@ -18,7 +18,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: append
     use gracecg_base_vectors, only: cross, cross_matrix, unit
-    use gracecg_base_lanes, only: MOST_LANES, lanes_carry
+    use gracecg_base_lanes, only: lanes_of, lanes_carry
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
@@ -389,7 +389,7 @@ contains
 
         parameters = size(model%rotational)
         if (present(without_partials)) parameters = merge(0, parameters, without_partials)
-        call shape_trajectory(model%steps, MOST_LANES*((parameters + MOST_LANES - 1)/MOST_LANES), trajectory)
+        call shape_trajectory(model%steps, lanes_of(parameters), trajectory)
         rotation%steps = model%steps
         rotation%interval = model%interval
         rotation%quaternion = 1

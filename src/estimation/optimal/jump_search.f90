@@ -7,7 +7,6 @@
 !> work grows with the arc's length, not with its square.
 module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: MOST_LANES
     use gracecg_base_lapack, only: sum_of_products
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_problem, only: batch_solution_t
@@ -24,6 +23,7 @@ module gracecg_estimation_jump_search
     !! noise, and a jump is none
     real(dp), parameter :: LEAST_SEPARATE = 1e-4_dp !! Of a step's information, the part that other parameters do not take
     integer, parameter :: MOST_CANDIDATES = 60
+    integer, parameter :: TOGETHER = 24             !! Steps that are whitened together
 
     !> A jump in the residuals.
     type :: force_jump_found_t
@@ -76,7 +76,7 @@ contains
         real(dp) :: gains(size(places))
 
         real(dp) :: information
-        real(dp), dimension(min(MOST_LANES, size(places)), size(problem%data%accelerometer_epoch)) :: steps
+        real(dp), dimension(min(TOGETHER, size(places)), size(problem%data%accelerometer_epoch)) :: steps
         real(dp) :: with_others(size(batch%inverse, 1), size(steps, 1)), score(size(steps, 1)), whole(size(steps, 1))
         integer :: done, count, from, first, i, n, samples
 
