@@ -18,6 +18,7 @@ module test_level1_estimate
     use gracecg_files_file, only: file_exists, output_file_t, make_directory, text_file_t, read_text_file
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_commands, only: level1_commands
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_level1_angular, only: calibrate_angular_channels, gains_by_channels, differentiate_attitude
     use gracecg_level1_calibration, only: level1_calibration_t, level1_firing_t
@@ -925,7 +926,7 @@ contains
             if (allocated(error)) return
         end do
         console%captured = .true.
-        call run_command_line(split_words('level1 list '//FOLDER//'l1_parted'), console, status)
+        call run_command_line(split_words('level1 list '//FOLDER//'l1_parted'), console, status, level1_commands())
         text = console%output//console%messages
         call check(error, status == 0 .and. index(text, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, text)
     end subroutine test_midnight
@@ -1112,7 +1113,7 @@ contains
         if (allocated(error)) return
         console%captured = .true.
         call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_setup.nml --vcm '// &
-                                          FOLDER//'l1_phase/vcm'), console, status)
+                                          FOLDER//'l1_phase/vcm'), console, status, level1_commands())
         call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
                    index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), console%messages)
     end subroutine test_one_place

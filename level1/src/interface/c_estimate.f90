@@ -1,4 +1,4 @@
-!> The C interface: the offset from Level-1 data. Documented in include/gracecg.h.
+!> The C interface: the offset from Level-1 data. Documented in include/gracecg_level1.h.
 module gracecg_level1_c_estimate
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_size_t
     use gracecg, only: dp, error_t

@@ -1,4 +1,4 @@
-!> The C interface: Level-1 data of GRACE and GRACE-FO. Documented in include/gracecg.h.
+!> The C interface: Level-1 data of GRACE and GRACE-FO. Documented in include/gracecg_level1.h.
 module gracecg_level1_c_files
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_size_t
     use gracecg, only: dp, error_t
