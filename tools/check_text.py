@@ -22,7 +22,7 @@ WITH_TABS = {"Makefile", "rules"}
 MACHINE_PATH = re.compile(r"(?<![\w.-])/(?:wor[k]|hom[e]|roo[t]|tm[p]/t)/|\.\./share[d]\b")
 FLOORS = ("base files environment spacecraft observations simulation estimation planning studies interface "
           "cli level1").split()
-MODULE_NAME = re.compile(r"\bgracecg_(?:" + "|".join(FLOORS) + r")_\w+")
+MODULE_NAME = re.compile(r"\bgracecg_(?:" + "|".join(FLOORS) + r")_[a-z0-9]\w*")
 
 
 def known_names():
