@@ -99,7 +99,7 @@ def rows_of(text):
 def modules_of(root):
     """Module name -> (path, whether it embeds figures of data/) of all sources. The drawings are the project's own."""
     found = {}
-    for path in sorted((root / "src").rglob("*.f90")):
+    for path in sorted(p for top in ("src", "app", "level1/src") for p in (root / top).rglob("*.f90")):
         text = read(path)
         for name in MODULE.findall(text):
             found[name] = path.relative_to(root).as_posix(), GENERATED in text and OWN_DRAWINGS not in text
@@ -118,6 +118,10 @@ def check_agreement(root, fpm, cff, codemeta):
         yield f"codemeta.json: license {codemeta.get('license')}; {SPDX + fpm['license']} is expected"
     if [a.get("name") for a in codemeta.get("author", [])] != [fpm.get("author")]:
         yield f"codemeta.json: author; fpm.toml has {fpm.get('author')}"
+    for package in ("app", "level1"):
+        manifest = root / package / "fpm.toml"
+        if manifest.exists() and f'version = "{fpm["version"]}"' not in read(manifest):
+            yield f"{package}/fpm.toml: its version is not that of fpm.toml, {fpm['version']}"
     homes = sorted((root / "src").rglob("*version.f90"))
     versions = [v for home in homes for v in VERSION.findall(read(home))]
     if versions != [fpm["version"]]:
@@ -238,7 +242,7 @@ PLANTED = (
     ("fpm.toml", '"MIT"', '"ISC"', "REUSE.toml: files without"),
     ("src/base/version.f90", "0.2.0", "0.1.0", "VERSION 0.1.0"),
     ("src/base/version.f90", "VERSION", "NUMBER", "VERSION not found"),
-    ("src/cli/other_version.f90", None, "VERSION = '0.2.0'", "VERSION 0.2.0, 0.2.0"),
+    ("src/files/other_version.f90", None, "VERSION = '0.2.0'", "VERSION 0.2.0, 0.2.0"),
     ("CITATION.cff", "0.2.0", "0.1.0", "CITATION.cff: version"),
     ("CITATION.cff", "license: MIT", "license: ISC", "CITATION.cff: license"),
     ("CITATION.cff", "  - b\n", "", "CITATION.cff: keywords"),

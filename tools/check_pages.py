@@ -239,14 +239,14 @@ def make_pages(program, report, folder):
     yield "a designed manoeuvre", folder / "designed.html"
 
     (folder / "level1.nml").write_text("&level1_simulation\n spans = 2\n/\n", encoding="utf-8")
-    run(program, "simulate", "front-1", "--format", "level1", "--level1", "level1.nml", "--out", "level1", folder=folder)
+    run(program, "level1", "simulate", "front-1", "--level1", "level1.nml", "--out", "level1", folder=folder)
     run(program, "level1", "estimate", "level1", "--setup", "level1/setup.nml", "--report", "level1.html", folder=folder)
     yield "a calibration from Level-1 files", folder / "level1.html"
 
     results = []
     for date in ("2020-02-01", "2020-11-20", "2021-10-05"):
         (folder / "level1.nml").write_text(f"&level1_simulation\n spans = 2, epoch = '{date}'\n/\n", encoding="utf-8")
-        run(program, "simulate", "front-1", "--format", "level1", "--level1", "level1.nml", "--out", date, folder=folder)
+        run(program, "level1", "simulate", "front-1", "--level1", "level1.nml", "--out", date, folder=folder)
         found = run(program, "level1", "estimate", date, "--setup", f"{date}/setup.nml", "--format", "json", folder=folder)
         (folder / f"{date}.json").write_text(found, encoding="utf-8")
         results.append(f"{date}.json")

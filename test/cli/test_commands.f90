@@ -13,6 +13,7 @@ module test_commands
     use gracecg_cli_console, only: console_t, console_width
     use gracecg_cli_gnuplot, only: gnuplot_found, NO_GNUPLOT
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use gracecg_level1_commands, only: level1_commands
     use testdrive, only: unittest_type, error_type, check, new_unittest
     use fixture, only: check_fails, FOLDER, make_file, make_folder, check_passes
     implicit none
@@ -78,7 +79,7 @@ contains
         type(console_t) :: console
 
         console%captured = .true.
-        call run_command_line(split_words(line), console, status)
+        call run_command_line(split_words(line), console, status, level1_commands())
         output = ''
         messages = ''
         if (allocated(console%output)) output = console%output
@@ -1321,7 +1322,8 @@ contains
                                                                                    'field id of MAS1B'])
         ! In a list the others are shown all the same.
         console%captured = .true.
-        call run_command_line([string_t('level1'), string_t('list'), string_t(DAY)], console, status)
+        call run_command_line([string_t('level1'), string_t('list'), string_t(DAY)], console, status, &
+                              level1_commands())
         if (.not. allocated(error)) &
             call check(error, status == STATUS_FAILED .and. index(console%messages, MAS//'.txt:4') > 0 .and. &
                        index(console%output, TNK//'.txt        2') > 0, console%output//console%messages)
