@@ -20,6 +20,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
@@ -29,19 +30,19 @@ Source = Union[Result, str, "os.PathLike[str]", Any]   #: That, its file, or a `
 #: Told apart by colour-blind eyes too (after Okabe and Ito, and Tol); pages give each a brother on dark ground.
 COLOURS = {"blue": "#0072b2", "orange": "#c85200", "green": "#008a64", "purple": "#aa3377", "grey": "#595959",
            "band": "#e6e6e6", "ink": "#1b1f24", "lines": "#bebebe", "paper": "#ffffff"}
-BLUE, ORANGE, GREEN, PURPLE, GREY, BAND, INK, LINES, PAPER = COLOURS.values()
+BLUE, ORANGE, GREEN, _, GREY, BAND, INK, LINES, PAPER = COLOURS.values()
 OF_AXIS = (BLUE, ORANGE, GREEN)
 AXES = "xyz"
 ELLIPSE_95 = 2.4477468          # sqrt(-2 ln 0.05): so many times one sigma hold 95 % of a normal distribution
 WIDTH = 560                     # Points, of all figures: on a phone of 390 pixels letters of 16 have 11
-STYLE = {
+STYLE: Any = {
     "font.family": "sans-serif", "font.sans-serif": ["DejaVu Sans"], "font.size": 16,
     "axes.titlesize": 16, "axes.labelsize": 16, "legend.fontsize": 16, "xtick.labelsize": 16, "ytick.labelsize": 16,
     "text.color": INK, "axes.labelcolor": INK, "xtick.labelcolor": INK, "ytick.labelcolor": INK, "axes.edgecolor": GREY,
     "xtick.color": GREY, "ytick.color": GREY, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
     "axes.grid.axis": "y", "grid.color": LINES, "grid.linewidth": 0.5, "legend.frameon": False, "legend.handlelength": 1.4,
     "legend.borderpad": 0, "legend.columnspacing": 1.2, "lines.linewidth": 1.5, "axes.axisbelow": True, "savefig.facecolor": PAPER,
-    "axes.prop_cycle": matplotlib.cycler(color=[BLUE, ORANGE, GREEN, PURPLE]), "svg.fonttype": "none", "svg.hashsalt": "gracecg"}
+    "svg.fonttype": "none", "svg.hashsalt": "gracecg"}
 
 
 def load(source: Source) -> Result:
@@ -112,8 +113,8 @@ def _figure(function: Callable[..., Figure]) -> Callable[..., Figure]:
 
 
 def _new(height: float, *, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    figure = Figure(figsize=(WIDTH/72, height/72), dpi=72, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.04, h_pad=0.06, hspace=0.02, wspace=0.02)
+    layout = ConstrainedLayoutEngine(w_pad=0.04, h_pad=0.06, hspace=0.02, wspace=0.02)
+    figure = Figure(figsize=(WIDTH/72, height/72), dpi=72, layout=layout)
     return figure, figure.subplots(rows, columns, **options)
 
 

@@ -16,6 +16,7 @@ from datetime import datetime, timezone
 from typing import Any, Iterable, Union
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib import rc_context
 from markupsafe import Markup, escape
 
 from .. import plot
@@ -82,7 +83,7 @@ def write_csv(path: pathlib.Path, columns: dict[str, Iterable[Any]]) -> None:
 def draw(result: plot.Result, name: str, folder: pathlib.Path) -> Markup:
     """Draws a figure into the folder; returns it fit to stand within a page."""
     path = folder / f"{name}.svg"
-    with plot.matplotlib.rc_context(plot.STYLE):
+    with rc_context(plot.STYLE):
         getattr(plot, name)(result).savefig(path, metadata={"Date": None, "Creator": None})
     return inline_svg(path.read_text(encoding="utf-8"), name)
 
