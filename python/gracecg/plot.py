@@ -10,6 +10,7 @@ what the Python package made (`Solution`, `Fit`), and returns a figure of matplo
 """
 from __future__ import annotations
 
+import csv
 import json
 import os
 import pathlib
@@ -22,7 +23,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullFormatter
 
 Result = Mapping[str, Any]                          #: The JSON of a command
 Source = Union[Result, str, "os.PathLike[str]", Any]   #: That, its file, or a `Solution` or `Fit`
@@ -30,7 +31,7 @@ Source = Union[Result, str, "os.PathLike[str]", Any]   #: That, its file, or a `
 #: Told apart by colour-blind eyes too (after Okabe and Ito, and Tol); pages give each a brother on dark ground.
 COLOURS = {"blue": "#0072b2", "orange": "#c85200", "green": "#008a64", "purple": "#aa3377", "grey": "#595959",
            "band": "#e6e6e6", "ink": "#1b1f24", "lines": "#bebebe", "paper": "#ffffff"}
-BLUE, ORANGE, GREEN, _, GREY, BAND, INK, LINES, PAPER = COLOURS.values()
+BLUE, ORANGE, GREEN, PURPLE, GREY, BAND, INK, LINES, PAPER = COLOURS.values()
 OF_AXIS = (BLUE, ORANGE, GREEN)
 AXES = "xyz"
 ELLIPSE_95 = 2.4477468          # sqrt(-2 ln 0.05): so many times one sigma hold 95 % of a normal distribution
@@ -343,3 +344,94 @@ def _years(axes: Axes) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.ticklabel_format(axis="x", useOffset=False, style="plain")
     axes.set_xlabel("year")
+
+
+def panels(figure_of: Mapping[str, Any], folder: Union[str, "os.PathLike[str]"]) -> Figure:
+    """A figure of the report page: `panels` of a block of its result.json, with the CSV files beside it."""
+    with matplotlib.rc_context(STYLE):
+        columns, marks = figure_of["columns"], figure_of.get("marks", [])
+        rows = -(-len(figure_of["panels"])//columns)
+        legend_rows = -(-sum(len(item["text"]) + 6 for item in figure_of["legend"])//58)
+        figure, grid = _new(rows*(figure_of["panel_height"] + (58 if marks else 34)) + 62 + 26*legend_rows, rows=rows,
+                            columns=columns, sharex=True, squeeze=False)
+        for axes, panel in zip(grid.flat, figure_of["panels"]):
+            _printed_axis(axes, panel)
+            for curve in panel["curves"]:
+                _curve(axes, curve, pathlib.Path(folder))
+            for number, mark in enumerate(marks, 1):
+                axes.axvline(mark, color=GREY, linestyle="--", linewidth=1)
+                axes.text(mark, 1.02, f"{figure_of['mark_name']} {number}", transform=axes.get_xaxis_transform(), va="bottom")
+            axes.set_title(panel["title"], loc="left", pad=28 if marks else 7)
+            _ordinate(axes, figure_of, panel)
+            axes.set_xlim(*figure_of["x"])
+            if "x_step" in figure_of:
+                axes.xaxis.set_major_locator(MultipleLocator(figure_of["x_step"]))
+            if "x_names" in figure_of:
+                axes.set_xticks(range(1, len(figure_of["x_names"]) + 1), figure_of["x_names"])
+        for axes in grid.flat[len(figure_of["panels"]):]:
+            axes.set_axis_off()
+        for axes in grid[-1]:
+            axes.set_xlabel(figure_of["x_label"])
+        _legend(figure, [(item["text"], _look(item["colour"], item["marker"])) for item in figure_of["legend"]],
+                columns=-(-len(figure_of["legend"])//legend_rows))
+        return figure
+
+
+def _look(colour: int, marker: str = "") -> dict[str, Any]:
+    """Of a line, or of points: a capital letter is an open one."""
+    shade = (INK, BLUE, ORANGE, GREEN, PURPLE, GREY)[colour]
+    if marker:
+        return {"color": shade, "marker": marker.lower(), "markersize": 6, "linestyle": "",
+                "markerfacecolor": "none" if marker.isupper() else shade}
+    return {"color": shade, "linestyle": "--" if colour == 5 else "-", "linewidth": 1 if colour == 0 else 1.5}
+
+
+def _printed_axis(axes: Axes, panel: Mapping[str, Any]) -> None:
+    if "printed" in panel:
+        axes.axhspan(*panel["printed"], color=BAND, linewidth=0)
+        for end in panel["printed"]:
+            axes.axhline(end, **_look(5))
+
+
+def _ordinate(axes: Axes, figure_of: Mapping[str, Any], panel: Mapping[str, Any]) -> None:
+    """Scale, ends and ticks of the ordinate: both what is drawn and the printed axis are to be seen."""
+    low, high = figure_of.get("y", panel.get("range", (0, 0)))
+    if figure_of["logarithmic"]:
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 50*low else (1,), numticks=12))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+    if "y" not in figure_of and high > low:
+        low, high = (choose(end, panel.get("printed", (end, end))[k]) for k, (choose, end) in enumerate(((min, low), (max, high))))
+        margin = 0.07*(high - low)
+        low, high = (0 if figure_of["from_zero"] else low - margin), high + margin
+    if high > low:
+        axes.set_ylim(low, high)
+    if "y_step" in figure_of:
+        axes.yaxis.set_major_locator(MultipleLocator(figure_of["y_step"]))
+    elif not figure_of["logarithmic"]:
+        axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+        axes.ticklabel_format(axis="y", useOffset=False, style="plain")
+
+
+def _curve(axes: Axes, curve: Mapping[str, Any], folder: pathlib.Path) -> None:
+    look = _look(curve["colour"], curve.get("marker", "").replace("bar", ""))
+    if "level" in curve:
+        axes.axhline(curve["level"], **look)
+        return
+    if "values" in curve:
+        axes.plot(range(1, len(curve["values"]) + 1), curve["values"], zorder=3, **look)
+        return
+    only = dict(pair.split("=") for pair in curve.get("only", "").split(",") if pair)
+    with (folder / curve["file"]).open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if all(row[name] == value for name, value in only.items())]
+    rows = [row for row in rows if "most" not in curve or float(row[curve["x"]]) <= curve["most"]]
+    y = curve.get("factor", 1)*np.array([float(row[curve["y"]]) for row in rows])
+    x = np.array([float(row[curve["x"]]) for row in rows]) if curve["x"] else np.arange(1.0, len(rows) + 1)
+    x += curve.get("shift", 0)
+    if curve.get("marker") == "bar":
+        axes.bar(x, y, width=0.5, color=look["color"])
+    elif "error" in curve:
+        axes.errorbar(x, y, yerr=[float(row[curve["error"]]) for row in rows], fmt="o", color=look["color"], markersize=4, linewidth=1)
+    else:
+        axes.plot(x, y, **look)

@@ -188,3 +188,40 @@ def test_what_is_no_result(tmp_path):
 def test_pages_do_without_the_library():
     code = "import sys, gracecg.pages; sys.exit('gracecg._library' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+REPORT = {
+    "program": "gracecg", "version": "0", "command": "report", "title": "Recomputed", "lead": "All of it.", "claims": [],
+    "blocks": [
+        {"block": "chapter", "id": "one", "title": "One"},
+        {"block": "verdict", "kind": "met", "words": "Agrees.", "rest": "10^{-9}"},
+        {"block": "table", "id": "t", "caption": "RMS", "heads": ["case", "x, y", "", "verdict"], "stacks": False,
+         "rows": [[{"head": "front-1", "rows": 2, "anchor": "figure_1"}, {"number": "0.1"}, {"number": "0.2"},
+                   {"kind": "met", "verdict": "agrees"}],
+                  [{"kind": "missed", "word": "outside", "number": "0.3"}, {"number": "0.4"}, {"text": "words", "wraps": True}]]},
+        {"block": "figure", "id": "figure_1", "caption": "Curves", "title": "Curves", "description": "Two panels",
+         "panels": {"columns": 2, "panel_height": 100, "x_label": "run", "x": [0, 4], "logarithmic": False, "from_zero": False,
+                    "legend": [{"text": "case 1", "colour": 1, "marker": "D"}, {"text": "truth", "colour": 0, "marker": ""}],
+                    "marks": [1, 2], "mark_name": "case",
+                    "panels": [{"title": "d_x, 10^{-9} m/s^2", "printed": [-1, 1], "range": [-0.5, 2],
+                                "curves": [{"level": 0.5, "colour": 0},
+                                           {"file": "a.csv", "x": "run", "y": "d_mm", "colour": 1, "marker": "D", "factor": 10,
+                                            "only": "case=front-1", "most": 2, "shift": 0.5}]},
+                               {"title": "bars", "curves": [{"file": "a.csv", "x": "", "y": "d_mm", "colour": 2, "marker": "bar"},
+                                                            {"values": [1, 2], "colour": 0, "marker": "d"}]}]}},
+        {"block": "drawing", "id": "figure_2", "caption": "Frames", "name": "frames"},
+        {"block": "files", "names": ["a.csv"]}]}
+
+
+def test_report_page(tmp_path):
+    (tmp_path / "a.csv").write_text("case,run,d_mm\nfront-1,1,0.1\nback-1,1,5\nfront-1,2,0.2\nfront-1,3,0.3\n")
+    (tmp_path / "result.json").write_text(json.dumps(REPORT))
+    pages.make_page(tmp_path / "result.json", tmp_path / "index.html")
+    text = (tmp_path / "index.html").read_text()
+    assert text.count("<svg") == 2 and 'scope="colgroup" colspan="2"' in text and '<tr class="part"><th scope="rowgroup"' in text
+    assert '<a href="a.csv">' in text and '<a href="figure_1.svg">' in text and (tmp_path / "figure_1.svg").exists()
+    assert '10<tspan dy="-.45em" font-size="75%">-9</tspan>' in text and 'd<tspan dy=".3em" font-size="75%">x</tspan>' in text
+    axes = plot.panels(REPORT["blocks"][3]["panels"], tmp_path).axes
+    assert axes[0].lines[3].get_xydata().tolist() == [[1.5, 1.0], [2.5, 2.0]]          # after two printed ends and the truth
+    assert axes[0].get_ylim() == pytest.approx((-1.21, 2.21))
+    assert [bar.get_height() for bar in axes[1].patches] == [0.1, 5, 0.2, 0.3]

@@ -4,7 +4,6 @@ module gracecg_cli_page_program
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: make_directory, output_file_t, text_file_t, read_text_file, remove_file, file_exists
-    use gracecg_cli_gnuplot, only: shell_quoted
     implicit none
     private
     public :: make_page, page_folder, RESULT_FILE, PYTHON_VARIABLE
@@ -36,20 +35,23 @@ contains
     !> new one is whole, or it is not there.
     !>
     !> Fails when a file cannot be written, Python or its packages are missing, or they fail; the message says what to do.
-    subroutine make_page(path, json, error)
+    subroutine make_page(path, json, error, folder)
         character(*), intent(in) :: path        !! Of the page
         character(*), intent(in) :: json        !! What the command writes with --format json
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: folder    !! For the JSON, in the place of NAME_files; exists
 
         type(output_file_t) :: file
-        character(:), allocatable :: numbers, log, messages
+        character(:), allocatable :: beside, numbers, log, messages
         integer :: status, command_status
 
-        call make_directory(page_folder(path), error)
+        beside = page_folder(path)
+        if (present(folder)) beside = folder
+        call make_directory(beside, error)
         if (allocated(error)) return
         call remove_file(path)
-        numbers = page_folder(path)//'/'//RESULT_FILE
-        log = page_folder(path)//'/'//LOG_FILE
+        numbers = beside//'/'//RESULT_FILE
+        log = beside//'/'//LOG_FILE
         call file%open(numbers, error)
         if (.not. allocated(error)) call file%line(json)
         if (.not. allocated(error)) call file%commit(error)
@@ -103,6 +105,24 @@ contains
         safe = path
         if (index(path, '-') == 1) safe = './'//path
     end function from_here
+
+    !> A text as one word of the shell, whatever is in it.
+    pure function shell_quoted(text) result(word)
+        character(*), intent(in) :: text    
+        character(:), allocatable :: word
+
+        integer :: i
+
+        word = "'"
+        do i = 1, len(text)
+            if (text(i:i) == "'") then
+                word = word//"'\''"
+            else
+                word = word//text(i:i)
+            end if
+        end do
+        word = word//"'"
+    end function shell_quoted
 
     function content_of(path) result(text)
         character(*), intent(in) :: path
