@@ -108,7 +108,7 @@ contains
 
     !> A text as one word of the shell, whatever is in it.
     pure function shell_quoted(text) result(word)
-        character(*), intent(in) :: text    
+        character(*), intent(in) :: text
         character(:), allocatable :: word
 
         integer :: i
