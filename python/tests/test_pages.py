@@ -155,6 +155,7 @@ def test_figures_in_a_notebook(front):
     middle, sigma = 1e3*np.array(result["offset_m"][:2]), 1e3*np.sqrt(np.diag(result["covariance"]["matrix"])[:2])
     assert np.allclose(one_sigma.max(axis=0), middle + sigma, rtol=1e-3)
     assert np.allclose(one_sigma.min(axis=0), middle - sigma, rtol=1e-3)
+    assert 1 - np.exp(-plot.ELLIPSE_95**2/2) == pytest.approx(0.95, abs=1e-8)
     line = plot.residuals(result).axes[1].lines[0].get_ydata()
     assert np.allclose(line, 1e9*np.array(result["tables"]["residuals"]["y_m_s2"]))
 

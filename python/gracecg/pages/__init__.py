@@ -12,7 +12,6 @@ import json
 import os
 import pathlib
 import re
-from datetime import datetime, timezone
 from typing import Any, Iterable, Union
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -170,17 +169,12 @@ def significant(value: Any, digits: int = 6) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
 
 
-def gps_date(seconds: float) -> str:
-    """The date of a time in GPS seconds since 2000-01-01 12:00."""
-    return datetime.fromtimestamp(seconds + 946728000, timezone.utc).strftime("%Y-%m-%d")
-
-
 def render(template: str, context: dict[str, Any]) -> str:
     """The whole page: the chapters of a template, with contents and style around them."""
     environment = Environment(loader=PackageLoader(__name__), autoescape=True, trim_blocks=True, lstrip_blocks=True,
                               undefined=StrictUndefined)
     environment.filters.update(t=typeset, f=fixed, g=significant, e=lambda value: "-" if value is None else f"{value:.2E}",
-                               clock=lambda utc: utc.split("T")[1] if utc else "-", date=lambda utc: utc[:10], gps_date=gps_date)
+                               clock=lambda utc: utc.split("T")[1] if utc else "-", date=lambda utc: utc[:10])
     environment.globals.update(marks=MARKS, zip=zip)
     module = environment.get_template(template).make_module(context)
     chapters = str(module)
