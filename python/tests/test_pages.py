@@ -161,7 +161,10 @@ def test_figures_in_a_notebook(front):
 
 
 def test_figures_of_the_package():
-    gracecg = pytest.importorskip("gracecg.calibration")
+    try:
+        from gracecg import calibration as gracecg
+    except (ImportError, OSError):
+        pytest.skip("the package is not built: there is no shared library beside it")
     fit = gracecg.Case("front-3").simulator().observe(seed=1, run=1).fit("optimal")
     shown = plot.spectrum(fit).axes[1].lines[0].get_xydata()
     residual = fit.series()["residual"][:, 1]
