@@ -8,6 +8,7 @@ program gracecg_main
     use gracecg_cli_console, only: console_t
     use gracecg_cli_memory, only: keep_memory
     use gracecg_cli_command_line, only: run_command_line
+    use gracecg_level1_commands, only: level1_commands
     implicit none
 
     interface
@@ -21,6 +22,6 @@ program gracecg_main
     integer :: status
 
     call keep_memory()
-    call run_command_line(process_words(1), console, status)
+    call run_command_line(process_words(1), console, status, level1_commands())
     call c_exit(int(status, c_int))
 end program gracecg_main

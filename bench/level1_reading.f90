@@ -10,10 +10,10 @@ program level1_reading
     use gracecg_base_error, only: error_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_files_file, only: file_exists, make_directory, input_stream_t, output_file_t
-    use gracecg_observations_level1_header, only: level1_header_t
-    use gracecg_observations_level1_products, only: level1_layout_t, level1_layout
-    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
-    use gracecg_observations_level1_writer, only: level1_writer_t
+    use gracecg_level1_header, only: level1_header_t
+    use gracecg_level1_products, only: level1_layout_t, level1_layout
+    use gracecg_level1_reader, only: level1_reader_t, level1_block_t
+    use gracecg_level1_writer, only: level1_writer_t
     implicit none
 
     integer, parameter :: RECORDS = 864000, TRIES = 3

@@ -9,7 +9,6 @@
 !>   integrator of one's own: `satellite_dynamics_t%accelerations`; propagation: `propagate_arc`
 !> - instruments, and simulated observations: `new_simulator`, `observe`
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
-!> - Level-1 data of GRACE and GRACE-FO: `read_level1`, `level1_reader_t`, `level1_writer_t`, time, frames
 !> - estimators: `estimate_offset`; how to estimate: `estimation_options_t` with `optimal_options_t` and
 !>   `sequential_options_t` as components, `read_options`; the estimate on the way: `running_estimate_t`
 !> - a case and how it is estimated: `find_calibration`, `report_options`
@@ -29,7 +28,7 @@ module gracecg
             ASTRONOMICAL_UNIT
     ! Time and frames
     use gracecg_environment_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
-        julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
+        utc_of_gps, julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, new_earth_orientation, &
         EARTH_ORIENTATIONS
@@ -100,26 +99,6 @@ module gracecg
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
-    ! Level-1 data of GRACE and GRACE-FO
-    use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, level1_product_names
-    use gracecg_observations_level1_header, only: level1_header_t
-    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
-    use gracecg_observations_level1_records, only: level1_records_t, read_level1
-    use gracecg_observations_level1_writer, only: level1_writer_t
-    use gracecg_observations_level1_conversion, only: convert_level1
-    use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
-    use gracecg_observations_level1_frames, only: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, &
-        continuous_quaternions, mounting_of_head, attitude_by_head, calibration_vector, &
-        inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
-    use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
-    use gracecg_observations_level1_check, only: level1_check_t, check_level1
-    use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t
-    use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: estimate_level1
-    use gracecg_estimation_level1_outcome, only: level1_estimate_t
-    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
-    use gracecg_estimation_level1_offset, only: level1_solution_t
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
         options_text, OF_CASE, OF_SETUP
     use gracecg_estimation_report_options, only: report_options
@@ -151,7 +130,7 @@ module gracecg
     public :: dp, LIBRARY_VERSION, error_t, message_of, string_t
     public :: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
 
-    public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between
+    public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, utc_of_gps
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
     public :: rotation_z, rotation_matrix, quaternion_of_matrix, quaternion_product, conjugate_quaternion
     public :: quaternion_from_axis_angle, normalised, quaternion_rate
@@ -179,15 +158,6 @@ module gracecg
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
     public :: WAVEFORM_NAMES, motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
     public :: gravity_gradient_torque
-
-    public :: level1_layout_t, level1_layout, level1_product_names, level1_header_t, level1_reader_t, level1_block_t
-    public :: level1_records_t, read_level1, level1_writer_t, convert_level1
-    public :: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
-    public :: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, continuous_quaternions, mounting_of_head
-    public :: attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
-    public :: inertial_velocity, level1_folder_t, open_level1_folder, level1_check_t, check_level1
-    public :: level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration
-    public :: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, level1_solution_t
 
     public :: attitude_control_t
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES

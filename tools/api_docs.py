@@ -10,7 +10,7 @@ knows no difference between a public procedure and the loop index inside; here o
 - the arguments of public procedures that are numbers, logicals, texts or procedures.
 
 Not asked for: `self`, `error` and, in F77, `istat` and `msg`, which mean the same everywhere; arguments
-of a derived type, which is documented itself; those of the C interface, which include/gracecg.h
+of a derived type, which is documented itself; those of the C interface, which the headers of include/
 documents; a type-bound procedure that overrides a documented one. Every other warning of FORD (a key it
 does not know, an entity it cannot find) counts as well.
 """

@@ -5,15 +5,16 @@
     tools/check_floors.py --self-test  plants violations of every rule and checks that they are found
 
 The rules:
-- src/ and app/ hold Fortran alone (.f90, no preprocessor): nothing there needs another compiler.
+- src/, app/ and level1/ hold Fortran alone (.f90, no preprocessor): nothing there needs another compiler.
 - src/FLOOR/ROOM.f90 (or in a folder of the floor) holds one module or submodule, gracecg_FLOOR_ROOM, so that
   a `use` tells its floor; src/gracecg.f90 holds the umbrella. A module has a `private` statement. The
   Fortran 77 entry points alone are procedures outside of modules.
+  app/cli/ROOM.f90 holds gracecg_cli_ROOM; level1/src/FOLDER/ROOM.f90 holds gracecg_level1_ROOM.
 - A module uses modules of lower floors, or of its own floor without circles. Floors that stand side by
   side do not use each other: simulation and estimation, interface and cli.
 - The folders of a floor that FOLDERS lists have an order, too: every module of it lies in one of them and uses
   its own folder and lower ones; folders of one number do not use each other.
-- Nothing but app/ reaches cli.
+- The library reaches neither the commands (app/cli) nor Level-1; of Level-1 its commands alone reach those of app/cli.
 - The estimators see observations, never the truth: by no chain of `use` do they reach the simulation;
   of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
 - Below cli nothing stops the program or writes to the terminal.
@@ -30,17 +31,19 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Two floors of one number stand side by side.
 FLOORS = {"base": 0, "files": 1, "environment": 2, "spacecraft": 3, "observations": 4,
           "simulation": 5, "estimation": 5, "planning": 6, "studies": 7, "umbrella": 8,
-          "interface": 9, "cli": 9, "app": 10}
+          "interface": 9, "cli": 9, "level1": 10, "app": 11}
 
 # The same within a floor. Contract: what is asked and answered; checks: of data and beliefs; then the families
 # of estimators; door: an estimator by its name; verdict: what is said of its solution.
 FOLDERS = {"estimation": {"contract": 0, "data": 1, "model": 2, "checks": 3,
-                          "report": 4, "optimal": 4, "sequential": 4, "level1": 4,
-                          "joint": 5, "door": 6, "verdict": 7}}
+                          "report": 4, "optimal": 4, "sequential": 4, "joint": 5, "door": 6, "verdict": 7},
+           "level1": {"files": 0, "estimation": 1, "simulation": 1, "": 2, "interface": 3, "commands": 3}}
 
 UMBRELLA = "src/gracecg.f90"
+# Of the packages in app/ and level1/: their manifests, and the table of which an interface is made
+NO_FORTRAN = ("fpm.toml", "f77_entries.txt")
 # Callers without modules need procedures outside of them.
-WITHOUT_MODULE = "src/interface/f77.f90"
+WITHOUT_MODULE = ("src/interface/f77.f90", "level1/src/interface/f77.f90")
 
 # The geomagnetic model may stand in for a failed magnetometer; to evaluate it takes the epoch and
 # the place, so time and the shape of the Earth (constants of nature, nothing of the satellite's
@@ -90,9 +93,12 @@ def statements(text):
 
 def floor_of(path):
     """The floor of a source; None for one that stands on none."""
+    top, below = path.parts[0], path.parts[1]
     if path.as_posix() == UMBRELLA:
         return "umbrella"
-    name = path.parts[0] if path.parts[0] == "app" else path.parts[1]
+    if top == "level1":
+        return top
+    name = "cli" if (top, below) == ("app", "cli") else top if top == "app" else below
     return name if name in FLOORS else None
 
 
@@ -101,14 +107,25 @@ def folder_of(source):
     return source.path.parts[2] if len(source.path.parts) > 3 else ""
 
 
+def side_of(source):
+    """The floor of a source, or, of Level-1, its folder: simulation and estimation stand side by side there, too."""
+    return folder_of(source) if source.floor == "level1" else source.floor
+
+
 def module_of(path):
-    """The name of the module that a source of src/ has to hold."""
-    return "gracecg" if path.as_posix() == UMBRELLA else f"gracecg_{path.parts[1]}_{path.stem}"
+    """The name of the module that a source has to hold; None: any."""
+    if path.as_posix() == UMBRELLA:
+        return "gracecg"
+    if path.parts[0] == "level1":
+        return path.stem if path.stem == "gracecg_level1" else f"gracecg_level1_{path.stem}"
+    if path.parts[0] == "app" and path.parts[1] != "cli":
+        return None
+    return f"gracecg_{path.parts[1]}_{path.stem}"
 
 
 def read_sources(root):
-    """All Fortran sources of src/ and app/."""
-    files = [f for top in ("src", "app") for f in sorted((root / top).rglob("*.[fF]*"))]
+    """All Fortran sources of the library, the program and Level-1."""
+    files = [f for top in ("src", "app", "level1/src") for f in sorted((root / top).rglob("*.[fF]*"))]
     for file in files:
         path = file.relative_to(root)
         lines = list(statements(file.read_text(encoding="utf-8")))
@@ -127,17 +144,17 @@ def check_form(source):
     if source.floor in FOLDERS and folder_of(source) not in FOLDERS[source.floor]:
         yield 1, f"lies in no folder of {source.floor} that has a place in the order: " \
                  + ", ".join(FOLDERS[source.floor])
-    if source.path.as_posix() == WITHOUT_MODULE:
+    if source.path.as_posix() in WITHOUT_MODULE:
         if source.module:
             yield 1, "holds a module; only procedures outside of modules are expected"
-    elif source.path.parts[0] == "src":
+    elif module_of(source.path):
         if source.module != [module_of(source.path)]:
             yield 1, f"holds {', '.join(source.module) or 'no module'}; " \
                      f"one module is expected, {module_of(source.path)}"
         if not any(s == "private" or s.startswith("submodule") for _, s in source.statements):
             yield 1, "has no `private` statement"
     for number, statement in source.statements:
-        if source.floor not in ("cli", "app"):
+        if source.floor not in ("cli", "app") and folder_of(source) != "commands":
             for what, pattern in FORBIDDEN:
                 if pattern.match(statement):
                     yield number, f"{what}: {statement}"
@@ -154,8 +171,8 @@ def check_uses(source, home):
         if used.floor == source.floor:
             yield from check_folders(source, used, number)
             continue
-        if used.floor == "cli" and source.floor != "app":
-            yield number, f"uses {name}: nothing but app/ reaches cli"
+        if used.floor == "cli" and source.floor != "app" and folder_of(source) != "commands":
+            yield number, f"uses {name}: nothing but the program and Level-1's commands reaches cli"
         elif FLOORS[used.floor] > FLOORS[source.floor]:
             yield number, f"uses {name} of a floor above, {used.floor}"
         elif FLOORS[used.floor] == FLOORS[source.floor]:
@@ -198,10 +215,10 @@ def check_chains(source, home):
     """Circles; estimators that reach the truth, and simulations that reach an estimator."""
     targets = [("is in a circle of uses", lambda used: used.path == source.path)]
     for floor, other in (("estimation", "simulation"), ("simulation", "estimation")):
-        if source.floor == floor:
+        if side_of(source) == floor:
             what = "an estimator reaches the truth" if floor == "estimation" \
                 else "the simulation reaches an estimator"
-            targets.append((what, lambda used, other=other: used.floor == other))
+            targets.append((what, lambda used, other=other: side_of(used) == other))
     for what, target in targets:
         if chain := chain_to(target, source, home):
             names = [link.module[0] for link in chain]
@@ -210,9 +227,9 @@ def check_chains(source, home):
 
 def other_files(root):
     """What is no Fortran in src/ and app/."""
-    for top in ("src", "app"):
+    for top in ("src", "app", "level1"):
         for file in sorted((root / top).rglob("*")):
-            if file.is_file() and file.suffix != ".f90":
+            if file.is_file() and file.suffix != ".f90" and file.name not in NO_FORTRAN:
                 yield f"{file.relative_to(root)}:1: is no Fortran file (.f90)"
 
 
@@ -229,7 +246,7 @@ def violations(root):
 def plant(root, path, *body, head="private"):
     file = root / path
     file.parent.mkdir(parents=True, exist_ok=True)
-    name = module_of(pathlib.PurePath(path)) if path.startswith("src") else file.stem
+    name = module_of(pathlib.PurePath(path)) or file.stem
     file.write_text("\n".join([f"module {name}", *body, head, f"end module {name}"]) + "\n",
                     encoding="utf-8")
 
@@ -252,8 +269,12 @@ def plant_clean_house(root):
     plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_assest")
     plant(root, "src/gracecg.f90", "use gracecg_studies_trim")
     plant(root, "src/interface/handles.f90", "use gracecg")
-    plant(root, "src/cli/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
-    plant(root, "app/main.f90", "use gracecg_cli_table", "stop")
+    plant(root, "app/cli/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
+    plant(root, "level1/src/files/reader.f90", "use gracecg_environment_time")
+    plant(root, "level1/src/estimation/offset.f90", "use gracecg_level1_reader", "use gracecg_estimation_assest")
+    plant(root, "level1/src/simulation/truth.f90", "use gracecg_simulation_dynamics")
+    plant(root, "level1/src/commands/list.f90", "use gracecg_level1_reader", "use gracecg_cli_table")
+    plant(root, "app/main.f90", "use gracecg_cli_table", "use gracecg_level1_list", "stop")
 
 
 # (what is planted, where it must be found, a word of the message)
@@ -276,7 +297,13 @@ PLANTED = (
     (("src/interface/handles.f90", "use gracecg_cli_table"), "handles.f90:2:", "reaches cli"),
     (("src/gracecg.f90", "use gracecg_cli_table"), "gracecg.f90:2:", "reaches cli"),
     (("src/studies/trim.f90", "use gracecg_cli_table"), "trim.f90:2:", "reaches cli"),
-    (("src/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
+    (("src/studies/trim.f90", "use gracecg_level1_reader"), "trim.f90:2:", "above"),
+    (("app/cli/table.f90", "use gracecg_level1_reader"), "table.f90:2:", "above"),
+    (("level1/src/files/reader.f90", "use gracecg_cli_table"), "reader.f90:2:", "reaches cli"),
+    (("level1/src/files/reader.f90", "use gracecg_level1_offset"), "reader.f90:2:", "folder above"),
+    (("level1/src/estimation/offset.f90", "use gracecg_simulation_dynamics"), "offset.f90:2:", "truth"),
+    (("level1/src/files/reader.f90", "print *, x"), "reader.f90:2:", "prints"),
+    (("app/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
     (("src/estimation/report/assest.f90", "use gracecg_environment_wind"),
      "assest.f90:2:", "may use only"),
     (("src/estimation/data/fitting_data.f90", "use gracecg_estimation_estimators"),

@@ -100,8 +100,8 @@ class Installation:
                             "LD_LIBRARY_PATH": str(self.library),
                             "OPENBLAS_NUM_THREADS": "1"}
 
-    def flags(self, *what):
-        return shlex.split(run(["pkg-config", *what, "gracecg"], **self.environment))
+    def flags(self, *what, package="gracecg"):
+        return shlex.split(run(["pkg-config", *what, package], **self.environment))
 
     def cli(self, *words):
         return run([self.program, *words], cwd=self.work)
@@ -113,12 +113,13 @@ class Installation:
                 if NUMBER.fullmatch(value)}
 
     def build(self, compiler, source, options, label, libraries=None):
-        """Compiles and links one file with what pkg-config says; the path of the program."""
+        """Compiles and links one file with what pkg-config says of its library; the path of the program."""
         program = self.work / label.replace(" ", "-")
-        includes = self.flags("--cflags")
+        package = "gracecg_level1" if "level1" in label else "gracecg"
+        includes = self.flags("--cflags", package=package)
         language = ["-x", "none"] if "-x" in options else []
         run([compiler, *options, *includes, source, "-o", program, *language,
-             *(self.flags("--libs") if libraries is None else libraries)])
+             *(self.flags("--libs", package=package) if libraries is None else libraries)])
         return program
 
     def output(self, program, *words):
@@ -132,6 +133,7 @@ def make(target, *variables):
     return run(["make", "-C", ROOT, target, *variables])
 
 
+LIBRARIES = ("gracecg", "gracecg_level1")
 LEVEL = "x86-64-v3"     # the newer processors that the check builds for
 
 
@@ -145,11 +147,12 @@ def loader_takes_level():
 
 def check_files(prefix):
     version = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_text(), re.M).group(1)
-    expected = {"bin/gracecg", "lib/libgracecg.a", "lib/libgracecg.so",
-                f"lib/libgracecg.so.{version.split('.')[0]}", f"lib/libgracecg.so.{version}",
-                "lib/pkgconfig/gracecg.pc", "include/gracecg.h", "include/gracecg/gracecg.mod",
-                "share/man/man1/gracecg.1", "share/bash-completion/completions/gracecg",
-                "share/zsh/site-functions/_gracecg", "share/doc/gracecg/LICENSE", "share/doc/gracecg/DATA.md"}
+    expected = {name for library in LIBRARIES for name in (
+        f"lib/lib{library}.a", f"lib/lib{library}.so", f"lib/lib{library}.so.{version.split('.')[0]}",
+        f"lib/lib{library}.so.{version}", f"lib/pkgconfig/{library}.pc", f"include/{library}.h",
+        f"include/gracecg/{library}.mod")}
+    expected |= {"bin/gracecg", "share/man/man1/gracecg.1", "share/bash-completion/completions/gracecg",
+                 "share/zsh/site-functions/_gracecg", "share/doc/gracecg/LICENSE", "share/doc/gracecg/DATA.md"}
     if loader_takes_level() is not None:
         expected |= {f"lib/glibc-hwcaps/{LEVEL}/{pathlib.Path(name).name}" for name in expected if ".so." in name}
     expected |= {f"share/doc/gracecg/LICENSES/{path.name}" for path in (ROOT / "LICENSES").iterdir()}
@@ -169,18 +172,19 @@ def check_no_traces(prefix):
         for trace in (str(ROOT).encode(), b"build/gfortran", b"build/stage", b"build/library", str(prefix).encode()):
             if trace in content:
                 raise Failure(f"{path} names {trace.decode()}")
-    for path in (prefix / "bin/gracecg", prefix / "lib/libgracecg.so"):
+    for path in (prefix / "bin/gracecg", *(prefix / f"lib/lib{name}.so" for name in LIBRARIES)):
         if re.search(r"R(UN)?PATH", run(["readelf", "-d", path])):
             raise Failure(f"{path} has a search path for libraries")
 
 
 def check_loading(prefix):
-    library = prefix / "lib" / "libgracecg.so"
-    soname = re.search(r"soname: \[(.*)\]", run(["readelf", "-d", library]))
-    if not soname or not (prefix / "lib" / soname.group(1)).exists():
-        raise Failure("libgracecg.so has no soname, or no file of that name")
-    if "not found" in run(["ldd", library]):
-        raise Failure(run(["ldd", library]))
+    for name in LIBRARIES:
+        library = prefix / "lib" / f"lib{name}.so"
+        soname = re.search(r"soname: \[(.*)\]", run(["readelf", "-d", library]))
+        if not soname or not (prefix / "lib" / soname.group(1)).exists():
+            raise Failure(f"{library.name} has no soname, or no file of that name")
+        if "not found" in (libraries := run(["ldd", library], LD_LIBRARY_PATH=str(prefix / "lib"))):
+            raise Failure(libraries)
 
 
 def check_level(here, program):
@@ -203,35 +207,41 @@ def check_level(here, program):
 
 
 def check_symbols(prefix):
-    """The library shows what the header declares and the F77 table lists, and nothing but interfaces."""
-    shown = {line.split()[-1] for line in
-             run(["nm", "-D", "--defined-only", prefix / "lib" / "libgracecg.so"]).splitlines()}
-    header = re.sub(r"/\*.*?\*/", "", (prefix / "include/gracecg.h").read_text(), flags=re.S)
-    declared = set(re.findall(r"\b(gracecg_\w+)\(", header))
+    """A library shows what its header declares and the F77 table lists, and nothing but interfaces."""
     listed = {name.lower() + "_" for name in
               re.findall(r"^\| `(GC\w+)\(", (ROOT / "docs" / "api.md").read_text(), re.M)}
-    if len(declared) < 20 or len(listed) < 20:
-        raise Failure("gracecg.h or the table of docs/api.md was not understood")
-    if missing := (declared | listed) - shown:
-        raise Failure(f"not in the library: {sorted(missing)}")
-    others = {name for name in shown - declared - listed if not name.startswith("__gracecg")}
-    if others:
-        raise Failure(f"shown, but not documented: {sorted(others)}")
+    of_level1 = {name for name in listed if name.startswith("gcl1")}
+    for name, routines, least in (("gracecg", listed - of_level1, 20), ("gracecg_level1", of_level1, 2)):
+        shown = {line.split()[-1] for line in
+                 run(["nm", "-D", "--defined-only", prefix / f"lib/lib{name}.so"]).splitlines()}
+        header = re.sub(r"/\*.*?\*/", "", (prefix / f"include/{name}.h").read_text(), flags=re.S)
+        declared = set(re.findall(r"\b(gracecg_\w+)\(", header))
+        if len(declared) < least or len(routines) < least:
+            raise Failure(f"{name}.h or the table of docs/api.md was not understood")
+        if missing := (declared | routines) - shown:
+            raise Failure(f"not in the library {name}: {sorted(missing)}")
+        others = {symbol for symbol in shown - declared - routines if not symbol.startswith("__gracecg")}
+        if others:
+            raise Failure(f"{name} shows, but nothing documents: {sorted(others)}")
 
 
 def check_without_program(prefix):
-    """No object and no symbol of the program in the libraries, nothing of it in the module."""
-    archive, shared = prefix / "lib/libgracecg.a", prefix / "lib/libgracecg.so"
-    objects = run(["ar", "t", archive]).split()
-    if "src_gracecg.f90.o" not in objects or len(objects) < 50:
-        raise Failure(f"these objects alone: {objects}")
-    if program := [name for name in objects if name.startswith(("src_cli_", "app_"))]:
-        raise Failure(f"objects of the program: {program}")
-    for library, symbols in ((archive, run(["nm", archive])), (shared, run(["nm", shared]))):
-        if match := re.search(r"\S*gracecg_cli_\S*", symbols):
-            raise Failure(f"{library.name} has {match.group(0)}")
-    if b"gracecg_cli_" in gzip.decompress((prefix / "include/gracecg/gracecg.mod").read_bytes()):
-        raise Failure("gracecg.mod needs a module of the program")
+    """No object and no symbol of the program in the libraries, nothing of it in their modules; none of Level-1 in the
+    library gracecg, and what both need once."""
+    of_program = r"\S*gracecg_(?:cli_|level1_comm)\S*"
+    for name, stem, least, strangers in (("gracecg", "src_", 50, rf"{of_program}|\S*gracecg_level1\S*"),
+                                         ("gracecg_level1", "level1_src_", 20, of_program)):
+        archive, shared = prefix / f"lib/lib{name}.a", prefix / f"lib/lib{name}.so"
+        objects = run(["ar", "t", archive]).split()
+        if f"{stem}{name}.f90.o" not in objects or len(objects) < least:
+            raise Failure(f"these objects alone: {objects}")
+        if others := [member for member in objects if not member.startswith(stem)]:
+            raise Failure(f"objects of others in {name}: {others}")
+        for library, symbols in ((archive, run(["nm", archive])), (shared, run(["nm", shared]))):
+            if match := re.search(strangers, symbols):
+                raise Failure(f"{library.name} has {match.group(0)}")
+        if match := re.search(strangers, gzip.decompress((prefix / f"include/gracecg/{name}.mod").read_bytes()).decode()):
+            raise Failure(f"{name}.mod needs a module of others: {match.group(0)}")
 
 
 def check_manual(here):
@@ -341,9 +351,10 @@ def check_destdir(work):
     where = [f"DESTDIR={tree}", "PREFIX=/usr", "LIBDIR=/usr/lib/triplet"]
     make("install", *where)
     pkg_config = {"PKG_CONFIG_PATH": str(tree / "usr/lib/triplet/pkgconfig")}
-    folder = run(["pkg-config", "--variable=moddir", "gracecg"], **pkg_config).strip()
-    if not (pathlib.Path(folder) / "gracecg.mod").exists():
-        raise Failure(f"gracecg.pc points to {folder}")
+    for name in LIBRARIES:
+        folder = run(["pkg-config", "--variable=moddir", name], **pkg_config).strip()
+        if not (pathlib.Path(folder) / f"{name}.mod").exists():
+            raise Failure(f"{name}.pc points to {folder}")
     make("uninstall", *where)
     if left := [str(path) for path in tree.rglob("*") if not path.is_dir()]:
         raise Failure(f"make uninstall has left {left}")
@@ -548,6 +559,11 @@ def check_examples(checks, here):
                            ("optimal (C)", optimal), ("level1 (C)", level1)):
         if program is not None:
             checks.run(f"{label} under valgrind", check_memory, here, program)
+    static = checks.run("level1 (C) links the static libraries", here.build, "cc", EXAMPLE / "c/level1.c", STRICT_C,
+                        "level1 static", [*(here.library / f"lib{name}.a" for name in reversed(LIBRARIES)),
+                                          *here.flags("--static", "--libs")])
+    if static is not None:
+        checks.run("it needs no shared library of both", check_static_level1, here, static)
     static = checks.run("calibrate (C) links the static library", here.build, "cc", EXAMPLE / "c/calibrate.c",
                         STRICT_C, "static", [here.library / "libgracecg.a", *here.flags("--static", "--libs")])
     if static is not None:
@@ -593,6 +609,12 @@ def check_threads(here, program, expected):
     if "two threads at once" not in output:
         raise Failure(output)
     compare("seed 1, mm", line_with(output, "seed 1: d = "), [offset for offset, _ in expected], absolute=1e-7)
+
+
+def check_static_level1(here, program):
+    if "libgracecg" in run(["readelf", "-d", program]):
+        raise Failure("the program needs a shared library")
+    check_level1(here, program, "CLK1B C", "2 records", "eps_time")
 
 
 def check_static(here, program, expected):

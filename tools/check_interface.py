@@ -3,13 +3,14 @@
 
     tools/check_interface.py    prints each difference; status 1 if any
 
-- include/gracecg.h against the bind(C) procedures of src/interface: the same functions, with
-  arguments of the same types in the same order; the same fields of the structures and the same
-  numbers of the status. The header is compiled as C99 and C++11.
-- The table of docs/api.md against src/interface/f77.f90: the same routines, the same
-  arguments, and what the table shows in bold is what the routine sets.
-- The Fortran chapter of docs/api.md against src/gracecg.f90: every public name stands there. Its
-  C chapter against the header: every function stands there.
+- include/gracecg.h against the bind(C) procedures of src/interface, and include/gracecg_level1.h
+  against those of level1/src/interface: the same functions, with arguments of the same types in the
+  same order; the same fields of the structures and the same numbers of the status. The headers are
+  compiled as C99 and C++11.
+- The table of docs/api.md against the two f77.f90: the same routines, the same arguments, and what
+  the table shows in bold is what the routine sets.
+- The Fortran chapter of docs/api.md against src/gracecg.f90 and level1/src/gracecg_level1.f90: every
+  public name stands there. Its C chapter against the headers: every function stands there.
 """
 import pathlib
 import re
@@ -17,10 +18,10 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-HEADER = ROOT / "include/gracecg.h"
+HEADERS = {ROOT / "include/gracecg.h": ROOT / "src/interface",
+           ROOT / "include/gracecg_level1.h": ROOT / "level1/src/interface"}
 TABLE = ROOT / "docs/api.md"
-F77 = ROOT / "src/interface/f77.f90"
-UMBRELLA = ROOT / "src/gracecg.f90"
+UMBRELLAS = (ROOT / "src/gracecg.f90", ROOT / "level1/src/gracecg_level1.f90")
 STRUCTURES = {"gracecg_error": "c_error_t", "gracecg_utc": "c_utc_t",
               "gracecg_samples": "c_samples_t", "gracecg_solution": "c_solution_t", "gracecg_beliefs": "c_beliefs_t",
               "gracecg_bound": "c_bound_t", "gracecg_joint": "c_joint_t", "gracecg_fit_tests": "c_fit_tests_t",
@@ -33,8 +34,8 @@ RESULTS = {"gracecg_status": "integer(c_int)", "int32_t": "integer(c_int32_t)",
            "const char *": "type(c_ptr)"}
 
 
-def header_text():
-    text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(encoding="utf-8"), flags=re.S)
+def header_text(headers=tuple(HEADERS)):
+    text = "".join(re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S) for header in headers)
     return re.sub(r"^\s*#.*$", "", text, flags=re.M)
 
 
@@ -51,16 +52,16 @@ def c_argument(text):
     return "integer(c_intptr_t)", "value" if len(stars) == 1 else "inout"     # a handle
 
 
-def c_functions():
-    """Of each function of the header: result and arguments."""
+def c_functions(*headers):
+    """Of each function of headers: result and arguments."""
     pattern = r"(?:^|\n)\s*(gracecg_status|const char \*|int32_t)\s*(gracecg_\w+)\(([^)]*)\);"
-    for result, name, text in re.findall(pattern, header_text()):
+    for result, name, text in re.findall(pattern, header_text(headers)):
         arguments = [] if text.strip() in ("", "void") else " ".join(text.split()).split(", ")
         yield name, (RESULTS[result], [c_argument(a) for a in arguments])
 
 
-def fortran_sources():
-    for path in sorted((ROOT / "src/interface").glob("c_*.f90")):
+def fortran_sources(*folders):
+    for path in sorted(path for folder in folders or HEADERS.values() for path in folder.glob("c_*.f90")):
         yield re.sub(r"&\n\s*", "", re.sub(r"!.*", "", path.read_text(encoding="utf-8")))
 
 
@@ -81,10 +82,10 @@ def declarations(body):
     return found
 
 
-def fortran_functions():
+def fortran_functions(folder):
     pattern = r"^[ ]*([\w()]+ )?function \w+\(([^)]*)\)\s*result\((\w+)\)\s*bind\(c, name='(\w+)'\)" \
               r"(.*?)^\s*end function"
-    for text in fortran_sources():
+    for text in fortran_sources(folder):
         for kind, arguments, result, name, body in re.findall(pattern, text, flags=re.M | re.S):
             declared = declarations(body)
             result_type = kind.strip() or declared[result][0]
@@ -102,32 +103,38 @@ def structure_fields():
         yield c_name, [field for _, field in in_c[c_name]], fields
 
 
-def check_c():
-    in_c, in_fortran = dict(c_functions()), dict(fortran_functions())
+def check_functions(header, in_c, in_fortran):
+    if not in_c or not in_fortran:
+        yield f"{header.name}: no functions were found"
     for name in sorted(in_c.keys() | in_fortran.keys()):
         if name not in in_fortran:
-            yield f"{name} stands in gracecg.h only"
+            yield f"{name} stands in {header.name} only"
         elif name not in in_c:
-            yield f"{name} stands in Fortran only"
+            yield f"{name} stands in Fortran, but not in {header.name}"
         elif in_c[name] != in_fortran[name]:
-            yield f"{name}: gracecg.h has {in_c[name]}, Fortran {in_fortran[name]}"
+            yield f"{name}: {header.name} has {in_c[name]}, Fortran {in_fortran[name]}"
+    for language, standard in (("c", "c99"), ("c++", "c++11")):
+        compiler = "gcc" if language == "c" else "g++"
+        done = subprocess.run([compiler, f"-std={standard}", "-Wall", "-Wextra", "-Wpedantic",
+                               "-Werror", "-fsyntax-only", "-x", language, str(header)],
+                              capture_output=True, text=True, check=False)
+        if done.returncode:
+            yield f"{header.name} as {standard}: {done.stderr}"
+
+
+def check_c():
+    for header, folder in HEADERS.items():
+        yield from check_functions(header, dict(c_functions(header)), dict(fortran_functions(folder)))
     for name, c_fields, fields in structure_fields():
         if c_fields != fields:
-            yield f"{name}: fields {c_fields} in gracecg.h, {fields} in Fortran"
+            yield f"{name}: fields {c_fields} in C, {fields} in Fortran"
     fortran = "\n".join(fortran_sources())
     status = dict(re.findall(r"GRACECG_([A-Z_]*[A-Z]) = (\d+)", header_text()))
     if status != dict(re.findall(r"STATUS_(\w+) = (\d+)", fortran)):
         yield "the numbers of the status differ"
-    size = re.search(r"#define GRACECG_MESSAGE_SIZE (\d+)", HEADER.read_text(encoding="utf-8"))
+    size = re.search(r"#define GRACECG_MESSAGE_SIZE (\d+)", next(iter(HEADERS)).read_text(encoding="utf-8"))
     if size.group(1) != re.search(r"MESSAGE_SIZE = (\d+)", fortran).group(1):
         yield "the sizes of a message differ"
-    for language, standard in (("c", "c99"), ("c++", "c++11")):
-        compiler = "gcc" if language == "c" else "g++"
-        done = subprocess.run([compiler, f"-std={standard}", "-Wall", "-Wextra", "-Wpedantic",
-                               "-Werror", "-fsyntax-only", "-x", language, str(HEADER)],
-                              capture_output=True, text=True, check=False)
-        if done.returncode:
-            yield f"gracecg.h as {standard}: {done.stderr}"
 
 
 def table_routines():
@@ -149,7 +156,7 @@ def table_routines():
 
 
 def f77_routines():
-    text = re.sub(r"!.*", "", F77.read_text(encoding="utf-8"))
+    text = "\n".join(re.sub(r"!.*", "", (folder / "f77.f90").read_text(encoding="utf-8")) for folder in HEADERS.values())
     for name, arguments, body in re.findall(r"^subroutine (\w+)\((.*?)\)\n(.*?)^end subroutine", text,
                                             flags=re.M | re.S):
         results = set()
@@ -183,13 +190,14 @@ def c_table_names():
 
 
 def check_chapters():
-    public = re.findall(r"^    public :: (.*)$", UMBRELLA.read_text(encoding="utf-8"), flags=re.M)
-    for name in re.findall(r"\w+", " ".join(public)):
-        if f"`{name}`" not in chapter("Fortran"):
-            yield f"{name} is public in gracecg, but not in the Fortran chapter of docs/api.md"
-    functions = {name for name, _ in c_functions() if not name.endswith("_free")}
+    for umbrella in UMBRELLAS:
+        public = re.findall(r"^    public :: (.*)$", umbrella.read_text(encoding="utf-8"), flags=re.M)
+        for name in re.findall(r"\w+", " ".join(public)):
+            if f"`{name}`" not in chapter("Fortran"):
+                yield f"{name} is public in {umbrella.stem}, but not in the Fortran chapter of docs/api.md"
+    functions = {name for name, _ in c_functions(*HEADERS) if not name.endswith("_free")}
     for name in sorted(functions ^ set(c_table_names())):
-        yield f"{name} stands in the header or in the C chapter of docs/api.md, but not in both"
+        yield f"{name} stands in a header or in the C chapter of docs/api.md, but not in both"
 
 
 def main():

@@ -28,6 +28,10 @@ add_executable(in_fortran in_fortran.f90)
 target_link_libraries(in_fortran PRIVATE gracecg::gracecg)
 add_executable(in_c in_c.c)
 target_link_libraries(in_c PRIVATE gracecg::gracecg)
+add_executable(of_level1 of_level1.f90)
+target_link_libraries(of_level1 PRIVATE gracecg::level1)
+add_executable(level1_in_c level1_in_c.c)
+target_link_libraries(level1_in_c PRIVATE gracecg::level1)
 """
 FETCHING = """cmake_minimum_required(VERSION 3.20)
 project(fetching LANGUAGES Fortran)
@@ -54,6 +58,15 @@ IN_FORTRAN = """program in_fortran
     print '(3es25.16)', a
 end program in_fortran
 """
+OF_LEVEL1 = """program of_level1
+    use, intrinsic :: iso_fortran_env, only: int64
+    use gracecg, only: dp
+    use gracecg_level1, only: gps_date_text
+    implicit none
+
+    print '(a)', gps_date_text(0_int64, 0.0_dp)
+end program of_level1
+"""
 # A tree as this project's, with a type of the library that the program uses.
 SMALL = {"src/base/library.f90": """module library
     implicit none
@@ -67,7 +80,13 @@ contains
         print '(i0)', held%number
     end subroutine show
 end module library
-""", "src/cli/command.f90": """module command
+""", "level1/src/level1.f90": """module level1
+    use library, only: held_t
+    implicit none
+    type, extends(held_t) :: record_t
+    end type record_t
+end module level1
+""", "app/cli/command.f90": """module command
     use library, only: held_t, show
     implicit none
 contains
@@ -110,7 +129,8 @@ def run(*command, **environment):
 def build():
     if not PYTHON.exists():
         run(sys.executable, "-m", "venv", VENV)
-    run(PYTHON, "-m", "pip", "install", "-q", "scikit-build-core", "cmake", "ninja", "cffi", "numpy", "pytest")
+    run(PYTHON, "-m", "pip", "install", "-q", "scikit-build-core", "cmake", "ninja", "cffi", "numpy", "pytest",
+        "jinja2", "matplotlib")
     run(PYTHON, "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps", "--force-reinstall",
         "-C", f"build-dir={TREE}", "-C", "cmake.build-type=None", "-C", "cmake.define.CMAKE_Fortran_FLAGS=-O0", ROOT)
 
@@ -125,17 +145,21 @@ def check_consumer():
     with tempfile.TemporaryDirectory() as folder:
         work = pathlib.Path(folder)
         run(cmake, "--install", TREE, "--prefix", work / "prefix")
-        for name in ("include/gracecg.h", "include/gracecg/gracecg.mod", "lib/cmake/gracecg/gracecgConfig.cmake",
-                     "lib/pkgconfig/gracecg.pc"):
+        for name in ("lib/cmake/gracecg/gracecgConfig.cmake", *(name.replace("*", library) for library in (
+                "gracecg", "gracecg_level1") for name in ("include/*.h", "include/gracecg/*.mod", "lib/pkgconfig/*.pc"))):
             if not (work / "prefix" / name).exists():
                 raise RuntimeError(f"{name} was not installed")
-        for name, text in (("CMakeLists.txt", CONSUMER), ("in_fortran.f90", IN_FORTRAN), ("in_c.c", IN_C)):
+        for name, text in (("CMakeLists.txt", CONSUMER), ("in_fortran.f90", IN_FORTRAN), ("in_c.c", IN_C),
+                           ("of_level1.f90", OF_LEVEL1), ("level1_in_c.c", (ROOT / "example/c/level1.c").read_text())):
             (work / name).write_text(text, encoding="utf-8")
         run(cmake, "-S", work, "-B", work / "build", f"-DCMAKE_PREFIX_PATH={work / 'prefix'}")
         run(cmake, "--build", work / "build")
         one, other = (numbers(run(work / "build" / name)) for name in ("in_fortran", "in_c"))
         if len(one) != 3 or one != other:
             raise RuntimeError(f"Fortran and C give {one} and {other}")
+        for name, part in (("of_level1", "2000-01-01T12:00:00"), ("level1_in_c", "2 records")):
+            if part not in (said := run("env", "-C", work, work / "build" / name)):
+                raise RuntimeError(f"{name} says {said}")
         (work / "fetching").mkdir()
         for name, text in (("CMakeLists.txt", FETCHING.replace("@ROOT@", str(ROOT))), ("in_fortran.f90", IN_FORTRAN)):
             (work / "fetching" / name).write_text(text, encoding="utf-8")

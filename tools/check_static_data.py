@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Checks that the compiled library keeps no state that threads would share.
 
-    tools/check_static_data.py [ARCHIVE]    prints each finding; status 1 if any
+    tools/check_static_data.py [ARCHIVE...]    prints each finding; status 1 if any
 
-ARCHIVE is the library as it is installed, without the program; by default it is made in build/library
+The archives are the libraries as they are installed, without the program; by default they are made in build/library
 (tools/install.sh --library). No module may have a writable variable but for the few that are known here.
 And nothing may call a function that returns a text of deferred length (character(:), allocatable): gfortran
 keeps that length in static memory. The commands may: only one thread runs them.
@@ -44,14 +44,14 @@ def findings(archive):
 
 def main():
     if sys.argv[1:]:
-        archive = pathlib.Path(sys.argv[1])
+        archives = [pathlib.Path(word) for word in sys.argv[1:]]
     else:
         subprocess.run([ROOT / "tools/install.sh", "--library"], check=True)
-        archive = ROOT / "build/library/libgracecg.a"
+        archives = [ROOT / f"build/library/lib{name}.a" for name in ("gracecg", "gracecg_level1")]
     # The tests with several threads must not share such a length themselves.
     tests = sorted(ROOT.glob("build/gfortran_*/gracecg/test_interface_test_threads.f90.o"),
                    key=lambda a: a.stat().st_mtime)
-    found = [line for objects in [archive, *tests[-1:]] for line in findings(objects)]
+    found = [line for objects in [*archives, *tests[-1:]] for line in findings(objects)]
     for line in found:
         print(line)
     return 1 if found else 0

@@ -21,15 +21,15 @@ WITH_TABS = {"Makefile", "rules"}
 # The brackets keep this line from finding itself.
 MACHINE_PATH = re.compile(r"(?<![\w.-])/(?:wor[k]|hom[e]|roo[t]|tm[p]/t)/|\.\./share[d]\b")
 FLOORS = ("base files environment spacecraft observations simulation estimation planning studies interface "
-          "cli").split()
-MODULE_NAME = re.compile(r"\bgracecg_(?:" + "|".join(FLOORS) + r")_\w+")
+          "cli level1").split()
+MODULE_NAME = re.compile(r"\bgracecg_(?:" + "|".join(FLOORS) + r")_[a-z0-9]\w*")
 
 
 def known_names():
-    """The modules of src/ and the symbols of the C header."""
-    modules = {name for path in ROOT.glob("src/**/*.f90")
+    """The modules and the symbols of the C headers."""
+    modules = {name for top in ("src", "app", "level1/src") for path in ROOT.glob(f"{top}/**/*.f90")
                for name in re.findall(r"^(?:module|submodule \(\w+\)) (\w+)", path.read_text(), re.M)}
-    return modules | set(re.findall(r"\bgracecg_\w+", (ROOT / "include/gracecg.h").read_text()))
+    return modules | set(re.findall(r"\bgracecg_\w+", "".join(path.read_text() for path in ROOT.glob("include/*.h"))))
 
 
 def text_files():

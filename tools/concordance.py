@@ -26,7 +26,7 @@ EQUATIONS = [f"{chapter}-{i}" for chapter, last in ((2, 35), (3, 23), (4, 103))
              for i in range(1, last + 1)] + ["6.1"]
 STATES = ("printed", "corrected", "equivalent", "replaced", "definition", "absent")
 SLIPS = "The report's slips"                # the section of the theory that repeats what others say
-NOT_PLACES = ("src/cli",)                   # what prints a number does not implement it
+NOT_PLACES = ("app/cli",)                   # what prints a number does not implement it
 
 CITATION = r"\(([2-9])-(\d{1,3})\)"
 RANGE = re.compile(CITATION + r"(?:\s*(?:-|to|\.\.\.)\s*" + CITATION + r")?|\((6\.1)\)")
@@ -124,9 +124,9 @@ class Source:
                 yield number, kind, name
 
 
-def sources(root, top):
+def sources(root, *tops):
     return [Source(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8"))
-            for path in sorted((root / top).rglob("*.f90"))]
+            for top in tops for path in sorted((root / top).rglob("*.f90"))]
 
 
 def places_in_source(found):
@@ -264,7 +264,7 @@ def read_table(root, mistakes):
 def case_keys(root):
     """`group/key` of the case files, from what src/ reads. A key read outside of a group may be of any."""
     keys, groups, loose = set(), set(), set()
-    for path in sorted((root / "src").rglob("*.f90")):
+    for path in sorted(p for top in ("src", "level1/src") for p in (root / top).rglob("*.f90")):
         group = None
         for match in re.finditer(r"settings%group\('(\w+)'|settings%end_group|settings%\w+_values?\('(\w+)'",
                                  path.read_text(encoding="utf-8")):
@@ -288,7 +288,7 @@ def known_names(root, found, tests):
         names |= {source.module} | source.names["procedure"] | source.names["type"]
         for match in re.finditer(r"parameter[^!]*::\s*(\w+)", (root / source.path).read_text(encoding="utf-8")):
             names.add(match.group(1))
-    commands = root / "src/cli/command_line.f90"
+    commands = root / "app/cli/command_line.f90"
     if commands.exists():
         names |= {f"gracecg {c}" for c in re.findall(r"command_t\('([^']+)'", commands.read_text(encoding="utf-8"))}
     statements = root / "src/studies/statements.f90"
@@ -413,7 +413,7 @@ def build(root):
     """(text of the document, mistakes)."""
     mistakes = []
     equations, sections, items = read_table(root, mistakes)
-    in_src = sources(root, "src")
+    in_src = sources(root, "src", "app", "level1/src")
     in_test = sources(root, "test")
     by_source = places_in_source(in_src)
     by_test, tests = places_in_tests(root, in_test)

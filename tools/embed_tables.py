@@ -19,7 +19,7 @@ def generated():
         spec.loader.exec_module(generator)
         for module, text in generator.generate(ROOT / "data").items():
             _, floor, room = module.split("_", 2)
-            yield ROOT / "src" / floor / "tables" / f"{room}.f90", text
+            yield ROOT / ("app" if floor == "cli" else "src") / floor / "tables" / f"{room}.f90", text
 
 
 def main():
@@ -33,7 +33,7 @@ def main():
         if not check:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-    left_over = [p for p in (ROOT / "src").rglob("tables/table_*.f90") if p not in written]
+    left_over = [p for top in ("src", "app") for p in (ROOT / top).rglob("tables/table_*.f90") if p not in written]
     for path in stale:
         print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
     for path in left_over:

@@ -4,7 +4,7 @@ A generator is a file tools/embed/NAME.py with one function
 
     generate(data) -> {module name: text}
 
-where `data` is the path of data/; the module gracecg_FLOOR_ROOM goes to src/FLOOR/tables/ROOM.f90.
+where `data` is the path of data/; the module gracecg_FLOOR_ROOM goes to src/FLOOR/tables/ROOM.f90, one of cli to app/cli/tables.
 tools/embed_tables.py runs them all.
 """
 

@@ -2,7 +2,7 @@
 # Builds gracecg with fpm's release profile and installs it; `make install` calls it.
 #
 #   tools/install.sh              installs
-#   tools/install.sh --library    installs nothing: leaves the two libraries in build/library
+#   tools/install.sh --library    installs nothing: leaves the libraries in build/library
 #   tools/install.sh --remove     removes what it installs
 #
 # By environment: PREFIX (/usr/local), BINDIR, LIBDIR, INCLUDEDIR, MANDIR (below PREFIX), DESTDIR (put
@@ -11,20 +11,20 @@
 # HWCAPS says for which (x86-64-v3 x86-64-v4; empty: none). The loader takes the best that the processor runs (ld.so(8)).
 #
 #   BINDIR/gracecg                    the program
-#   LIBDIR/libgracecg.a               the static library
-#   LIBDIR/libgracecg.so.VERSION      the shared library, with its links .so.MAJOR and .so
+#   LIBDIR/libNAME.a                  the static libraries, NAME gracecg and gracecg_level1
+#   LIBDIR/libNAME.so.VERSION         the shared libraries, with links .so.MAJOR and .so
 #   LIBDIR/glibc-hwcaps/LEVEL         the same for newer processors
-#   LIBDIR/pkgconfig/gracecg.pc       compiler and linker options
-#   INCLUDEDIR/gracecg.h              the C interface
-#   INCLUDEDIR/gracecg/gracecg.mod    the Fortran interface: the module gracecg alone
+#   LIBDIR/pkgconfig/NAME.pc          compiler and linker options
+#   INCLUDEDIR/NAME.h                 the C interfaces
+#   INCLUDEDIR/gracecg/NAME.mod       the Fortran interfaces: the umbrella modules alone
 #   MANDIR/man1/gracecg.1             the manual page
 #   PREFIX/share/bash-completion/completions/gracecg, PREFIX/share/zsh/site-functions/_gracecg
 #   PREFIX/share/doc/gracecg          the licence; the sources and rights of the data
 #
-# fpm puts all modules of src/ into one archive, those of the program (src/cli) too. The library is what the
-# umbrella src/gracecg.f90 and the interfaces to C and F77 use, directly or not: the other objects are left
-# out. The shared library is made of the objects of the static one: fpm's release profile compiles them
-# position-independent. It shows the symbols of the interfaces only: C, F77 and module procedures.
+# fpm puts the objects of all packages into one archive, each named after its source. The library gracecg is those of
+# src/, gracecg_level1 those of level1/src without its commands. A shared library is made of the objects of the static
+# one: fpm's release profile compiles them position-independent. It shows the symbols of the interfaces only: C, F77 and
+# module procedures.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 
@@ -35,8 +35,9 @@ includedir=${INCLUDEDIR:-$prefix/include}
 mandir=${MANDIR:-$prefix/share/man}
 destdir=${DESTDIR:-}
 version=$(sed -n 's/^version *= *"\(.*\)"/\1/p' fpm.toml)
-soname=libgracecg.so.${version%%.*}
-readonly prefix bindir libdir includedir mandir destdir version soname
+major=${version%%.*}
+readonly prefix bindir libdir includedir mandir destdir version major
+readonly names='gracecg gracecg_level1'
 readonly stage=build/stage library=build/library docdir=$prefix/share/doc/gracecg
 hwcaps=${HWCAPS-}
 if [ -n "${PORTABLE:-}" ] && [ -z "${HWCAPS+set}" ] && [ "$(uname -sm)" = 'Linux x86_64' ] &&
@@ -59,13 +60,15 @@ done
 
 # The installed files, without DESTDIR; arguments: the levels of processors.
 installed_files() {
-    local licence level
-    printf '%s\n' "$bindir/gracecg" "$libdir/libgracecg.a" "$libdir/libgracecg.so" "$libdir/$soname" \
-        "$libdir/libgracecg.so.$version" "$libdir/pkgconfig/gracecg.pc" "$includedir/gracecg.h" \
-        "$includedir/gracecg/gracecg.mod" "$mandir/man1/gracecg.1" "$bash_completion" "$zsh_completion" \
+    local name licence level
+    printf '%s\n' "$bindir/gracecg" "$mandir/man1/gracecg.1" "$bash_completion" "$zsh_completion" \
         "$docdir/LICENSE" "$docdir/DATA.md"
-    for level in "$@"; do
-        printf '%s\n' "$libdir/glibc-hwcaps/$level/$soname" "$libdir/glibc-hwcaps/$level/libgracecg.so.$version"
+    for name in $names; do
+        printf '%s\n' "$libdir/lib$name.a" "$libdir/lib$name.so" "$libdir/lib$name.so.$major" "$libdir/lib$name.so.$version" \
+            "$libdir/pkgconfig/$name.pc" "$includedir/$name.h" "$includedir/gracecg/$name.mod"
+        for level in "$@"; do
+            printf '%s\n' "$libdir/glibc-hwcaps/$level/lib$name.so.$major" "$libdir/glibc-hwcaps/$level/lib$name.so.$version"
+        done
     done
     for licence in LICENSES/*; do
         printf '%s\n' "$docdir/$licence"
@@ -82,6 +85,7 @@ way() {
     realpath --canonicalize-missing --relative-to="$1" "$2"
 }
 
+# The pkg-config file of a library: NAME DESCRIPTION LINE...
 write_pkg_config() {
     cat <<EOF
 prefix=\${pcfiledir}/$(way "$libdir/pkgconfig" "$prefix")
@@ -89,55 +93,46 @@ libdir=\${pcfiledir}/$(way "$libdir/pkgconfig" "$libdir")
 includedir=\${pcfiledir}/$(way "$libdir/pkgconfig" "$includedir")
 moddir=\${includedir}/gracecg
 
-Name: gracecg
-Description: Centre-of-gravity calibration of GRACE-type satellites: models, simulation, estimation
+Name: $1
+Description: $2
 Version: $version
 Cflags: -I\${includedir} -I\${moddir}
-Libs: -L\${libdir} -lgracecg
-Libs.private: $(dependencies)
+Libs: -L\${libdir} -l$1
+$3
 EOF
 }
 
-# The sources of the library: what its doors use, directly or not, with the submodules of these modules. A module
-# gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
-library_sources() {
-    local waiting=(src/gracecg.f90 src/interface/*.f90) seen=' ' source floor room submodule
-    while [ "${#waiting[@]}" -gt 0 ]; do
-        source=${waiting[0]}
-        waiting=("${waiting[@]:1}")
-        case $seen in *" $source "*) continue ;; esac
-        seen+="$source "
-        printf '%s\n' "$source"
-        while read -r floor room; do
-            waiting+=("$(find "src/$floor" -name "$room.f90")")
-            while IFS= read -r submodule; do
-                waiting+=("$submodule")
-            done < <(grep -lr --include='*.f90' "^submodule *(gracecg_${floor}_$room)" src)
-        done < <(sed -n 's/^ *use gracecg_\([a-z0-9]*\)_\([a-z0-9_]*\).*/\1 \2/p' "$source" | sort -u)
-    done
-}
-
-# Takes out of an archive of fpm's what does not belong to the library: fpm names an object after its source.
-leave_library() {
-    local others
-    others=$(ar t "$1" | grep -vxFf <(library_sources | sed 's|/|_|g; s|$|.o|'))
-    # shellcheck disable=SC2086 # several words are meant
-    ar d "$1" $others
-}
-
-# Both libraries, in a folder: STAGE LIBRARY FLAGS.
+# Both libraries as archive and shared, in a folder: STAGE LIBRARY FLAGS.
 build_libraries() {
+    local archive objects
     FPM_FFLAGS=$3 "$fpm" install --profile release --prefix "$1" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }
+    objects=$(mktemp -d)
+    archive=$PWD/$1/lib/libgracecg.a
+    (cd "$objects" && ar x "$archive")
+    rm -rf "$objects"/level1_src_commands_*
     mkdir -p "$2"
-    cp "$1/lib/libgracecg.a" "$2/"
-    leave_library "$2/libgracecg.a"
+    make_library "$2" gracecg "$objects"/src_*.o
+    make_library "$2" gracecg_level1 "$objects"/level1_src_*.o -- "$2/libgracecg.so.$version"
+    rm -rf "$objects"
+}
+
+# Makes FOLDER/libNAME.a and libNAME.so.VERSION: FOLDER NAME OBJECT... [-- LIBRARY...], with the libraries that it needs.
+make_library() {
+    local archive=$1/lib$2.a shared=$1/lib$2.so soname=lib$2.so.$major objects=()
+    shift 2
+    while [ "$#" -gt 0 ] && [ "$1" != -- ]; do
+        objects+=("$1")
+        shift
+    done
+    [ "$#" -eq 0 ] || shift
+    rm -f "$archive"
+    ar rcs "$archive" "${objects[@]}"
     # shellcheck disable=SC2046 # several words are meant
     "${FPM_FC:-gfortran}" -shared -fopenmp -Wl,-soname,"$soname" -Wl,-z,defs -Wl,--version-script=tools/cmake/exports.map \
-        -o "$2/libgracecg.so.$version" -Wl,--whole-archive "$2/libgracecg.a" \
-        -Wl,--no-whole-archive $(dependencies)
+        -o "$shared.$version" -Wl,--whole-archive "$archive" -Wl,--no-whole-archive "$@" $(dependencies)
 }
 
 build() {
@@ -149,26 +144,32 @@ build() {
         build_libraries "$stage/$level" "$library/$level" "${FPM_FFLAGS:-} -march=$level"
     done
     build_libraries "$stage" "$library" "$(tools/flags.sh)"
-    write_pkg_config >"$stage/gracecg.pc"
+    write_pkg_config gracecg 'Centre-of-gravity calibration of GRACE-type satellites: models, simulation, estimation' \
+        "Libs.private: $(dependencies)" >"$stage/gracecg.pc"
+    write_pkg_config gracecg_level1 'Level-1 data of GRACE and GRACE-FO for gracecg: files, time, frames, estimates' \
+        'Requires: gracecg' >"$stage/gracecg_level1.pc"
     tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
     "$stage/bin/gracecg" completion bash >"$stage/completion.bash"
     "$stage/bin/gracecg" completion zsh >"$stage/completion.zsh"
 }
 
 copy() {
-    local level licence
+    local name shared level licence
     install -D -m 755 "$stage/bin/gracecg" "$destdir$bindir/gracecg"
-    install -D -m 644 "$library/libgracecg.a" "$destdir$libdir/libgracecg.a"
-    install -D -m 644 "$library/libgracecg.so.$version" "$destdir$libdir/libgracecg.so.$version"
-    ln -sfn "libgracecg.so.$version" "$destdir$libdir/$soname"
-    ln -sfn "$soname" "$destdir$libdir/libgracecg.so"
-    for level in $hwcaps; do
-        install -D -m 644 "$library/$level/libgracecg.so.$version" "$destdir$libdir/glibc-hwcaps/$level/libgracecg.so.$version"
-        ln -sfn "libgracecg.so.$version" "$destdir$libdir/glibc-hwcaps/$level/$soname"
+    for name in $names; do
+        shared=lib$name.so
+        install -D -m 644 "$library/lib$name.a" "$destdir$libdir/lib$name.a"
+        install -D -m 644 "$library/$shared.$version" "$destdir$libdir/$shared.$version"
+        ln -sfn "$shared.$version" "$destdir$libdir/$shared.$major"
+        ln -sfn "$shared.$major" "$destdir$libdir/$shared"
+        for level in $hwcaps; do
+            install -D -m 644 "$library/$level/$shared.$version" "$destdir$libdir/glibc-hwcaps/$level/$shared.$version"
+            ln -sfn "$shared.$version" "$destdir$libdir/glibc-hwcaps/$level/$shared.$major"
+        done
+        install -D -m 644 "$stage/$name.pc" "$destdir$libdir/pkgconfig/$name.pc"
+        install -D -m 644 "include/$name.h" "$destdir$includedir/$name.h"
+        install -D -m 644 "$stage/include/$name.mod" "$destdir$includedir/gracecg/$name.mod"
     done
-    install -D -m 644 "$stage/gracecg.pc" "$destdir$libdir/pkgconfig/gracecg.pc"
-    install -D -m 644 include/gracecg.h "$destdir$includedir/gracecg.h"
-    install -D -m 644 "$stage/include/gracecg.mod" "$destdir$includedir/gracecg/gracecg.mod"
     install -D -m 644 "$stage/gracecg.1" "$destdir$mandir/man1/gracecg.1"
     install -D -m 644 "$stage/completion.bash" "$destdir$bash_completion"
     install -D -m 644 "$stage/completion.zsh" "$destdir$zsh_completion"

@@ -4,7 +4,7 @@
     tools/level1_study.py [--gracecg PROGRAM] [--seeds 20] [--first-seed 1] [--scenario NAME ...] [--case CASE] [--out FILE]
     tools/level1_study.py --faults ...      puts faults into the files of each seed and looks whether each is told by its name
 
-Each scenario is a namelist for `gracecg simulate --format level1`; each seed draws gains, inertia, leakage, scales, field, clocks
+Each scenario is a namelist for `gracecg level1 simulate`; each seed draws gains, inertia, leakage, scales, field, clocks
 and all noise anew. Reported: for every source how many of the seeds that claim it (flag 0) are within 10 um on all axes; for
 torque+cal and acc-cal those within 4 sigma + 3 um; the mean normalised square of the recommended solution, which is 3 within its
 sampling error if sigma is right; gains within 0.5 %, delays within 10 ms. Exit status 1 when a standard is missed.
@@ -74,7 +74,7 @@ def simulate(program, case, settings, spans, seed, folder, binary=False):
     with open(namelist, "w") as file:
         file.write(f"&level1_simulation\n {settings}\n/\n{spans}")
     day = os.path.join(folder, "day")
-    run(program, "simulate", case, "--format", "level1", "--level1", namelist, "--out", day, "--seed", str(seed),
+    run(program, "level1", "simulate", case, "--level1", namelist, "--out", day, "--seed", str(seed),
         *(["--binary"] if binary else []))
     return day
 

@@ -90,6 +90,8 @@ lib/libgracecg.so            the library, shared
 lib/pkgconfig/gracecg.pc     options for compiler and linker
 include/gracecg.h            its C interface
 include/gracecg/gracecg.mod  its Fortran interface
+libgracecg_level1, gracecg_level1.pc, .h, .mod
+                             the same of the library for Level-1 data
 EOF
 cat <<'EOF'
 .fi

@@ -2,12 +2,12 @@
  * Reads a Level-1 file of GRACE or GRACE-FO: what it holds, and the mean of each of its fields. Compiles as C99
  * and as C++.
  *
- *     cc level1.c $(pkg-config --cflags --libs gracecg) -o level1
+ *     cc level1.c $(pkg-config --cflags --libs gracecg_level1) -o level1
  *     ./level1 MAG1A_2023-06-01_C_04.txt
  *
  * Without an argument it writes a small file of its own first, and reads that.
  */
-#include <gracecg.h>
+#include <gracecg_level1.h>
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -2,11 +2,11 @@
  * The offset from a folder of Level-1 files of GRACE or GRACE-FO, by two sources of angular acceleration, and whether
  * to trust it. Compiles as C99 and as C++.
  *
- *     cc level1_estimate.c $(pkg-config --cflags --libs gracecg) -o level1_estimate
- *     gracecg simulate front-1 --format level1 --out day
+ *     cc level1_estimate.c $(pkg-config --cflags --libs gracecg_level1) -o level1_estimate
+ *     gracecg level1 simulate front-1 --out day
  *     ./level1_estimate day day/setup.nml
  */
-#include <gracecg.h>
+#include <gracecg_level1.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

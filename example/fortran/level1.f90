@@ -5,6 +5,7 @@
 !> Without an argument it writes a small file of its own first, and reads that.
 program level1
     use gracecg
+    use gracecg_level1
     implicit none
 
     type(level1_records_t) :: records

@@ -1,9 +1,10 @@
 !> The offset from a folder of Level-1 files of GRACE or GRACE-FO, by all sources of angular acceleration.
 !>
-!>     gracecg simulate front-1 --format level1 --out day
+!>     gracecg level1 simulate front-1 --out day
 !>     fpm run --example level1_estimate -- day day/setup.nml
 program level1_estimate
     use gracecg
+    use gracecg_level1
     implicit none
 
     type(level1_setup_t) :: setup

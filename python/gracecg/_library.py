@@ -1,4 +1,4 @@
-"""The shared library, called as its own header gracecg.h declares it: no signature stands here a second time."""
+"""The shared libraries, called as their own headers declare them: no signature stands here a second time."""
 from __future__ import annotations
 
 import pathlib
@@ -29,17 +29,18 @@ class GracecgError(Exception):
 
 
 def _declarations() -> str:
-    """The header without what only a compiler wants: conditions, includes, the block for C++."""
-    text = (FOLDER / "include" / "gracecg.h").read_text(encoding="utf-8")
+    """The headers without what only a compiler wants: conditions, includes, the block for C++."""
+    text = "".join((FOLDER / "include" / name).read_text(encoding="utf-8") for name in ("gracecg.h", "gracecg_level1.h"))
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     text = re.sub(r'^#ifdef __cplusplus\n.*?^#endif\n', "", text, flags=re.S | re.M)
     return re.sub(r"^#(?!define \w+ \d+$).*$", "", text, flags=re.M)
 
 
 def _path() -> str:
-    found = sorted(FOLDER.glob("lib*/**/libgracecg.so*"))
+    """The library for Level-1 data; that which it is linked with, libgracecg.so, stands beside it and is loaded with it."""
+    found = sorted(FOLDER.glob("lib*/**/libgracecg_level1.so*"))
     if not found:
-        raise ImportError(f"libgracecg.so is not below {FOLDER}: is the package installed?")
+        raise ImportError(f"libgracecg_level1.so is not below {FOLDER}: is the package installed?")
     return str(found[0])
 
 

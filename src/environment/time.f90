@@ -19,6 +19,7 @@ module gracecg_environment_time
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time
     public :: gmst_1982, sidereal_angle
     public :: modified_julian_day, calendar_date
+    public :: utc_of_gps, GPS_EPOCH
 
     type :: utc_t
         !! An instant of Coordinated Universal Time
@@ -37,6 +38,8 @@ module gracecg_environment_time
     real(dp), parameter :: MJD_J2000 = 51544.5_dp       !! 2000-01-01 12 h
     real(dp), parameter :: LONGEST_ELAPSED_TIME = 1e10_dp
     !! s, about 300 years: more than the covered span
+    !> 2000-01-01 12:00:00 GPS, that is 11:59:47 UTC: where the seconds of GPS time of GRACE begin
+    type(utc_t), parameter :: GPS_EPOCH = utc_t(51544, 43187.0_dp)
     character(*), parameter :: DIGITS = '0123456789'
 
 contains
@@ -378,4 +381,18 @@ contains
         days_in_month = modified_julian_day(next_year, next_month, 1) - &
                         modified_julian_day(year, month, 1)
     end function days_in_month
+
+    !> UTC of a GPS time.
+    elemental type(utc_t) function utc_of_gps(seconds, fraction) result(utc)
+        integer(i8), intent(in) :: seconds      !! Whole seconds past 2000-01-01 12:00:00 GPS
+        real(dp), intent(in) :: fraction        !! The rest, s
+
+        integer(i8), parameter :: DAY = 86400      ! s
+        integer(i8) :: days
+
+        ! Whole days first, so that no digit of the fraction is lost.
+        days = seconds/DAY
+        utc = utc_plus(GPS_EPOCH, real(days*DAY, dp))
+        utc = utc_plus(utc, real(seconds - days*DAY, dp) + fraction)
+    end function utc_of_gps
 end module gracecg_environment_time

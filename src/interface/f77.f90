@@ -1161,63 +1161,6 @@ subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcblf
 
-!> The offset from a folder of Level-1 files. On success msg says why the flag is not 0.
-subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
-    use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_c_support, only: c_error_t
-    use gracecg_interface_f77_support, only: c_text, finish, level1_arrays
-    implicit none
-    character(*), intent(in) :: dir    !! Folder of the files
-    character(*), intent(in) :: setup    !! Namelist with mass_properties and level1
-    character(*), intent(in) :: sat    !! 'A' to 'D'; blank: the first that has files
-    character(*), intent(in) :: src    !! Source of angular acceleration; blank: torque+cal
-    real(dp), intent(inout) :: d(3)    !! Offset, SRF, m
-    real(dp), intent(inout) :: cov(3, 3)    !! Its covariance, m^2
-    real(dp), intent(inout) :: gain(3)    !! Of the rods, A m^2/mA
-    real(dp), intent(inout) :: delay(2)    !! Of torque and accelerometer, s
-    integer, intent(inout) :: iflag(2)
-    !! 0 good, 1 with care, 2 not to be used; leakage: 0 left out, 1 a priori, 2 estimated
-    integer, intent(out) :: istat
-    character(*), intent(inout) :: msg
-
-    type(c_error_t) :: error
-    integer(c_int) :: status
-
-    status = level1_arrays(c_text(dir), c_text(setup), c_text(sat), c_text(''), c_text(src), d, cov, gain, &
-        delay, iflag, error=error)
-    call finish(status, error, istat, msg)
-end subroutine gcl1es
-
-!> The same of the manoeuvre that a day has part of. On success msg says why the flag is not 0.
-subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
-    use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_c_support, only: c_error_t
-    use gracecg_interface_f77_support, only: c_text, finish, level1_arrays
-    implicit none
-    character(*), intent(in) :: dir    !! Folder of the files
-    character(*), intent(in) :: setup    !! Namelist with mass_properties and level1
-    character(*), intent(in) :: sat    !! 'A' to 'D'; blank: the first that has files
-    character(*), intent(in) :: day    !! '2020-02-01'; blank: of all files
-    character(*), intent(in) :: src    !! Source of angular acceleration; blank: torque+cal
-    real(dp), intent(inout) :: d(3)    !! Offset, SRF, m
-    real(dp), intent(inout) :: cov(3, 3)    !! Its covariance, m^2
-    real(dp), intent(inout) :: gain(3)    !! Of the rods, A m^2/mA
-    real(dp), intent(inout) :: delay(2)    !! Of torque and accelerometer, s
-    integer, intent(inout) :: iflag(2)
-    !! 0 good, 1 with care, 2 not to be used; leakage: 0 left out, 1 a priori, 2 estimated
-    integer, intent(out) :: istat
-    character(*), intent(inout) :: msg
-
-    type(c_error_t) :: error
-    integer(c_int) :: status
-
-    status = level1_arrays(c_text(dir), c_text(setup), c_text(sat), c_text(day), c_text(src), d, cov, gain, &
-        delay, iflag, error=error)
-    call finish(status, error, istat, msg)
-end subroutine gcl1dy
-
 !> The least covariance of the offset with the manoeuvre and the noise of a case.
 subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int

@@ -10,13 +10,12 @@ module gracecg_interface_f77_support
         setup_with_moments
     use gracecg_interface_c_fit, only: c_fit_open, c_fit_free, c_fit_counts, c_fit_series, c_fit_running
     use gracecg_interface_c_general, only: c_earth_orientation
-    use gracecg_interface_c_level1_estimate, only: c_level1_offset_t, c_estimate_level1_day
     use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
         c_design_t, c_design_manoeuvre, c_design_along, c_rod_t, c_case_rods, c_map
     implicit none
     private
     public :: c_text, c_handle, finish, finish_handle
-    public :: free_any, observation_counts, observation_arrays, measured_setup, estimate_arrays, belief_arrays, level1_arrays
+    public :: free_any, observation_counts, observation_arrays, measured_setup, estimate_arrays, belief_arrays
     public :: bound_arrays, design_defaults_arrays, design_arrays, design_along_arrays, rod_arrays, map_arrays
     public :: residual_arrays, running_arrays, orientation_array
 
@@ -186,32 +185,6 @@ contains
         ncon = beliefs%contradicted
         nunt = beliefs%untested
     end function belief_arrays
-
-    !> The offset from Level-1 files; with STATUS_OK the message says why its flag is not 0.
-    function level1_arrays(dir, setup, sat, day, src, d, cov, gain, delay, iflag, error) result(status)
-        character(*), intent(in) :: dir, setup, sat, day, src   !! As C wants them
-        real(dp), intent(inout) :: d(3), cov(3, 3)          !! Offset and covariance, SRF, m, m^2
-        real(dp), intent(inout) :: gain(3), delay(2)        !! Of the rods, A m^2/mA; torque, accelerometer, s
-        integer, intent(inout) :: iflag(2)                  !! Flag; what was done about leakage
-        type(c_error_t), intent(inout) :: error
-        integer(c_int) :: status                            !! A gracecg_status
-
-        integer, parameter :: TEXT_SIZE = 16*MESSAGE_SIZE   ! More than all findings together
-        character(kind=c_char) :: words(TEXT_SIZE)
-        type(c_level1_offset_t) :: offset
-
-        words(1) = c_null_char
-        status = c_estimate_level1_day(dir, setup, sat, day, 0_c_size_t, source=src, c_offset=offset, text=words, &
-                                       size=size(words, kind=c_size_t), error=error)
-        if (status /= STATUS_OK) return
-        error%message = words(:MESSAGE_SIZE)
-        error%message(MESSAGE_SIZE) = c_null_char
-        d = offset%offset
-        cov = offset%covariance
-        gain = offset%gain
-        delay = [offset%torque_delay, offset%accelerometer_delay]
-        iflag = [offset%flag, offset%leakage]
-    end function level1_arrays
 
     !> The bound of a case.
     function bound_arrays(icas, sig, cov, psig, dir, csig, error) result(status)

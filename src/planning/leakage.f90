@@ -10,8 +10,8 @@ module gracecg_planning_leakage
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
-    use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_noise_whitening, only: weigh_series
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_simulation_case, only: case_t
@@ -28,7 +28,7 @@ module gracecg_planning_leakage
     real(dp), parameter :: AROUND = 600, STEP = 60  !! Places about half a revolution that are tried, s
 
     !> A manoeuvre alone and flown a second time half a revolution away. Standard deviations of d in body axes, m,
-    !> without leakage and with it estimated, of which the a-priori sigmas are those of `level1_setup_t`.
+    !> without leakage and with it estimated, of which the a-priori sigmas are USUAL_LEAKAGE.
     type :: leakage_pair_t
         real(dp) :: without(3) = 0      !! One flight, leakage left out
         real(dp) :: with(3) = 0         !! One flight, leakage estimated
@@ -49,7 +49,6 @@ contains
         type(torque_rods_t), intent(in) :: rods         !! Times count from the start of the calibration
         real(dp), intent(out) :: normal(PARAMETERS, PARAMETERS)
 
-        type(level1_setup_t) :: setup       ! its defaults: moment by current
         type(attitude_motion_t) :: motion
         real(dp) :: omega(3, arc%samples), omega_dot(3, arc%samples), theta(3, arc%samples)
         real(dp) :: rows(arc%samples, 9), weighed(arc%samples, 9), a(3, 3), part(9, 9)
@@ -58,8 +57,8 @@ contains
         call fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
         do i = 1, arc%samples
             associate (t => i*arc%interval, h => arc%interval/2)
-                rows(i, 4:6) = dipole_moment(rods, t)/setup%rod_gain
-                rows(i, 7:9) = (dipole_moment(rods, t + h) - dipole_moment(rods, t - h))/(2*h)/setup%rod_gain
+                rows(i, 4:6) = dipole_moment(rods, t)/USUAL_ROD_GAIN
+                rows(i, 7:9) = (dipole_moment(rods, t + h) - dipole_moment(rods, t - h))/(2*h)/USUAL_ROD_GAIN
             end associate
         end do
         normal = 0
@@ -83,7 +82,6 @@ contains
         real(dp), intent(in) :: normal(PARAMETERS, PARAMETERS)
         real(dp), intent(out) :: without(3), with(3)        !! m
 
-        type(level1_setup_t) :: setup       ! its defaults: a-priori sigmas of L and K
         type(error_t), allocatable :: failure
         real(dp) :: bounded(PARAMETERS, PARAMETERS), covariance(PARAMETERS, PARAMETERS), x(PARAMETERS), condition
         real(dp) :: small(3, 3), y(3)
@@ -95,7 +93,7 @@ contains
         if (.not. allocated(failure)) without = sqrt([(small(k, k), k=1, 3)])
         bounded = normal
         do k = 4, PARAMETERS
-            bounded(k, k) = bounded(k, k) + 1/setup%leakage_prior(merge(1, 2, modulo(k - 4, 6) < 3))**2
+            bounded(k, k) = bounded(k, k) + 1/USUAL_LEAKAGE(merge(1, 2, modulo(k - 4, 6) < 3))**2
         end do
         call solve_normal_equations(bounded, spread(0.0_dp, 1, PARAMETERS), x, covariance, condition, failure)
         if (.not. allocated(failure)) with = sqrt([(covariance(k, k), k=1, 3)])

@@ -30,15 +30,16 @@ module gracecg_simulation_case
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
-    use gracecg_simulation_level1_settings, only: LEVEL1_GROUPS
     implicit none
     private
-    public :: case_t, read_case, case_from_text, case_text
+    public :: case_t, read_case, case_from_text, case_text, LEVEL1_GROUPS
     public :: earth_orientation_name, find_earth_parameters, flies_under_control
 
     !> Of the orientation of the Earth: 'iau' from the year 2000 on, unless the sidereal angle is given
     character(*), parameter :: BY_DATE = 'by-date'
     integer, parameter :: MJD_2000 = 51544              !! 2000-01-01
+    !> Groups of simulated Level-1 files, which may stand in the same file
+    character(18), parameter :: LEVEL1_GROUPS(2) = [character(18) :: 'level1_simulation', 'level1_span']
 
     !> How the truth is integrated, all by Runge-Kutta-Fehlberg 7(8): in one step an interval up to LONG_ARC and in
     !> steps under control beyond; in one step an interval; in steps under control

@@ -35,7 +35,7 @@ module test_beliefs_of_operator
 
     type(density_wave_t), parameter :: WAVE_NEAR_RODS = density_wave_t(0.003_dp, 12.0_dp, 0.0_dp)
     !! Its period is near the 10 s of the rods, so that it takes up a part of what a wrong delay does; with that of the
-    !! cases, 15.5 s, it takes up nothing
+    !! cases, 19.9 s, it takes up little
 
 contains
 

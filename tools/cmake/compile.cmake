@@ -7,7 +7,7 @@ function(compile_as_here target folder)
     target_compile_options(${target} PRIVATE
         "$<$<AND:$<COMPILE_LANG_AND_ID:Fortran,GNU>,$<CONFIG:Release>>:-O3;-funroll-loops>"
         "$<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-fimplicit-none>")
-    target_include_directories(${target} PRIVATE ${modules} ${PROJECT_BINARY_DIR}/program)
+    target_include_directories(${target} PRIVATE ${modules} ${level1_modules} ${PROJECT_BINARY_DIR}/program)
     target_link_libraries(${target} PRIVATE LAPACK::LAPACK OpenMP::OpenMP_Fortran)
     set(sums ${PROJECT_BINARY_DIR}/modules-of-)
     add_custom_command(OUTPUT ${sums}${target} DEPENDS ${target} $<TARGET_OBJECTS:${target}> VERBATIM COMMAND ${CMAKE_COMMAND}

@@ -4,11 +4,10 @@ module gracecg_estimation_saved_estimate
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_environment_time, only: utc_t, parse_utc
+    use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
     use gracecg_files_table, only: table_file_t
-    use gracecg_observations_level1_time, only: utc_of_gps
     use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
     use gracecg_estimation_offset_change, only: read_dated_rows
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT

@@ -1,0 +1,147 @@
+!> The result of a command for programs: JSON with everything that the text shows, and CSV of its table.
+module gracecg_cli_results
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: string_t, split
+    use gracecg_base_version, only: VERSION
+    use gracecg_files_json, only: json_writer_t
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: results_t, FORMATS, add_format_option, take_format, publish_row, put_columns
+
+    character(4), parameter :: FORMATS(3) = [character(4) :: 'text', 'csv', 'json']    !! Values of --format
+
+    !> A JSON object in the making; what is the command's own is put in by `member`, `begin` and `end`.
+    type, extends(json_writer_t) :: results_t
+    contains
+        procedure :: open => open_results   !! Program, version and command
+        procedure :: publish                !! Ends the object and prints what is asked for
+        procedure :: complete               !! Ends the object: the text
+    end type results_t
+
+contains
+
+    !> Declares the option --format.
+    subroutine add_format_option(arguments, default)
+        type(arguments_t), intent(inout) :: arguments
+        character(*), intent(in), optional :: default   !! One of FORMATS; absent: text
+
+        character(:), allocatable :: usual
+
+        usual = 'text'
+        if (present(default)) usual = default
+        call arguments%add_option('--format', 'FORMAT', 'text, csv or json (default '//usual//')', choices=FORMATS)
+    end subroutine add_format_option
+
+    !> What standard output is to be: text for people, the table as CSV, or everything as JSON.
+    subroutine take_format(arguments, console, misuse, default)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(inout) :: misuse     !! The format is another
+        character(*), intent(in), optional :: default           !! As of add_format_option
+
+        character(:), allocatable :: chosen, usual
+
+        usual = 'text'
+        if (present(default)) usual = default
+        call arguments%get('--format', chosen, misuse, default=usual, choices=FORMATS)
+        if (.not. allocated(misuse)) console%format = chosen
+    end subroutine take_format
+
+    !> Begins the object.
+    subroutine open_results(self, command)
+        class(results_t), intent(inout) :: self
+        character(*), intent(in) :: command     !! As typed: 'model gravity'
+
+        call self%begin()
+        call self%member('program', 'gracecg')
+        call self%member('version', VERSION)
+        call self%member('command', command)
+    end subroutine open_results
+
+    !> Prints the result: of JSON the object with the table's rows and the warnings, of CSV the table, of text
+    !> nothing, for that has been written line by line. Fails when a number is not finite.
+    subroutine publish(self, table, console, error)
+        class(results_t), intent(inout) :: self
+        type(data_table_t), intent(in) :: table         !! Its rows are the member `results`
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: lines(:)
+        character(:), allocatable :: text
+        integer :: i
+
+        select case (console%format)
+        case ('csv')
+            call table%csv(lines, error)
+            if (allocated(error)) return
+            do i = 1, size(lines)
+                call console%data(lines(i)%text)
+            end do
+        case ('json')
+            call self%complete(table, console, text, error)
+            if (.not. allocated(error)) call console%data(text)
+        end select
+    end subroutine publish
+
+    !> Ends the object with the table's rows and the warnings. Fails when a number is not finite.
+    subroutine complete(self, table, console, text, error)
+        class(results_t), intent(inout) :: self
+        type(data_table_t), intent(in) :: table         !! Its rows are the member `results`
+        type(console_t), intent(in) :: console
+        character(:), allocatable, intent(out) :: text  !! The JSON
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: warnings(:)
+
+        allocate (warnings(0))
+        if (allocated(console%warnings)) warnings = console%warnings
+        call table%to_json(self, 'results')
+        call self%member('warnings', warnings)
+        call self%end()
+        call self%finish(text, error)
+    end subroutine complete
+
+    !> Three series as columns of a table: x, y, z in the names.
+    subroutine put_columns(json, before, behind, values)
+        class(json_writer_t), intent(inout) :: json     !! In the table's object
+        character(*), intent(in) :: before, behind      !! Of the axis in the column's name
+        real(dp), intent(in) :: values(:, :)            !! (axis, row)
+
+        integer :: axis
+
+        do axis = 1, size(AXES)
+            call json%member(before//AXES(axis)//behind, values(axis, :))
+        end do
+    end subroutine put_columns
+
+    !> One row of numbers as the result of a command.
+    subroutine publish_row(command, columns, values, console, error, note)
+        character(*), intent(in) :: command         !! As typed: 'model gravity'
+        character(*), intent(in) :: columns         !! Names, separated by commas, each with its unit: ax_m_s2
+        real(dp), intent(in) :: values(:)           !! By column
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: note  !! What is to be known of it
+
+        type(results_t) :: results
+        type(data_table_t) :: table
+        type(string_t), allocatable :: names(:)
+        integer :: i
+
+        names = split(columns, ',')
+        do i = 1, size(names)
+            call table%column(names(i)%text, 'es16.8', names(i)%text)
+        end do
+        call table%add(values)
+        call console%table(table)
+        if (present(note)) call console%paragraph(note)
+        call results%open(command)
+        if (present(note)) call results%member('note', note)
+        call results%publish(table, console, error)
+    end subroutine publish_row
+end module gracecg_cli_results

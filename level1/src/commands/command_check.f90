@@ -1,0 +1,85 @@
+!> gracecg level1 check: a day of Level-1 data in numbers that tell whether it was understood.
+module gracecg_level1_command_check
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_level1_check, only: level1_check_t, check_level1
+    use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    use gracecg_level1_command_estimate, only: add_day_option
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    implicit none
+    private
+    public :: declare_level1_check, run_level1_check
+
+    character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
+
+contains
+
+    !> Arguments and help of `gracecg level1 check`.
+    subroutine declare_level1_check(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 check', 'DIR', 1, 1, &
+                                'Numbers of a day of Level-1 data that tell whether files, time and frames were understood: '// &
+                                'sampling, means and noise of the accelerometer, tags of 1A against 1B, rates and noise of '// &
+                                'the attitude, orbit in body axes, magnetometer against the IGRF, rod currents and their '// &
+                                'gain, gyros, thrusters, gas. Each has a verdict: ok, or unusual for such data.', &
+                                'gracecg level1 check day')
+        call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
+                                  choices=SATELLITE_NAMES)
+        call add_day_option(arguments)
+        call add_format_option(arguments)
+    end subroutine declare_level1_check
+
+    !> The work of `gracecg level1 check`.
+    subroutine run_level1_check(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(level1_folder_t) :: files
+        type(level1_check_t) :: check
+        type(data_table_t) :: table
+        type(results_t) :: results
+        character(:), allocatable :: satellite, day
+        integer :: i, unusual
+
+        satellite = ''
+        if (arguments%has('--satellite')) call arguments%get('--satellite', satellite, misuse, choices=SATELLITE_NAMES)
+        call arguments%get('--day', day, misuse, default='')
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+        if (satellite == '') satellite = ' '
+        call open_level1_folder(arguments%positional(1), satellite(1:1), files, error, day)
+        if (.not. allocated(error)) call check_level1(files, check, error)
+        if (allocated(error)) return
+        call table%column('quantity', 'a', 'quantity')
+        call table%column('value', 'es16.8', 'value')
+        call table%column('unit', 'a', 'unit')
+        call table%column('verdict', 'a', 'verdict')
+        unusual = 0
+        do i = 1, size(check%rows)
+            call table%add(check%rows(i)%quantity)
+            call table%add(check%rows(i)%value)
+            call table%add(check%rows(i)%unit)
+            if (check%rows(i)%is_usual()) then
+                call table%add('ok')
+            else
+                call table%add('unusual')
+                unusual = unusual + 1
+            end if
+        end do
+        do i = 1, size(check%warnings)
+            call console%warn(check%warnings(i)%text)
+        end do
+        call console%line('satellite '//files%satellite//', '//files%date)
+        call console%table(table)
+        call console%line(integer_text(unusual)//' of '//integer_text(size(check%rows))//' numbers are unusual')
+        call results%open('level1 check')
+        call results%member('satellite', files%satellite)
+        call results%member('date', files%date)
+        call results%publish(table, console, error)
+    end subroutine run_level1_check
+end module gracecg_level1_command_check

@@ -1,0 +1,474 @@
+!> gracecg level1 estimate: the CG offset from a folder of Level-1 files.
+module gracecg_level1_command_estimate
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE, NANOTESLA
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, integer_text, rounded_text, real_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
+    use gracecg_level1_calibration, only: level1_calibration_t, middle_of
+    use gracecg_level1_gathering, only: gather_calibration
+    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
+    use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
+    use gracecg_level1_offset, only: sigma_of, LEAKAGE_CHOICES
+    use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
+    use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
+    use gracecg_level1_sources, only: LEVEL1_SOURCES
+    use gracecg_files_file, only: check_writable
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_console, only: console_t
+    use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
+    use gracecg_cli_page_program, only: make_page
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    implicit none
+    private
+    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_option, take_calibration
+
+    character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
+    character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
+
+contains
+
+    !> Arguments and help of `gracecg level1 estimate`.
+    subroutine declare_level1_estimate(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 estimate', 'DIR', 1, 1, &
+                                'Estimates the CG offset of a satellite from the Level-1 files of a calibration manoeuvre: '// &
+                                'rod currents, accelerometer, attitude, orbit, thrusters, clocks. The spans come from the '// &
+                                'SOE file in the folder (CMCAL), from --spans or --span, or from the currents. Angular '// &
+                                'acceleration comes from sources that check each other: the rods'' torque with gains from '// &
+                                'the attitude (torque+cal, recommended) or as said (torque), the accelerometer''s angular '// &
+                                'channels calibrated by the torque (acc-cal) or raw (acc-raw), star cameras (sca), gyros (imu).', &
+                                'gracecg level1 estimate day --setup setup.nml')
+        call declare_data_options(arguments)
+        call arguments%add_option('--source', 'SOURCE', 'one of the sources, or all (default); the first is the result', &
+                                  choices=[character(10) :: 'all', LEVEL1_SOURCES])
+        call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (default; with the '// &
+                                  'a-priori sigma where the data do not decide), prior, none', choices=LEAKAGE_CHOICES)
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots (takes Python)')
+        call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
+        call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
+        call add_format_option(arguments)
+    end subroutine declare_level1_estimate
+
+    !> Options that say which data of a folder are meant.
+    subroutine declare_data_options(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--setup', 'FILE', 'mass properties and settings of Level-1 data (namelist groups '// &
+                                  'mass_properties and level1)', required=.true.)
+        call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
+                                  choices=SATELLITE_NAMES)
+        call add_day_option(arguments)
+        call arguments%add_option('--spans', 'FILE', 'sub-manoeuvres: an SOE file, or lines of start (GPS seconds past '// &
+                                  '2000-01-01 12:00) and duration (s)')
+        call arguments%add_option('--span', 'START DURATION', 'a single sub-manoeuvre, likewise')
+        call arguments%add_option('--field', 'FIELD', 'of the Earth: model (default), or magnetometer: corrected for bias '// &
+                                  'and rods by the model', choices=FIELDS)
+    end subroutine declare_data_options
+
+    !> The option that says which day of a folder is meant.
+    subroutine add_day_option(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--day', 'DATE', 'the manoeuvre that this day has part of, as 2020-02-01 (default: of all '// &
+                                  'files in the folder, which are joined); the days before and behind it are read, too')
+    end subroutine add_day_option
+
+    !> Setup and data by the options. Fails as reading does.
+    subroutine take_calibration(arguments, setup, calibration, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(level1_setup_t), intent(out) :: setup
+        type(level1_calibration_t), intent(out) :: calibration
+        type(error_t), allocatable, intent(inout) :: misuse
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: setup_file, satellite, day, spans_file, field
+        real(dp), allocatable :: span(:, :)
+
+        call arguments%get('--setup', setup_file, misuse)
+        satellite = ''
+        if (arguments%has('--satellite')) call arguments%get('--satellite', satellite, misuse, choices=SATELLITE_NAMES)
+        call arguments%get('--day', day, misuse, default='')
+        call arguments%get('--spans', spans_file, misuse, default='')
+        allocate (span(2, 0))
+        if (arguments%has('--span')) then
+            deallocate (span)
+            allocate (span(2, 1))
+            call arguments%get('--span', span(:, 1), misuse)
+            if (.not. allocated(misuse)) call refuse_if(span(2, 1) <= 0, '--span: the duration has to be positive', misuse)
+            call refuse_if(spans_file /= '', '--span and --spans exclude each other', misuse)
+        end if
+        call arguments%get('--field', field, misuse, default='model', choices=FIELDS)
+        if (allocated(misuse)) return
+        call read_level1_setup(setup_file, setup, error)
+        if (allocated(error)) return
+        call gather_calibration(arguments%positional(1), setup, satellite, spans_file, span, field, calibration, error, &
+                                day)
+    end subroutine take_calibration
+
+    !> The work of `gracecg level1 estimate`.
+    subroutine run_level1_estimate(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        character(10), allocatable :: sources(:)
+        character(:), allocatable :: source, leakage, page, vcm, soe
+        integer :: i
+
+        call arguments%get('--source', source, misuse, default='all', choices=[character(10) :: 'all', LEVEL1_SOURCES])
+        call arguments%get('--leakage', leakage, misuse, default='estimate', choices=LEAKAGE_CHOICES)
+        call arguments%get('--report', page, misuse, default='')
+        call arguments%get('--vcm', vcm, misuse, default='')
+        call arguments%get('--soe', soe, misuse, default='')
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+        call check_writable(page, error)
+        if (allocated(error)) return
+        call take_calibration(arguments, setup, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        sources = [character(10) :: source]
+        if (source == 'all') sources = LEVEL1_SOURCES
+        call estimate_level1(calibration, setup, sources, leakage, estimate, error)
+        if (allocated(error)) return
+        do i = 1, size(calibration%notes)
+            call console%warn(calibration%notes(i)%text)
+        end do
+        do i = 1, size(estimate%remarks)
+            call console%warn(estimate%remarks(i)%text)
+        end do
+        call show(calibration, setup, estimate, console)
+        call publish(page, arguments%positional(1), calibration, setup, estimate, console, error)
+        if (allocated(error)) return
+        if (page /= '') call console%line('written: '//page)
+        if (estimate%flag > 1 .and. vcm//soe /= '') then
+            if (vcm == '') vcm = soe
+            call fail(error, vcm//': not written, for the offset is not to be used (flag 2)')
+            return
+        end if
+        if (vcm /= '') call write_vcm(vcm, calibration, estimate, error)
+        if (allocated(error)) return
+        if (soe /= '') call write_event(soe, calibration, estimate, error)
+    end subroutine run_level1_estimate
+
+    !> For people.
+    subroutine show(calibration, setup, estimate, console)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(console_t), intent(inout) :: console
+
+        type(data_table_t) :: spans, rods
+        type(trim_command_t), allocatable :: commands(:)
+        integer :: i
+
+        call console%line('satellite '//calibration%satellite//', '//calibration%date//': '// &
+                          integer_text(count(calibration%spans%used))//' of '//integer_text(size(calibration%spans))// &
+                          ' spans used, from '//trim(calibration%spans_from))
+        call console%line('')
+        call span_table(calibration, spans)
+        call console%table(spans)
+        call console%line('')
+        call rod_table(setup, estimate, rods)
+        call console%table(rods)
+        call console%line('currents between samples: '//trim(merge('held (steps)', 'smooth      ', estimate%steps))// &
+                          '; torque behind the tags of its current: '//trim(milliseconds(estimate%rods%delay))//' +- '// &
+                          trim(milliseconds(estimate%rods%delay_sigma))//' ms')
+        if (estimate%accelerometer_delay_sigma > 0) &
+            call console%line('accelerometer behind its tags: '//trim(milliseconds(estimate%accelerometer_delay))//' +- '// &
+                              trim(milliseconds(estimate%accelerometer_delay_sigma))//' ms')
+        call console%line('')
+        call show_sources(estimate, console)
+        call show_leakage(estimate, console)
+        do i = 1, size(estimate%findings)
+            call console%warn(estimate%findings(i)%text)
+        end do
+        call console%line('')
+        associate (first => estimate%solutions(1))
+            call console%line('verdict on '//trim(first%source)//': '//trim(VERDICTS(first%flag))//' (flag '// &
+                              integer_text(first%flag)//')'//because(first%reason))
+            call console%line(trim(offset_remark(first%offset)))
+            if (first%flag > 1) return
+            call trim_commands(setup, first%offset, commands)
+            do i = 1, size(commands)
+                call console%line('trim: '//trim(commands(i)%text))
+            end do
+        end associate
+    end subroutine show
+
+    pure function because(reason) result(text)
+        character(*), intent(in) :: reason
+        character(:), allocatable :: text
+
+        text = ''
+        if (reason /= '') text = ': '//trim(reason)
+    end function because
+
+    subroutine span_table(calibration, table)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(data_table_t), intent(out) :: table
+
+        type(rod_lines_t) :: lines
+        integer :: i, rod
+
+        call table%column('span', 'i0', 'span')
+        call table%column('start_gps_s', 'f0.1', 'start|GPS s')
+        call table%column('duration_s', 'f0.1', 'length|s')
+        call table%column('samples', 'i0', 'samples')
+        call table%column('flagged', 'i0', 'flagged')
+        call table%column('vetoed', 'i0', 'vetoed')
+        call table%column('gaps', 'i0', 'in gaps')
+        call table%column('outliers', 'i0', 'outliers')
+        call table%column('firings', 'i0', 'firings')
+        do rod = 1, 3
+            call table%column('frequency_'//AXES(rod)//'_hz', 'f7.4', 'rod '//AXES(rod)//'|Hz')
+            call table%column('amplitude_'//AXES(rod)//'_ma', 'f6.1', '|mA')
+            call table%column('phase_'//AXES(rod)//'_deg')
+        end do
+        call table%columns_by_axis('field_', '_nt', 'f7.0', 'B', 'nT')
+        call table%column('used', 'a', 'used')
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                call find_rod_lines(calibration, span, lines)
+                call table%add(i)
+                call table%add(real(calibration%epoch, dp) + span%start)
+                call table%add(span%stop - span%start)
+                call table%add(size(span%time))
+                call table%add(span%flagged)
+                call table%add(span%vetoed)
+                call table%add(max(0, span%expected - size(span%time) - span%flagged - span%vetoed - span%outliers))
+                call table%add(span%outliers)
+                call table%add(span%firings_inside)
+                do rod = 1, 3
+                    call table%add(lines%frequency(rod))
+                    call table%add(lines%amplitude(rod))
+                    call table%add(lines%phase(rod))
+                end do
+                call table%add(span%mean_field/NANOTESLA)
+                if (span%used) then
+                    call table%add('yes')
+                else
+                    call table%add('no: '//trim(span%reason))
+                end if
+            end associate
+        end do
+    end subroutine span_table
+
+    subroutine rod_table(setup, estimate, table)
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(data_table_t), intent(out) :: table
+
+        integer :: k
+
+        call table%column('rod', 'a', 'rod')
+        call table%column('gain_said', 'f9.5', 'said|A m^2/mA')
+        call table%column('gain', 'f9.5', 'by the attitude|A m^2/mA')
+        call table%column('sigma', 'f8.5', 'sigma')
+        do k = 1, 3
+            call table%add(AXES(k))
+            call table%add(setup%rod_gain(k)*setup%rod_sign(k))
+            if (estimate%rods%driven(k)) then
+                call table%add(estimate%rods%gain(k)*setup%rod_gain(k)*setup%rod_sign(k))
+                call table%add(estimate%rods%gain_sigma(k)*setup%rod_gain(k))
+            else
+                call table%add_nothing()
+                call table%add_nothing()
+            end if
+        end do
+    end subroutine rod_table
+
+    !> The sources side by side: offsets, sigmas, and differences from the first in um and in sigma.
+    subroutine show_sources(estimate, console)
+        type(level1_estimate_t), intent(in) :: estimate
+        type(console_t), intent(inout) :: console
+
+        type(data_table_t) :: table
+        real(dp) :: difference(3), sigma(3)
+        integer :: i
+
+        call table%column('source', 'a', 'source')
+        call table%column('leakage', 'a', 'leakage')
+        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
+        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
+        call table%columns_by_axis('difference_', '_um', 'f7.1', 'diff. ', 'um')
+        call table%column('differences_sigma', 'f5.1', 'largest|sigma')
+        call table%column('flag', 'i0', 'flag')
+        do i = 1, size(estimate%solutions)
+            associate (solution => estimate%solutions(i), first => estimate%solutions(1))
+                sigma = sigma_of(solution)
+                difference = solution%offset - first%offset
+                call table%add(trim(solution%source))
+                call table%add(trim(solution%leakage))
+                call table%add(solution%offset/MILLIMETRE)
+                call table%add(sigma/MILLIMETRE)
+                call table%add(difference/MICROMETRE)
+                call table%add(maxval(abs(difference)/sigma))
+                call table%add(solution%flag)
+            end associate
+        end do
+        call console%table(table)
+        call console%line('sources agree when they differ by less than three sigma or '// &
+                          trim(rounded_text(CLOSE_ENOUGH/MICROMETRE, 3))//' um; flag 0 good, 1 with care, 2 not to be used')
+    end subroutine show_sources
+
+    !> What the leakage is, or why it is not estimated.
+    subroutine show_leakage(estimate, console)
+        type(level1_estimate_t), intent(in) :: estimate
+        type(console_t), intent(inout) :: console
+
+        associate (first => estimate%solutions(1))
+            call console%line('')
+            select case (first%leakage)
+            case ('estimated')
+                call console%line('leakage of the rods is estimated with d (condition '// &
+                                  trim(rounded_text(first%condition, 3))//'): at most '// &
+                                  trim(rounded_text(maxval(abs(first%leak)), 3))//' m/s^2/mA and '// &
+                                  trim(rounded_text(maxval(abs(first%leak_rate)), 3))//' m/s^2/(mA/s)')
+            case ('a priori')
+                call console%paragraph('leakage of the rods and d are not separable with these spans: the sigma is that '// &
+                                       'with the a-priori leakage (without leakage it would be '// &
+                                       um(first%sigma_alone)//' um, with leakage left free '//um(first%sigma_free)// &
+                                       ' um). The data determine least: '//trim(first%weakest)//'. Spans half a revolution '// &
+                                       'apart, where the field is opposite, separate them.')
+            case default
+                call console%paragraph('leakage of the rods is not estimated; its a-priori sigma is in the sigma of d.')
+            end select
+            if (first%degrees > 0) call console%line('the spans about the result: chi square '// &
+                trim(rounded_text(first%chi_square, 3))//' with '//integer_text(first%degrees)//' degrees of freedom')
+        end associate
+    end subroutine show_leakage
+
+    function um(sigma) result(text)
+        real(dp), intent(in) :: sigma(3)
+        character(:), allocatable :: text
+
+        integer :: k
+
+        text = ''
+        do k = 1, 3
+            if (k > 1) text = text//'/'
+            if (sigma(k) < 1) then
+                text = text//trim(rounded_text(sigma(k)/MICROMETRE, 2))
+            else
+                text = text//'unbounded'
+            end if
+        end do
+    end function um
+
+    !> CSV, JSON, and the page of it.
+    subroutine publish(page, folder, calibration, setup, estimate, console, error)
+        character(*), intent(in) :: page        !! Path; empty: none
+        character(*), intent(in) :: folder      !! Of the Level-1 files
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        type(data_table_t) :: table
+        character(:), allocatable :: text
+
+        call source_table(estimate, table)
+        if (console%format == 'csv') call results%publish(table, console, error)
+        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
+        call fill_results(folder, calibration, setup, estimate, results)
+        call results%complete(table, console, text, error)
+        if (allocated(error)) return
+        if (console%format == 'json') call console%data(text)
+        if (page /= '') call make_page(page, text, error)
+    end subroutine publish
+
+    !> A row a source.
+    subroutine source_table(estimate, table)
+        type(level1_estimate_t), intent(in) :: estimate
+        type(data_table_t), intent(out) :: table
+
+        integer :: i
+
+        call table%columns_of('source,leakage,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,spans,samples,condition,'// &
+                              'residual_rms_x,residual_rms_y,residual_rms_z,flag')
+        do i = 1, size(estimate%solutions)
+            associate (solution => estimate%solutions(i))
+                call table%add(trim(solution%source))
+                call table%add(trim(solution%leakage))
+                call table%add(solution%offset/MILLIMETRE)
+                call table%add(sigma_of(solution)/MILLIMETRE)
+                call table%add(solution%spans)
+                call table%add(solution%samples)
+                call table%add(solution%condition)
+                call table%add(solution%rms)
+                call table%add(solution%flag)
+            end associate
+        end do
+    end subroutine source_table
+
+    !> Everything but the table.
+    subroutine fill_results(folder, calibration, setup, estimate, results)
+        character(*), intent(in) :: folder
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(results_t), intent(inout) :: results
+
+        type(trim_command_t), allocatable :: commands(:)
+        integer :: i, k
+
+        call results%open('level1 estimate')
+        call results%member('satellite', calibration%satellite)
+        call results%member('date', calibration%date)
+        call results%member('epoch_gps_s', middle_of(calibration))
+        call results%member('spans_from', trim(calibration%spans_from))
+        call results%member('currents', trim(merge('steps ', 'smooth', estimate%steps)))
+        call results%member('rod_gain', estimate%rods%gain*setup%rod_gain*setup%rod_sign)
+        call results%member('rod_gain_sigma', estimate%rods%gain_sigma*setup%rod_gain)
+        call results%member('torque_delay_s', estimate%rods%delay)
+        call results%member('torque_delay_sigma_s', estimate%rods%delay_sigma)
+        call results%member('accelerometer_delay_s', estimate%accelerometer_delay)
+        call results%member('accelerometer_delay_sigma_s', estimate%accelerometer_delay_sigma)
+        call results%member('gas_kg', calibration%gas)
+        associate (first => estimate%solutions(1))
+            call results%member('offset_mm', first%offset/MILLIMETRE)
+            call results%member('sigma_mm', sigma_of(first)/MILLIMETRE)
+            call results%member('covariance_mm2', first%covariance/MILLIMETRE**2)
+            call results%member('leakage_m_s2_ma', first%leak)
+            call results%member('leakage_rate_m_s_ma', first%leak_rate)
+            call results%member('chi_square', first%chi_square)
+            call results%member('degrees', first%degrees)
+            call results%member('flag', first%flag)
+            call results%member('reason', trim(first%reason))
+            call results%begin_array('spans')
+            do i = 1, size(calibration%spans)
+                associate (span => calibration%spans(i))
+                    call results%begin()
+                    call results%member('start_gps_s', real(calibration%epoch, dp) + span%start)
+                    call results%member('duration_s', span%stop - span%start)
+                    call results%member('used', span%used)
+                    call results%member('reason', trim(span%reason))
+                    call results%member('samples', size(span%time))
+                    call results%member('firings', span%firings_inside)
+                    call results%member('field_nt', span%mean_field/NANOTESLA)
+                    if (first%span_sigma(1, i) > 0) then
+                        call results%member('offset_mm', first%span_offset(:, i)/MILLIMETRE)
+                        call results%member('sigma_mm', first%span_sigma(:, i)/MILLIMETRE)
+                    end if
+                    call put_level1_span(calibration, estimate, i, results)
+                    call results%end()
+                end associate
+            end do
+            call results%end()
+            call trim_commands(setup, merge(first%offset, 0*first%offset, first%flag < 2), commands)
+            call results%member('trim', [(commands(k)%text, k=1, size(commands))])
+        end associate
+        call results%member('findings', estimate%findings)
+        call put_level1_details(folder, calibration, setup, estimate, results)
+        call put_level1_tables(calibration, estimate, results)
+    end subroutine fill_results
+end module gracecg_level1_command_estimate

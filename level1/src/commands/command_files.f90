@@ -1,0 +1,426 @@
+!> gracecg level1 list, dump, convert: what Level-1 files hold.
+module gracecg_level1_command_files
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, append, integer_text, real_field, join, padded
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_file, only: directory_exists
+    use gracecg_files_folder, only: files_in_folder
+    use gracecg_level1_conversion, only: convert_level1
+    use gracecg_level1_header, only: product_of_file_name, date_of_file_name
+    use gracecg_level1_products, only: KIND_LETTER, KIND_F4, KIND_F8
+    use gracecg_level1_reader, only: level1_reader_t, level1_block_t
+    use gracecg_level1_summary, only: level1_summary_t, field_summary_t, summarise_level1, GAP_INTERVALS
+    use gracecg_level1_time, only: gps_date_text
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    implicit none
+    private
+    public :: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump
+    public :: declare_level1_convert, run_level1_convert
+
+    integer, parameter :: MOST_PATHS = 100000
+    character(*), parameter :: ACC = 'ACC1A_2023-06-01_C_04.txt'
+
+    type :: file_end_t
+        !! Where the last file of a product and satellite ends
+        character(6) :: key = ''                !! Product and satellite
+        character(40) :: name = ''              !! Of the file
+        character(10) :: date = ''              !! In its name
+        integer(i8) :: seconds = 0              !! Of its last record
+        real(dp) :: fraction = 0                !! s
+    end type file_end_t
+
+    character(7), parameter :: DUMP_FORMATS(2) = [character(7) :: 'csv', 'records']
+
+contains
+
+    !> Arguments and help of `gracecg level1 list`.
+    subroutine declare_level1_list(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 list', 'FILE ...', 1, MOST_PATHS, &
+                                'Shows what Level-1 files of GRACE and GRACE-FO hold, text or binary: product, satellite, '// &
+                                'records, first and last time, mean interval, gaps (steps longer than 1.5 usual ones), how '// &
+                                'many records have each bit of the quality flag set, and what is unusual. A folder stands '// &
+                                'for the Level-1 files in it.', &
+                                'gracecg level1 list '//ACC)
+        call add_format_option(arguments)
+    end subroutine declare_level1_list
+
+    !> The work of `gracecg level1 list`.
+    subroutine run_level1_list(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(string_t), allocatable :: paths(:), failures(:)
+        type(level1_summary_t) :: summary
+        type(file_end_t), allocatable :: ends(:)
+        type(data_table_t) :: table
+        type(results_t) :: results
+        integer :: i
+
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+        call level1_paths(arguments, paths, error)
+        if (allocated(error)) return
+        call declare_columns(table)
+        allocate (failures(0), ends(0))
+        do i = 1, size(paths)
+            call summarise_level1(paths(i)%text, summary, error, with_fields=.false.)
+            if (allocated(error)) then
+                call append(failures, error%message)
+                deallocate (error)
+                cycle
+            end if
+            call tell_joint(summary, ends)
+            call add_row(table, summary)
+            call tell_warnings(paths(i)%text, summary%warnings, console)
+        end do
+        call console%table(table)
+        call results%open('level1 list')
+        call results%publish(table, console, error)
+        if (size(failures) > 0 .and. .not. allocated(error)) &
+            call fail(error, join(padded(failures), new_line('a')))
+    end subroutine run_level1_list
+
+    !> Notes whether a file goes on where the one before it, of the same product and satellite and another day, ends:
+    !> with a gap, or overlapping, so that records may be there twice.
+    subroutine tell_joint(summary, ends)
+        type(level1_summary_t), intent(inout) :: summary
+        type(file_end_t), allocatable, intent(inout) :: ends(:)     !! Of the files before, one a product and satellite
+
+        real(dp), parameter :: NEXT = 86400     ! s: a file that begins later is of no day behind
+        character(9) :: size_text
+        character(6) :: key
+        real(dp) :: step
+        integer :: i
+
+        if (summary%records == 0 .or. summary%layout%is_event) return
+        key = summary%layout%product//summary%satellite
+        i = 1
+        do while (i <= size(ends))
+            if (ends(i)%key == key) exit
+            i = i + 1
+        end do
+        if (i > size(ends)) then
+            ends = [ends, file_end_t(key=key)]
+        else if (date_of_file_name(summary%path) > ends(i)%date .and. summary%interval > 0) then
+            step = real(summary%first_seconds - ends(i)%seconds, dp) + (summary%first_fraction - ends(i)%fraction)
+            write (size_text, '(f9.1)') abs(step)
+            if (step > GAP_INTERVALS*summary%interval .and. step < NEXT) then
+                call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s behind the last record of '// &
+                            trim(ends(i)%name)//': a gap')
+            else if (step <= 0) then
+                call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s before the last record of '// &
+                            trim(ends(i)%name)//': they overlap, and records of equal epochs are used once')
+            end if
+        end if
+        ends(i)%name = file_name(summary%path)
+        ends(i)%date = date_of_file_name(summary%path)
+        ends(i)%seconds = summary%last_seconds
+        ends(i)%fraction = summary%last_fraction
+    end subroutine tell_joint
+
+    !> The files of the arguments; of folders those that are named like Level-1 files.
+    subroutine level1_paths(arguments, paths, error)
+        type(arguments_t), intent(in) :: arguments
+        type(string_t), allocatable, intent(out) :: paths(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: found(:)
+        character(:), allocatable :: path
+        integer :: i, k, before
+
+        allocate (paths(0))
+        do i = 1, arguments%positional_count()
+            path = arguments%positional(i)
+            if (.not. directory_exists(path)) then
+                call append(paths, path)
+                cycle
+            end if
+            before = size(paths)
+            call files_in_folder(path, found, error)
+            if (allocated(error)) return
+            do k = 1, size(found)
+                if (product_of_file_name(found(k)%text) /= '') call append(paths, found(k)%text)
+            end do
+            if (size(paths) == before) then
+                call fail(error, path//': no Level-1 file in this folder; their names are like '//ACC)
+                return
+            end if
+        end do
+    end subroutine level1_paths
+
+    subroutine declare_columns(table)
+        type(data_table_t), intent(inout) :: table
+
+        integer :: bit
+
+        call table%column('file', 'a', 'file')
+        call table%columns_of('product,satellite,format')
+        call table%column('records', 'i0', 'records')
+        call table%columns_of('first,last')
+        call table%column('first_date', 'a', 'first (GPS)')
+        call table%column('last_date')
+        call table%column('interval_s', 'f12.6', 'interval|s')
+        call table%column('gaps', 'i0', 'gaps')
+        call table%column('duplicates', 'i0', 'dou-|ble')
+        call table%column('unsorted', 'i0', 'un-|sorted')
+        do bit = 0, 7
+            call table%column('bit_'//integer_text(bit))
+        end do
+        call table%column('flags', 'a', 'flags|bit:records')
+        call table%column('warnings')
+    end subroutine declare_columns
+
+    subroutine add_row(table, summary)
+        type(data_table_t), intent(inout) :: table
+        type(level1_summary_t), intent(in) :: summary
+
+        integer :: bit
+
+        call table%add(file_name(summary%path))
+        call table%add(summary%layout%product)
+        call table%add(summary%satellite)
+        call table%add(form_of(summary))
+        call table%add(summary%records)
+        if (summary%records > 0) then
+            call table%add(time_text(summary%first_seconds, summary%first_fraction))
+            call table%add(time_text(summary%last_seconds, summary%last_fraction))
+            call table%add(gps_date_text(summary%first_seconds, summary%first_fraction))
+            call table%add(gps_date_text(summary%last_seconds, summary%last_fraction))
+        else
+            call table%add_nothing()
+            call table%add_nothing()
+            call table%add_nothing()
+            call table%add_nothing()
+        end if
+        if (summary%interval > 0) then
+            call table%add(summary%interval)
+        else
+            call table%add_nothing()
+        end if
+        call table%add(summary%gaps)
+        call table%add(summary%duplicates)
+        call table%add(summary%unsorted)
+        do bit = 0, 7
+            call table%add(summary%flags(bit))
+        end do
+        call table%add(flags_text(summary%flags))
+        call table%add(join(padded(summary%warnings), '; '))
+    end subroutine add_row
+
+    !> Which bits are set in how many records: 2:100 3:100
+    pure function flags_text(flags) result(text)
+        integer(i8), intent(in) :: flags(0:7)
+        character(:), allocatable :: text
+
+        integer :: bit
+
+        text = ''
+        do bit = 0, 7
+            if (flags(bit) > 0) text = trim(text//' '//integer_text(bit)//':'//integer_text(flags(bit)))
+        end do
+        text = adjustl(text)
+    end function flags_text
+
+    !> The name of a file without its folders.
+    pure function file_name(path) result(name)
+        character(*), intent(in) :: path
+        character(:), allocatable :: name
+
+        name = trim(path(index(path, '/', back=.true.) + 1:))
+    end function file_name
+
+    pure character(6) function form_of(summary) result(form)
+        type(level1_summary_t), intent(in) :: summary
+
+        form = merge('binary', 'text  ', summary%header%binary)
+    end function form_of
+
+    !> Seconds past 2000-01-01 12:00 without losing a digit of the tag.
+    pure function time_text(seconds, fraction) result(text)
+        integer(i8), intent(in) :: seconds
+        real(dp), intent(in) :: fraction
+        character(:), allocatable :: text
+
+        character(8) :: decimals
+
+        text = integer_text(seconds)
+        if (fraction <= 0) return
+        write (decimals, '(".", i6.6)') nint(fraction*1e6_dp)
+        text = text//decimals(:verify(trim(decimals), '0', back=.true.))
+    end function time_text
+
+    !> Arguments and help of `gracecg level1 dump`.
+    subroutine declare_level1_dump(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 dump', 'FILE', 1, 1, &
+                                'Shows the values of a Level-1 file: a row for each column with number, first, last, mean, '// &
+                                'least and greatest value, or the records themselves. Columns have the names of the '// &
+                                'headers (fractions time_frac, satellites id); flags are integers; values that a record has '// &
+                                'not are not counted.', &
+                                'gracecg level1 dump '//ACC)
+        call arguments%add_option('--format', 'FORMAT', 'csv (default): statistics; records: the values', &
+                                  choices=DUMP_FORMATS)
+    end subroutine declare_level1_dump
+
+    !> The work of `gracecg level1 dump`.
+    subroutine run_level1_dump(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        character(:), allocatable :: format
+
+        call arguments%get('--format', format, misuse, default='csv', choices=DUMP_FORMATS)
+        if (allocated(misuse)) return
+        console%format = 'csv'
+        if (format == 'csv') then
+            call dump_statistics(arguments%positional(1), console, error)
+        else
+            call dump_records(arguments%positional(1), console, error)
+        end if
+    end subroutine run_level1_dump
+
+    !> A row for each field.
+    subroutine dump_statistics(path, console, error)
+        character(*), intent(in) :: path
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_summary_t) :: summary
+        character(:), allocatable :: start, times
+        integer :: i
+
+        call summarise_level1(path, summary, error, with_fields=.true.)
+        if (allocated(error)) return
+        call console%data('file,product,satellite,format,records,first,last,column,count,first_value,last_value,mean,'// &
+                          'min,max')
+        times = ','
+        if (summary%records > 0) times = time_text(summary%first_seconds, summary%first_fraction)//','// &
+            time_text(summary%last_seconds, summary%last_fraction)
+        start = file_name(path)//','//summary%layout%product//','//trim(summary%satellite)//','// &
+            trim(form_of(summary))//','//integer_text(summary%records)//','//times//','
+        do i = 1, size(summary%fields)
+            associate (field => summary%layout%fields(i))
+                if (field%channel > 0 .and. summary%fields(i)%count == 0) cycle
+                call console%data(start//trim(field%name)//','//statistics_text(summary%fields(i), field%kind))
+            end associate
+        end do
+        call tell_warnings(path, summary%warnings, console)
+    end subroutine dump_statistics
+
+    !> count,first_value,last_value,mean,min,max
+    pure function statistics_text(field, kind) result(text)
+        type(field_summary_t), intent(in) :: field
+        integer, intent(in) :: kind
+        character(:), allocatable :: text
+
+        text = integer_text(field%count)
+        if (field%count == 0) then
+            text = text//',,,,,'
+        else if (kind == KIND_LETTER) then
+            text = text//','//value_text(field%first, kind)//','//value_text(field%last, kind)//',,,'
+        else
+            text = text//','//value_text(field%first, kind)//','//value_text(field%last, kind)//','// &
+                trim(real_field(field%mean()))//','//value_text(field%least, kind)//','//value_text(field%greatest, kind)
+        end if
+    end function statistics_text
+
+    !> A value: integers and flags as integers, letters as letters, reals so that they read back exactly.
+    pure function value_text(value, kind) result(text)
+        real(dp), intent(in) :: value
+        integer, intent(in) :: kind
+        character(:), allocatable :: text
+
+        if (kind == KIND_LETTER) then
+            text = achar(nint(value))
+        else if (kind == KIND_F8 .or. kind == KIND_F4) then
+            text = trim(real_field(value))
+        else
+            text = integer_text(nint(value, i8))
+        end if
+    end function value_text
+
+    !> The records: a column for each field that the table of products has.
+    subroutine dump_records(path, console, error)
+        character(*), intent(in) :: path
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_reader_t) :: reader
+        type(level1_block_t) :: block
+        character(:), allocatable :: line
+        integer :: i, k
+
+        call reader%open(path, error)
+        if (allocated(error)) return
+        call console%data(join(reader%layout%fields%name, ','))
+        do
+            call reader%next(block, error)
+            if (allocated(error)) return
+            if (block%count == 0) exit
+            do i = 1, block%count
+                line = ''
+                do k = 1, size(reader%layout%fields)
+                    if (k > 1) line = line//','
+                    if (.not. ieee_is_nan(block%values(i, k))) &
+                        line = line//value_text(block%values(i, k), reader%layout%fields(k)%kind)
+                end do
+                call console%data(line)
+            end do
+        end do
+        call tell_warnings(path, reader%warnings, console)
+    end subroutine dump_records
+
+    subroutine tell_warnings(path, warnings, console)
+        character(*), intent(in) :: path
+        type(string_t), intent(in) :: warnings(:)
+        type(console_t), intent(inout) :: console
+
+        integer :: i
+
+        do i = 1, size(warnings)
+            call console%warn(file_name(path)//': '//warnings(i)%text)
+        end do
+    end subroutine tell_warnings
+
+    !> Arguments and help of `gracecg level1 convert`.
+    subroutine declare_level1_convert(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 convert', 'FILE', 1, 1, &
+                                'Writes a text file as binary (GRACE''s, for products that have it), or a binary file as '// &
+                                'text. Numbers stay what they are, but where binary has single precision.', &
+                                'gracecg level1 convert '//ACC//' --out ACC1A_2023-06-01_C_04.dat')
+        call arguments%add_option('--out', 'FILE', 'file to write', required=.true.)
+    end subroutine declare_level1_convert
+
+    !> The work of `gracecg level1 convert`.
+    subroutine run_level1_convert(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(string_t), allocatable :: warnings(:)
+        character(:), allocatable :: out
+        integer :: i
+
+        call arguments%get('--out', out, misuse)
+        if (.not. allocated(misuse)) &
+            call refuse_if(out == arguments%positional(1), 'option --out: the same file as the input', misuse)
+        if (allocated(misuse)) return
+        call convert_level1(arguments%positional(1), out, warnings, error)
+        if (allocated(error)) return
+        do i = 1, size(warnings)
+            call console%warn(warnings(i)%text)
+        end do
+        call console%line('wrote '//out)
+    end subroutine run_level1_convert
+end module gracecg_level1_command_files

@@ -1,0 +1,79 @@
+!> gracecg level1 prepare: a span of Level-1 files as an observation set.
+module gracecg_level1_command_prepare
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_version, only: VERSION
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_observations_observation_files, only: write_observations
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_sources, only: LEVEL1_SOURCES
+    use gracecg_level1_preparation, only: prepare_observations
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_console, only: console_t
+    use gracecg_level1_command_estimate, only: declare_data_options, take_calibration
+    implicit none
+    private
+    public :: declare_level1_prepare, run_level1_prepare
+
+    integer, parameter :: MOST_SPANS = 1000
+
+contains
+
+    !> Arguments and help of `gracecg level1 prepare`.
+    subroutine declare_level1_prepare(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 prepare', 'DIR', 1, 1, &
+                                'Makes an observation set, as `gracecg estimate` takes it, of one span of Level-1 files: '// &
+                                'GPS time, accelerations at whole tenths of a second, SRF axes, the field of the model '// &
+                                'or the corrected magnetometer, the rods as measured, with gains and delays from the '// &
+                                'attitude (rods.csv).', &
+                                'gracecg level1 prepare day --setup setup.nml --number 2 --out span2')
+        call declare_data_options(arguments)
+        call arguments%add_option('--number', 'N', 'of the span that is wanted (default 1)')
+        call arguments%add_option('--out', 'DIR', 'folder to write the set into', required=.true.)
+    end subroutine declare_level1_prepare
+
+    !> The work of `gracecg level1 prepare`.
+    subroutine run_level1_prepare(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(observation_set_t) :: observations
+        character(:), allocatable :: folder
+        character(80) :: about(2)
+        integer :: number, i
+
+        call arguments%get('--number', number, misuse, default=1, low=1, high=MOST_SPANS)
+        call arguments%get('--out', folder, misuse)
+        if (allocated(misuse)) return
+        call take_calibration(arguments, setup, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call refuse_if(number > size(calibration%spans), '--number '//integer_text(number)//': there are '// &
+                       integer_text(size(calibration%spans))//' spans', misuse)
+        if (allocated(misuse)) return
+        call estimate_level1(calibration, setup, LEVEL1_SOURCES(:1), 'estimate', estimate, error)
+        if (.not. allocated(error)) call prepare_observations(calibration, setup, estimate, number, observations, error)
+        if (allocated(error)) return
+        do i = 1, size(calibration%notes)
+            call console%warn(calibration%notes(i)%text)
+        end do
+        do i = 1, size(estimate%findings)
+            call console%warn(estimate%findings(i)%text)
+        end do
+        if (estimate%solutions(1)%leakage /= 'estimated') call console%warn('the spans do not determine the leakage of the '// &
+            'rods: it is in the accelerations, and the sigma of an estimate leaves it out')
+        about(1) = 'gracecg '//VERSION//' level1 prepare'
+        about(2) = 'GRACE-'//calibration%satellite//', '//calibration%date//', span '//integer_text(number)
+        call write_observations(folder, observations, about, error)
+        if (.not. allocated(error)) call console%line('written: '//folder//' ('// &
+            integer_text(size(observations%accelerometer_time))//' samples of the accelerometer)')
+    end subroutine run_level1_prepare
+end module gracecg_level1_command_prepare

@@ -1,0 +1,137 @@
+!> The data of a calibration: in GPS time and SRF, what lies in the spans of the manoeuvre and a little around them.
+module gracecg_level1_calibration
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: NANOTESLA
+    use gracecg_base_text, only: string_t, append
+    use gracecg_level1_setup, only: level1_setup_t
+    implicit none
+    private
+    public :: level1_calibration_t, level1_span_t, level1_gyro_t, level1_firing_t
+    public :: SPAN_MARGIN, FIRING_MARGIN, keep_samples, leave_out, note, middle_of, field_sigma
+
+    real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
+
+    real(dp), parameter :: FIRING_MARGIN = 3    !! Samples and angles are used so long before and behind a firing, s
+
+    type :: level1_gyro_t
+        !! Angles of one gyro in a span and its margins
+        real(dp), allocatable :: time(:)        !! s from the epoch
+        real(dp), allocatable :: angle(:)       !! rad
+    end type level1_gyro_t
+
+    type :: level1_firing_t
+        !! A firing of thrusters outside of the spans, with what instruments show of it
+        real(dp) :: time = 0                        !! Its tag, s from the epoch
+        real(dp) :: duration = 0                    !! s
+        real(dp), allocatable :: sample_time(:)     !! Of the accelerometer, s from the epoch
+        real(dp), allocatable :: linear(:, :)       !! m/s^2
+        type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
+    end type level1_firing_t
+
+    type :: level1_span_t
+        !! One sub-manoeuvre; times in s from the epoch of the calibration, vectors in SRF
+        real(dp) :: start = 0, stop = 0             !! s
+        logical :: used = .true.    !! Its samples suffice
+        character(80) :: reason = ''                !! Why it is not used
+        real(dp), allocatable :: time(:)            !! Of the accelerometer's samples that are left
+        real(dp), allocatable :: linear(:, :)       !! m/s^2
+        real(dp), allocatable :: angular(:, :)      !! rad/s^2; NaN: none
+        logical, allocatable :: joined(:)           !! Of held currents: a sample has the mean of itself and the next one
+        real(dp), allocatable :: attitude_time(:)   !! Of the attitude, with margins
+        real(dp), allocatable :: quaternion(:, :)   !! Inertial to SRF, scalar last
+        real(dp), allocatable :: position(:, :)     !! Inertial, m
+        real(dp), allocatable :: angle(:, :)        !! phi, rotation vector summed up, rad
+        real(dp), allocatable :: rate(:, :)         !! Angular velocity, rad/s
+        real(dp), allocatable :: field(:, :)        !! Of the Earth, T
+        real(dp), allocatable :: up(:, :)           !! Unit vector from the Earth's centre
+        real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
+        type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
+        real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
+        real(dp), allocatable :: breaks(:)          !! Times at its ends where the currents jump or have a kink
+        integer :: expected = 0                     !! Samples of the accelerometer
+        integer :: flagged = 0                      !! Left out for their quality flags
+        integer :: vetoed = 0                       !! For firings
+        integer :: without_current = 0              !! For gaps in the currents
+        integer :: outliers = 0                     !! As outliers
+        integer :: firings_inside = 0    !! Thruster firings between start and stop
+        real(dp) :: mean_field(3) = 0               !! T
+    end type level1_span_t
+
+    type :: level1_calibration_t
+        !! What a folder says of a calibration manoeuvre
+        character(1) :: satellite = ''    !! A to D
+        character(10) :: date = ''                      !! Of the epoch, GPS
+        integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
+        character(24) :: spans_from = ''                !! Where the spans come from
+        type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
+        type(level1_firing_t), allocatable :: firings(:)    !! Thruster firings that tell of delays
+        real(dp), allocatable :: current_time(:)        !! s from the epoch
+        real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
+        real(dp) :: largest_current = 0                 !! Of all files, mA
+        real(dp), allocatable :: measured_field(:, :)   !! T
+        real(dp) :: clock_correction = 0                !! GPS less OBC time at the epoch, s
+        real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
+        real(dp) :: gas(2) = -1                         !! In tanks 1 and 2, kg; -1: not known
+        logical :: has_angular = .false.                !! The accelerometer has angular channels
+        logical :: zero_angular = .false.               !! It has them, and they are zero: transplanted data (ACT)
+        logical :: has_gyros = .false.    !! There are IMU files
+        type(string_t), allocatable :: notes(:)         !! What is unusual
+    end type level1_calibration_t
+
+contains
+
+    !> The middle of the manoeuvre, GPS s past 2000-01-01 12:00.
+    pure real(dp) function middle_of(calibration) result(time)
+        type(level1_calibration_t), intent(in) :: calibration
+
+        time = real(calibration%epoch, dp) + (calibration%spans(1)%start + &
+                                              calibration%spans(size(calibration%spans))%stop)/2
+    end function middle_of
+
+    !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
+    !> magnetometer is closer to the model: PLACES and LEAST are fitted to the simulated sets four60 and dirty, where that
+    !> difference is 5 nT and the model's field is the true one.
+    pure real(dp) function field_sigma(calibration, setup) result(sigma)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+
+        integer, parameter :: PLACES = 3
+        real(dp), parameter :: LEAST = 10*NANOTESLA     ! What no difference shows: a constant along SRF of that size
+
+        sigma = setup%field_sigma
+        if (calibration%field_difference < 0 .or. count(calibration%spans%used) < PLACES) return
+        sigma = min(sigma, max(LEAST, calibration%field_difference))
+    end function field_sigma
+
+    !> Notes something unusual.
+    subroutine note(calibration, text)
+        type(level1_calibration_t), intent(inout) :: calibration
+        character(*), intent(in) :: text    !! What, for people
+
+        call append(calibration%notes, text)
+    end subroutine note
+
+    !> Keeps some of the samples of the accelerometer.
+    subroutine keep_samples(span, stays)
+        type(level1_span_t), intent(inout) :: span
+        logical, intent(in) :: stays(:)    !! Which, by sample
+
+        integer, allocatable :: wanted(:)
+        integer :: k
+
+        wanted = pack([(k, k=1, size(stays))], stays)
+        span%time = span%time(wanted)
+        span%linear = span%linear(:, wanted)
+        span%angular = span%angular(:, wanted)
+        if (allocated(span%joined)) span%joined = span%joined(wanted)
+    end subroutine keep_samples
+
+    !> Leaves a span out; the first reason stays.
+    subroutine leave_out(span, reason)
+        type(level1_span_t), intent(inout) :: span
+        character(*), intent(in) :: reason      !! Why, for people
+
+        if (span%used) span%reason = reason
+        span%used = .false.
+    end subroutine leave_out
+end module gracecg_level1_calibration

@@ -1,0 +1,298 @@
+!> A calibration gathered from a folder of Level-1 files, and edited: samples at firings and gaps, spans with too little.
+module gracecg_level1_gathering
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_statistics, only: median_of
+    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
+    use gracecg_level1_records, only: level1_records_t, read_level1
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_time, only: level1_clock_t, new_level1_clock, gps_date_text
+    use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
+        middle_of, SPAN_MARGIN
+    use gracecg_level1_instruments, only: find_files, read_currents, read_firings, read_accelerometer, &
+        read_attitude, read_gyros
+    use gracecg_level1_series, only: interpolate, node_before
+    use gracecg_level1_spans, only: said_spans, choose_spans
+    implicit none
+    private
+    public :: gather_calibration
+
+    real(dp), parameter :: READ_MARGIN = 8      !! Records are read so much farther than SPAN_MARGIN, s
+    real(dp), parameter :: LONGEST_SPAN = 900   !! In s; the parabola of a span follows no more of what is slow
+
+contains
+
+    !> Gathers a calibration. Fails when a file that is needed is missing or broken, and when there is no manoeuvre.
+    subroutine gather_calibration(folder, setup, satellite, spans_file, given_span, field_choice, calibration, error, day)
+        character(*), intent(in) :: folder          !! Of the Level-1 files
+        type(level1_setup_t), intent(in) :: setup
+        character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
+        character(*), intent(in) :: spans_file      !! SOE, or lines of start and duration; blank: SOE of the folder, or
+                                                    !! by the currents
+        real(dp), intent(in) :: given_span(:, :)    !! (2, n): start and duration, s past 2000-01-01 12:00 GPS
+        character(*), intent(in) :: field_choice    !! model or magnetometer
+        type(level1_calibration_t), intent(out) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: day   !! That has part of the manoeuvre, YYYY-MM-DD; absent or empty: all files
+
+        type(level1_folder_t) :: paths
+        type(level1_records_t) :: records
+        type(level1_clock_t) :: clock
+        real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
+        type(string_t), allocatable :: found(:)
+        character(:), allocatable :: wanted
+        character(26) :: date
+        integer :: i
+
+        wanted = ''
+        if (present(day)) wanted = day
+        allocate (calibration%notes(0))
+        call open_files(folder, satellite, wanted, paths, calibration, error)
+        if (.not. allocated(error)) call make_clock(paths, calibration, clock, error)
+        if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
+        if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
+        if (.not. allocated(error)) call choose_spans(said, wanted, setup, calibration, spans, error)
+        if (allocated(error)) return
+        if (size(paths%days) > 1) then
+            date = gps_date_text(calibration%epoch + floor(spans(1, 1), i8), 0.0_dp)
+            calibration%date = date(:len(calibration%date))
+        end if
+        allocate (calibration%spans(size(spans, 2)))
+        do i = 1, size(spans, 2)
+            calibration%spans(i)%start = spans(1, i)
+            calibration%spans(i)%stop = spans(2, i)
+            if (spans(2, i) - spans(1, i) > LONGEST_SPAN) call leave_out(calibration%spans(i), 'longer than '// &
+                integer_text(nint(LONGEST_SPAN))//' s: give its sub-manoeuvres')
+        end do
+        windows = spans + real(calibration%epoch, dp)
+        windows(1, :) = windows(1, :) - SPAN_MARGIN - READ_MARGIN
+        windows(2, :) = windows(2, :) + SPAN_MARGIN + READ_MARGIN
+        call read_firings(paths, clock, calibration, error)
+        if (.not. allocated(error)) call read_accelerometer(paths, setup, clock, calibration, windows, error)
+        if (.not. allocated(error)) call read_attitude(paths, setup, clock, calibration, windows, error)
+        if (.not. allocated(error)) call read_gyros(paths, clock, calibration, windows, error)
+        if (allocated(error)) return
+        call fit_magnetometer(calibration, field_choice == 'magnetometer', error)
+        if (allocated(error)) return
+        call edit_spans(setup, calibration)
+        call find_files(paths, ['MAS1B', 'MAS1A'], found)
+        if (size(found) == 0) return
+        call read_level1(found, records, error)
+        if (.not. allocated(error)) call take_gas(records, calibration)
+    end subroutine gather_calibration
+
+    !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
+    subroutine open_files(folder, satellite, day, files, calibration, error)
+        character(*), intent(in) :: folder, satellite, day
+        type(level1_folder_t), intent(out) :: files
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: found(:)
+        character(1) :: wanted
+        integer :: i
+
+        wanted = satellite
+        call open_level1_folder(folder, wanted, files, error, day)
+        if (allocated(error)) return
+        calibration%satellite = files%satellite
+        calibration%date = files%date
+        do i = 1, size(files%warnings)
+            call note(calibration, files%warnings(i)%text)
+        end do
+        call files%paths_of('ACC1A', found)
+        if (size(found) > 0) return
+        call fail(error, trim(folder)//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
+                  'observation; its name is like ACC1A_2020-02-01_C_04.txt')
+        call find_files(files, ['ACT1A', 'ACT1B'], found)
+        if (size(found) > 0) error%message = error%message//'. ACT data are no observation: they may be transplanted from '// &
+            'the other satellite, and have no angular accelerations'
+    end subroutine open_files
+
+    !> Time: CLK1B, TIM1B. Without CLK1B tags are taken as they are, and that is said.
+    subroutine make_clock(paths, calibration, clock, error)
+        type(level1_folder_t), intent(in) :: paths
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(level1_clock_t), intent(out) :: clock
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_records_t) :: clk, tim
+        type(string_t), allocatable :: found(:), others(:)
+
+        call paths%paths_of('CLK1B', found)
+        call paths%paths_of('TIM1B', others)
+        if (size(found) == 0) then
+            call fail(error, 'no file of product CLK1B of satellite '//calibration%satellite//': the tags of ACC1A cannot be '// &
+                      'taken to GPS time')
+            return
+        end if
+        call read_level1(found, clk, error)
+        if (allocated(error)) return
+        if (size(others) > 0) then
+            call read_level1(others, tim, error)
+            if (.not. allocated(error)) call new_level1_clock(clock, error, clk, tim)
+        else
+            call note(calibration, 'no TIM1B: receiver time is taken as that of the on-board computer')
+            call new_level1_clock(clock, error, clk)
+        end if
+    end subroutine make_clock
+
+    !> Bias of the magnetometer and the rods' part in it by least squares against the model, b = B + bias + K_mag I +
+    !> R dI/dt (for currents flow, and the field is read, some time before or behind their tags), and how far both fields
+    !> then are apart: with spans at several places that is an upper bound of the model's error, but for a constant along
+    !> SRF. Where it is wanted, the corrected field stands in for the model's.
+    subroutine fit_magnetometer(calibration, replace, error)
+        type(level1_calibration_t), intent(inout) :: calibration
+        logical, intent(in) :: replace
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: STUCK = 2.5_dp   ! s without a new value
+        integer, parameter :: FEWEST = 40       ! Values
+        real(dp), allocatable :: rows(:, :), differences(:, :), good(:, :), good_time(:)
+        integer, parameter :: COLUMNS = 7       ! Bias, currents, their rates
+        real(dp) :: normal(COLUMNS, COLUMNS), rhs(COLUMNS), x(COLUMNS), covariance(COLUMNS, COLUMNS), condition, b(3), &
+            fit(COLUMNS, 3), left(3), since
+        integer :: i, k, axis, span, n
+        logical :: fresh
+
+        n = size(calibration%current_time)
+        allocate (rows(COLUMNS, n), differences(n, 3), good(3, n), good_time(n))
+        n = 0
+        since = -huge(since)
+        do i = 2, size(calibration%current_time) - 1
+            fresh = any(abs(calibration%measured_field(:, i) - calibration%measured_field(:, i - 1)) > 0)
+            if (.not. fresh) cycle
+            associate (t => calibration%current_time(i))
+                do span = 1, size(calibration%spans)
+                    associate (s => calibration%spans(span))
+                        if (.not. s%used .or. size(s%attitude_time) < 4) cycle
+                        if (t < s%attitude_time(1) .or. t > s%attitude_time(size(s%attitude_time))) cycle
+                        call interpolate(s%attitude_time, s%field, t, b)
+                    end associate
+                    n = n + 1
+                    rows(:, n) = [1.0_dp, calibration%current(:, i), &
+                                  (calibration%current(:, i + 1) - calibration%current(:, i - 1))/ &
+                                  (calibration%current_time(i + 1) - calibration%current_time(i - 1))]
+                    differences(n, :) = calibration%measured_field(:, i) - b
+                    good_time(n) = t
+                    good(:, n) = calibration%measured_field(:, i)
+                    exit
+                end do
+            end associate
+        end do
+        if (n < FEWEST) then
+            if (replace) call fail(error, 'the magnetometer has no new values within the spans: use the field of the model')
+            return
+        end if
+        do axis = 1, 3
+            call normal_equations(rows(:, :n), differences(:n, axis), normal, rhs)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            if (allocated(error)) return
+            fit(:, axis) = x
+            left(axis) = sum((differences(:n, axis) - matmul(x, rows(:, :n)))**2)/n
+        end do
+        calibration%field_difference = sqrt(maxval(left))
+        if (.not. replace) return
+        do i = 1, n
+            good(:, i) = good(:, i) - matmul(rows(:, i), fit)
+        end do
+        do span = 1, size(calibration%spans)
+            associate (s => calibration%spans(span))
+                do i = 1, size(s%attitude_time)
+                    k = node_before(good_time(:n), s%attitude_time(i))
+                    if (k < 1 .or. k >= n) cycle
+                    if (good_time(k + 1) - good_time(k) > STUCK) then
+                        if (s%attitude_time(i) > s%start .and. s%attitude_time(i) < s%stop .and. since < s%start) then
+                            call note(calibration, 'the magnetometer sticks in span '//integer_text(span)// &
+                                      ': there the field is the model''s')
+                            since = s%start
+                        end if
+                        cycle
+                    end if
+                    call interpolate(good_time(:n), good(:, :n), s%attitude_time(i), b)
+                    s%field(:, i) = b
+                end do
+            end associate
+        end do
+    end subroutine fit_magnetometer
+
+    !> Leaves out samples at firings and at gaps of the currents, and spans with too little.
+    subroutine edit_spans(setup, calibration)
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+
+        real(dp), parameter :: LONGEST_STEP = 1.5_dp    ! Intervals of the currents
+        logical, allocatable :: stays(:)
+        real(dp) :: interval, gap
+        integer :: i, k, n, before
+
+        n = size(calibration%current_time)
+        interval = median_step(calibration%current_time)
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                allocate (stays(size(span%time)), source=.true.)
+                do k = 1, size(span%firings)
+                    stays = stays .and. .not. (span%time > span%firings(k) - setup%veto_before .and. &
+                                               span%time < span%firings(k) + setup%veto_after)
+                end do
+                span%vetoed = count(.not. stays)
+                do k = 1, size(span%time)
+                    before = node_before(calibration%current_time, span%time(k))
+                    if (before < 1 .or. before >= n) then
+                        stays(k) = .false.
+                    else
+                        if (calibration%current_time(before + 1) - calibration%current_time(before) > LONGEST_STEP*interval) &
+                            stays(k) = .false.
+                    end if
+                end do
+                span%without_current = count(.not. stays) - span%vetoed
+                call keep_samples(span, stays)
+                deallocate (stays)
+                if (.not. span%used) cycle
+                if (size(span%time) < setup%least_share*span%expected) then
+                    call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &
+                                   ' samples')
+                    cycle
+                end if
+                gap = maxval(span%attitude_time(2:) - span%attitude_time(:size(span%attitude_time) - 1), &
+                             mask=span%attitude_time(2:) > span%start .and. &
+                             span%attitude_time(:size(span%attitude_time) - 1) < span%stop)
+                if (gap > setup%longest_attitude_gap .or. span%attitude_time(1) > span%start .or. &
+                    span%attitude_time(size(span%attitude_time)) < span%stop) &
+                    call leave_out(span, 'a gap in the attitude')
+            end associate
+        end do
+    end subroutine edit_spans
+
+    pure real(dp) function median_step(times) result(step)
+        real(dp), intent(in) :: times(:)
+
+        integer :: n
+
+        n = min(size(times), 2000)
+        step = median_of(times(2:n) - times(:n - 1))
+    end function median_step
+
+    !> The gas in the tanks at the middle of the manoeuvre.
+    subroutine take_gas(records, calibration)
+        type(level1_records_t), intent(in) :: records
+        type(level1_calibration_t), intent(inout) :: calibration
+
+        real(dp) :: nearest, distance
+        integer :: i, tank, column
+
+        do tank = 1, 2
+            column = records%field_of('gas_mass_tnk'//integer_text(tank))
+            nearest = huge(nearest)
+            do i = 1, records%count
+                distance = abs(real(records%seconds(i), dp) - middle_of(calibration))
+                if (ieee_is_nan(records%values(i, column)) .or. distance >= nearest) cycle
+                nearest = distance
+                calibration%gas(tank) = records%values(i, column)
+            end do
+        end do
+    end subroutine take_gas
+end module gracecg_level1_gathering

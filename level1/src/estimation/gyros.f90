@@ -1,0 +1,161 @@
+!> The rotation of the satellite by its gyros, whose axes come from the star cameras.
+module gracecg_level1_gyros
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
+    use gracecg_base_statistics, only: median_of
+    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_columns
+    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_level1_series, only: interpolate
+    implicit none
+    private
+    public :: gyro_axes_t, fit_gyro_axes, gyro_attitude
+
+    type :: gyro_axes_t
+        !! Directions of the gyros with their scales: angle = a . phi + bias
+        logical :: known = .false.    !! They could be found
+        integer, allocatable :: gyro(:)         !! Those that see something
+        real(dp), allocatable :: axis(:, :)     !! a: (3, gyro)
+        real(dp) :: noise(3) = 0                !! Of the star cameras' angles about each axis, by which they are known, rad
+        real(dp) :: spread(3, 3) = 0            !! (sum phi phi^T)^-1: errors of what angle i has of the angles phi have the
+                                                !! covariance noise(i)**2 spread, 1/rad^2
+    end type gyro_axes_t
+
+contains
+
+    !> The axes of the gyros, by regression over all spans. Angles of star cameras have more noise than those of gyros: they
+    !> are what is observed, phi = B s, of the three directions s = U^T g in which the gyros move most, so that a = (U B^-1)^T
+    !> is not too small.
+    subroutine fit_gyro_axes(calibration, axes, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(gyro_axes_t), intent(out) :: axes
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LEAST = 0.05_dp      ! Of a: a gyro that is off sees nothing
+        real(dp), parameter :: TO_SIGMA = 1.4826_dp     ! Of the median of normal magnitudes
+        real(dp), allocatable :: rows(:, :), gyros(:, :), squares(:, :), values(:), vectors(:, :), moved(:, :), left(:)
+        real(dp) :: normal(3, 3), rhs(3), x(3), condition, map(3, 3)
+        integer, allocatable :: list(:)
+        integer :: gyro, axis
+
+        allocate (axes%gyro(0), axes%axis(3, 0))
+        if (.not. calibration%has_gyros) return
+        do gyro = 1, 4      ! which see something
+            call common_angles(calibration, [gyro], rows, gyros)
+            if (size(rows, 2) == 0) cycle
+            call normal_equations(rows, gyros(1, :), normal, rhs)
+            call solve_normal_equations(normal, rhs, x, axes%spread, condition, error)
+            if (allocated(error)) return
+            if (norm2(x) > LEAST) axes%gyro = [axes%gyro, gyro]
+        end do
+        list = axes%gyro
+        if (size(list) < 3) return
+        call common_angles(calibration, list, rows, gyros)
+        if (size(rows, 2) == 0) return
+        squares = matmul(gyros, transpose(gyros))
+        allocate (values(size(list)), vectors(size(list), size(list)))
+        call symmetric_eigen(squares, values, vectors, error)
+        if (allocated(error)) return
+        associate (turned => vectors(:, size(list) - 2:))
+            moved = matmul(transpose(turned), gyros)
+            do axis = 1, 3
+                call normal_equations(moved, rows(axis, :), normal, rhs)
+                call solve_normal_equations(normal, rhs, x, axes%spread, condition, error)
+                if (allocated(error)) return
+                map(axis, :) = x
+                left = rows(axis, :) - matmul(x, moved)     ! with the gyros' drifts: by differences
+                axes%noise(axis) = TO_SIGMA*median_of(abs(left(2:) - left(:size(left) - 1)))/sqrt(2.0_dp)
+            end do
+            if (.not. abs(determinant_3x3(map)) > 0) return
+            axes%axis = transpose(matmul(turned, inverse_3x3(map)))
+        end associate
+        axes%spread = inverse_3x3(matmul(map, matmul(matmul(moved, transpose(moved)), transpose(map))))
+        axes%known = abs(determinant_3x3(matmul(axes%axis, transpose(axes%axis)))) > LEAST**2
+    end subroutine fit_gyro_axes
+
+    !> Angles of the star cameras and of some gyros at the same times, without their means by span; none where some gyro has
+    !> too few.
+    subroutine common_angles(calibration, list, rows, gyros)
+        type(level1_calibration_t), intent(in) :: calibration
+        integer, intent(in) :: list(:)              !! Numbers of gyros
+        real(dp), allocatable, intent(out) :: rows(:, :)    !! (3, n), rad
+        real(dp), allocatable, intent(out) :: gyros(:, :)   !! (gyros, n), rad
+
+        integer, parameter :: FEWEST = 20
+        integer, allocatable :: wanted(:)
+        real(dp), allocatable :: angles(:, :), basis(:, :)
+        real(dp) :: first, last, angle(1)
+        integer :: i, j, k
+
+        allocate (rows(3, 0), gyros(size(list), 0))
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                if (.not. span%used .or. any([(size(span%gyros(list(j))%time) < 10, j=1, size(list))])) cycle
+                first = maxval([(span%gyros(list(j))%time(2), j=1, size(list))])
+                last = minval([(span%gyros(list(j))%time(size(span%gyros(list(j))%time) - 1), j=1, size(list))])
+                wanted = pack([(k, k=1, size(span%attitude_time))], span%attitude_time > first .and. span%attitude_time < last)
+                if (size(wanted) < FEWEST) cycle
+                allocate (angles(3 + size(list), size(wanted)))
+                angles(:3, :) = span%angle(:, wanted)
+                do j = 1, size(list)
+                    associate (gyro => span%gyros(list(j)))
+                        do k = 1, size(wanted)
+                            call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), &
+                                             span%attitude_time(wanted(k)), angle)
+                            angles(3 + j, k) = angle(1)
+                        end do
+                    end associate
+                end do
+                ! Bias and drift of the gyros; the mean rate of the satellite goes with them but where spans differ, so that
+                ! only the offset is taken away.
+                allocate (basis(size(wanted), 1))
+                call polynomial_columns(span%attitude_time(wanted), 0, basis)
+            end associate
+            call orthonormalise(basis)
+            do j = 1, size(angles, 1)
+                call remove_row(basis, angles, j)
+            end do
+            rows = reshape([rows, angles(:3, :)], [3, size(rows, 2) + size(angles, 2)])
+            gyros = reshape([gyros, angles(4:, :)], [size(list), size(gyros, 2) + size(angles, 2)])
+            deallocate (angles, basis)
+        end do
+    end subroutine common_angles
+
+    subroutine remove_row(basis, rows, k)
+        real(dp), intent(in) :: basis(:, :)
+        real(dp), intent(inout) :: rows(:, :)
+        integer, intent(in) :: k
+
+        real(dp) :: row(size(rows, 2))
+
+        row = rows(k, :)
+        call remove_space(basis, row)
+        rows(k, :) = row
+    end subroutine remove_row
+
+    !> The rotation of the satellite by the gyros in a span, least squares at the times of the first.
+    subroutine gyro_attitude(span, axes, times, angles)
+        type(level1_span_t), intent(in) :: span
+        type(gyro_axes_t), intent(in) :: axes
+        real(dp), allocatable, intent(out) :: times(:)    !! s
+        real(dp), allocatable, intent(out) :: angles(:, :)      !! (3, n), rad
+
+        real(dp) :: inverse(3, 3), seen(size(axes%gyro)), angle(1)
+        integer :: i, k
+
+        inverse = inverse_3x3(matmul(axes%axis, transpose(axes%axis)))
+        times = span%gyros(axes%gyro(1))%time
+        times = times(3:size(times) - 2)
+        allocate (angles(3, size(times)))
+        do i = 1, size(times)
+            do k = 1, size(axes%gyro)
+                associate (gyro => span%gyros(axes%gyro(k)))
+                    call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), times(i), angle)
+                    seen(k) = angle(1) - gyro%angle(1)
+                end associate
+            end do
+            angles(:, i) = matmul(inverse, matmul(axes%axis, seen))
+        end do
+    end subroutine gyro_attitude
+end module gracecg_level1_gyros

@@ -1,0 +1,198 @@
+!> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
+module gracecg_level1_judgement
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
+    use gracecg_base_text, only: append, integer_text, rounded_text
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_offset, only: sigma_of
+    use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
+    implicit none
+    private
+    public :: name_faults, judge, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
+
+    real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
+    character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
+    real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
+    real(dp), parameter :: GOOD_SIGMA = 5*MICROMETRE        !! A source with a greater one is to be used with care
+    real(dp), parameter :: POOR_SIGMA = 50*MICROMETRE       !! And with a greater one than this not at all
+
+contains
+
+    !> Names what is wrong with data or setup.
+    subroutine name_faults(calibration, setup, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
+        real(dp), parameter :: HARDLY = 0.3_dp
+        integer :: k
+
+        do k = 1, 3
+            if (.not. estimate%rods%driven(k)) cycle
+            if (estimate%rods%gain(k) < 0) call append(estimate%findings, 'wrong sign of rod '//AXES(k)// &
+                ': the attitude gives it a gain of '//trim(rounded_text(estimate%rods%gain(k)*setup%rod_gain(k), 4))// &
+                ' A m^2/mA; check rod_sign, or the sign of its currents')
+        end do
+        if (maxval(estimate%rods%explained) < HARDLY) call append(estimate%findings, 'the currents do not explain the '// &
+            'attitude: B currents with the wrong sign, currents or attitude of another satellite or another time')
+        associate (correction => calibration%clock_correction)
+            if (abs(correction) > LEAST_CORRECTION .and. estimate%accelerometer_delay_sigma > 0 .and. &
+                estimate%accelerometer_delay_sigma < CERTAIN) then
+                if (abs(estimate%accelerometer_delay + correction) < WITHIN + 2*estimate%accelerometer_delay_sigma) &
+                    call append(estimate%findings, 'tags left in OBC time: the accelerometer lags by '// &
+                                trim(milliseconds(estimate%accelerometer_delay))//' ms, which is the clock correction of '// &
+                                trim(milliseconds(correction))//' ms that its tags lack')
+                if (abs(estimate%accelerometer_delay - correction) < WITHIN + 2*estimate%accelerometer_delay_sigma) &
+                    call append(estimate%findings, 'tags of ACC1A are in GPS time already, though they say OBC time: the '// &
+                                'accelerometer is ahead by the clock correction, '//trim(milliseconds(correction))//' ms')
+            end if
+            if (abs(correction) > LEAST_CORRECTION .and. estimate%rods%delay_sigma < CERTAIN .and. &
+                abs(estimate%rods%delay - correction) < WITHIN + 2*estimate%rods%delay_sigma) &
+                call append(estimate%findings, 'tags left in OBC time: the torque is ahead of the currents by '// &
+                            trim(milliseconds(-estimate%rods%delay))//' ms, the clock correction that the tags of the '// &
+                            'currents lack')
+        end associate
+        if (.not. estimate%steps .and. estimate%rods%delay < -max(LEAST_CORRECTION, 5*estimate%rods%delay_sigma)) &
+            call append(estimate%remarks, 'the torque is ahead of the currents by '//trim(milliseconds(-estimate%rods%delay))// &
+                        ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
+        if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
+            'accelerations are zero, and the linear ones may be those of the other satellite')
+        if (calibration%has_angular) call check_axes(calibration, setup, estimate)
+    end subroutine name_faults
+
+    !> Whether the offset is within the requirement, for people, with blanks behind it: by axis.
+    pure function offset_remark(offset) result(text)
+        real(dp), intent(in) :: offset(3)   !! d, m
+        character(80) :: text
+
+        integer :: k
+
+        text = ''
+        do k = 1, 3
+            if (abs(offset(k)) > REQUIREMENT) text = trim(text)//' '//AXES(k)
+        end do
+        if (text == '') then
+            text = 'the offset is below 0.1 mm on every axis'
+        else
+            text = 'the offset is above 0.1 mm on'//trim(text)
+        end if
+    end function offset_remark
+
+    !> Whether the angular channels follow the torque in the axes that the setup says.
+    subroutine check_axes(calibration, setup, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        integer, parameter :: PERMUTATIONS(3, 6) = reshape([1, 2, 3, 2, 3, 1, 3, 1, 2, 1, 3, 2, 2, 1, 3, 3, 2, 1], [3, 6])
+        real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp
+        real(dp) :: correlation(3, 3), product(3, 3), seen(3), acted(3), best, given, score
+        real(dp), allocatable :: angular(:, :), torque(:, :)
+        integer :: i, k, axis, chosen, axes_found(3), signs(3)
+
+        product = 0
+        seen = 0
+        acted = 0
+        do i = 1, size(calibration%spans)
+            if (.not. calibration%spans(i)%used) cycle
+            angular = matmul(calibration%spans(i)%angular, estimate%motion(i)%band)
+            torque = matmul(estimate%motion(i)%torque, estimate%motion(i)%band)
+            product = product + matmul(torque, transpose(angular))
+            seen = seen + sum(angular**2, 2)
+            acted = acted + sum(torque**2, 2)
+        end do
+        do axis = 1, 3
+            correlation(:, axis) = product(:, axis)/sqrt(max(acted*seen(axis), tiny(1.0_dp)))
+        end do
+        given = sum([(correlation(k, k), k=1, 3)])/3
+        best = given
+        chosen = 1
+        do i = 1, size(PERMUTATIONS, 2)
+            score = sum([(abs(correlation(k, PERMUTATIONS(k, i))), k=1, 3)])/3
+            if (score > best + epsilon(best)) then
+                best = score
+                chosen = i
+            end if
+        end do
+        if (best < HARDLY) then
+            call append(estimate%findings, 'the accelerometer does not show the torque of the rods: data of the other '// &
+                        'satellite (transplanted ACT), or of another time')
+        else if (best > given + CLEARLY) then
+            do k = 1, 3
+                signs(k) = nint(sign(1.0_dp, correlation(k, PERMUTATIONS(k, chosen))))
+                axes_found(k) = signs(k)*setup%accelerometer_axes(PERMUTATIONS(k, chosen))
+            end do
+            call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
+                        'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
+                        trim(axes_text(setup%accelerometer_axes)))
+        end if
+    end subroutine check_axes
+
+    !> Three axes as in the setup, with blanks behind them.
+    pure function axes_text(numbers) result(text)
+        integer, intent(in) :: numbers(3)
+        character(40) :: text
+
+        text = integer_text(numbers(1))//', '//integer_text(numbers(2))//', '//integer_text(numbers(3))
+    end function axes_text
+
+    !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
+    subroutine judge(calibration, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        real(dp), parameter :: WORST_CONDITION = 1e6_dp, SIGMAS = 3
+        ! Fitted to the simulated set four60: 5 flagged `sca`, which was 1 to 2 um off
+        real(dp), parameter :: MOST_COLOURED = 8
+        real(dp) :: sigma(3), difference(3), allowed(3)
+        logical :: mixed
+        integer :: i, k
+
+        do i = 1, size(estimate%solutions)
+            associate (solution => estimate%solutions(i), first => estimate%solutions(1))
+                sigma = sigma_of(solution)
+                solution%flag = 0
+                if (maxval(sigma) > GOOD_SIGMA) call lower(1, 'sigma above 5 um')
+                mixed = solution%leakage == 'a priori' .and. solution%condition > WORST_CONDITION
+                if (mixed) call lower(1, 'leakage and d are not separable')
+                if (maxval(sigma) > POOR_SIGMA) then
+                    call lower(2, 'sigma above 50 um')
+                    if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
+                end if
+                if (solution%leakage == 'none') call lower(1, 'leakage is left out')
+                if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
+                if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')
+                if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
+                do k = 1, 3
+                    difference(k) = abs(solution%offset(k) - first%offset(k))
+                    allowed(k) = max(CLOSE_ENOUGH, SIGMAS*hypot(sigma(k), sqrt(first%covariance(k, k))))
+                end do
+                if (any(difference > allowed)) then
+                    call lower(2, 'disagrees with '//trim(first%source))
+                    ! A scale that is only said, of rods or angular channels, does not speak against one that is measured.
+                    if (solution%source /= 'torque' .and. solution%source /= 'acc-raw') then
+                        first%flag = max(first%flag, 1)
+                        first%reason = trim(solution%source)//' disagrees'
+                    end if
+                end if
+                if (solution%degrees > 0) then
+                    if (solution%chi_square > solution%degrees + 5*sqrt(2.0_dp*solution%degrees)) &
+                        call lower(1, 'the spans disagree')
+                end if
+            end associate
+        end do
+
+    contains
+
+        subroutine lower(flag, reason)
+            integer, intent(in) :: flag
+            character(*), intent(in) :: reason
+
+            if (flag <= estimate%solutions(i)%flag .and. flag < 2) return
+            estimate%solutions(i)%flag = flag
+            estimate%solutions(i)%reason = reason
+        end subroutine lower
+    end subroutine judge
+end module gracecg_level1_judgement

@@ -1,0 +1,410 @@
+!> The sub-manoeuvres of a calibration: given, of an SOE file, or found in the currents of the rods.
+module gracecg_level1_spans
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, integer_text, lower_case, parse_real, real_text, split_words
+    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_folder, only: files_in_folder
+    use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
+    use gracecg_level1_folder, only: level1_folder_t
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_time, only: gps_date_text
+    use gracecg_level1_basis, only: orthonormalise, remove_space
+    use gracecg_level1_calibration, only: level1_calibration_t, note
+    implicit none
+    private
+    public :: said_spans, choose_spans, find_spans, strongest_line
+
+    real(dp), parameter :: WINDOW = 20, SHIFT = 4           !! s
+    real(dp), parameter :: SLOWEST = 2/60.0_dp, FASTEST = 25/60.0_dp    !! Of lines, Hz
+    real(dp), parameter :: LONGEST_PAUSE = 4                !! Below the science level within a span, s
+    character(*), parameter :: FROM_EVENTS = 'the SOE file (CMCAL)'
+    integer, parameter :: MOST_LINES = 3
+    integer, parameter :: FEWEST_SAMPLES = 20
+    real(dp), parameter :: SHORTEST = 10                    !! A span, s
+
+contains
+
+    !> The spans that are said, s past 2000-01-01 12:00 GPS: given, of a file, or of the SOE files in the folder.
+    subroutine said_spans(paths, spans_file, given_span, calibration, spans, error)
+        type(level1_folder_t), intent(in) :: paths
+        character(*), intent(in) :: spans_file    !! A file of spans; empty: none
+        real(dp), intent(in) :: given_span(:, :)    !! (2, n): begin and duration, s; of size 0: none
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s; of size 0: nobody says
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_event_t), allocatable :: events(:)
+        type(string_t), allocatable :: found(:)
+        real(dp), allocatable :: of_file(:, :)
+        integer :: i
+
+        spans = given_span
+        if (size(spans, 2) > 0) then
+            if (any(.not. spans(2, :) > 0)) then
+                call fail(error, 'a span''s duration is '//real_text(minval(spans(2, :)))//' s: it has to be positive')
+                return
+            end if
+            spans(2, :) = spans(1, :) + spans(2, :)
+            calibration%spans_from = 'the command line'
+        else if (spans_file /= '') then
+            call read_spans(spans_file, calibration%satellite, spans, error)
+            if (allocated(error)) return
+            calibration%spans_from = 'a file'
+        else
+            call files_in_folder(paths%folder, found, error)
+            if (allocated(error)) return
+            do i = 1, size(found)
+                if (.not. is_soe(found(i)%text)) cycle
+                call read_events(found(i)%text, events, error)
+                if (allocated(error)) return
+                call manoeuvre_spans(events, calibration%satellite, of_file)
+                if (size(of_file, 2) > 0) spans = of_file
+                calibration%spans_from = FROM_EVENTS
+            end do
+        end if
+    end subroutine said_spans
+
+    !> The spans, s from the epoch: those that are said and lie within the data, else those that the currents show.
+    subroutine choose_spans(said, day, setup, calibration, spans, error)
+        real(dp), intent(in) :: said(:, :)      !! (2, n): begin and end, s past 2000-01-01 12:00 GPS
+        character(*), intent(in) :: day         !! The manoeuvre that this day has part of, YYYY-MM-DD; empty: the only one
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: first, last
+
+        spans = said - real(calibration%epoch, dp)
+        first = calibration%current_time(1)
+        last = calibration%current_time(size(calibration%current_time))
+        if (size(spans, 2) > 0) then
+            spans = some_of(spans, spans(2, :) > first .and. spans(1, :) < last)
+            if (size(spans, 2) == 0) call note(calibration, 'no span of '//trim(calibration%spans_from)//' lies within the data')
+        end if
+        if (calibration%spans_from == FROM_EVENTS) call narrow_by_currents(setup, calibration, spans)
+        if (size(spans, 2) == 0) then
+            call find_spans(calibration%current_time, calibration%current, setup%science_current, setup%excitation_current, &
+                            setup%sine_share, spans)
+            calibration%spans_from = 'the currents'
+        end if
+        if (size(spans, 2) == 0) then
+            call fail(error, 'no manoeuvre found: no span is given, no SOE file has CMCAL events within '// &
+                      'the data, and the currents of the rods (at most '// &
+                      real_text(nint(10*calibration%largest_current)/10.0_dp)//' mA) are those of science mode')
+        else if (calibration%spans_from == FROM_EVENTS .or. calibration%spans_from == 'the currents') then
+            call choose_manoeuvre(calibration, day, spans, error)
+        end if
+    end subroutine choose_spans
+
+    !> The spans of one manoeuvre: half a day without a span parts two, between which the masses may have been moved.
+    !> Fails when there are several, and the day does not tell which is meant.
+    subroutine choose_manoeuvre(calibration, day, spans, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: day
+        real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, m): begin and end in time, s from the epoch
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LONGEST_PAUSE = 43200    ! s
+        integer, parameter :: MOST_TOLD = 5
+        integer :: number(size(spans, 2)), i, first
+        logical :: meant(size(spans, 2))
+        character(:), allocatable :: list
+
+        number = 1
+        do i = 2, size(number)
+            number(i) = number(i - 1)
+            if (spans(1, i) - maxval(spans(2, :i - 1)) > LONGEST_PAUSE) number(i) = number(i) + 1
+        end do
+        meant = .true.
+        if (day /= '') then
+            meant = [(index(date_at(spans(1, i)), day) == 1 .or. index(date_at(spans(2, i)), day) == 1, i=1, size(number))]
+            meant = [(any(meant .and. number == number(i)), i=1, size(number))]
+        end if
+        first = max(1, findloc(meant, .true., 1))
+        if (all(meant .eqv. number == number(first))) then
+            spans = some_of(spans, meant)
+            return
+        end if
+        list = ''
+        do i = 1, min(MOST_TOLD, maxval(number))
+            first = findloc(number, i, 1)
+            list = list//date_at(spans(1, first))//' ('//integer_text(count(number == i))//' spans), '
+        end do
+        list = list(:len(list) - 2)
+        if (maxval(number) > MOST_TOLD) list = list//', ...'
+        if (.not. any(meant)) then
+            call fail(error, 'no manoeuvre found on '//day//', but at '//list)
+        else if (day == '') then
+            call fail(error, 'the files have '//integer_text(maxval(number))//' manoeuvres, between which the masses may '// &
+                      'have been moved: '//list//'; choose one by its day (--day), or give the spans (--spans)')
+        else
+            call fail(error, day//' has part of several manoeuvres: '//list//'; give the spans (--spans)')
+        end if
+
+    contains
+
+        !> The date of a time from the epoch, to the minute.
+        character(16) function date_at(time)
+            real(dp), intent(in) :: time    ! s
+
+            character(26) :: full
+
+            full = gps_date_text(calibration%epoch + floor(time, i8), 0.0_dp)
+            date_at = full(:len(date_at))
+        end function date_at
+    end subroutine choose_manoeuvre
+
+    !> Some of some spans.
+    pure function some_of(spans, wanted) result(chosen)
+        real(dp), intent(in) :: spans(:, :)     !! (2, n)
+        logical, intent(in) :: wanted(:)
+        real(dp) :: chosen(2, count(wanted))
+
+        chosen(1, :) = pack(spans(1, :), wanted)
+        chosen(2, :) = pack(spans(2, :), wanted)
+    end function some_of
+
+    !> Events are said, currents flow: where an event is longer than what its currents show, or holds several
+    !> sub-manoeuvres, these are the spans.
+    subroutine narrow_by_currents(setup, calibration, spans)
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, m): begin and end, s
+
+        real(dp), parameter :: AROUND = 30      ! s, of currents that are looked at
+        real(dp), parameter :: ENOUGH = 2       ! s, that an event may be longer at either end
+        real(dp), allocatable :: found(:, :), narrowed(:, :)
+        integer, allocatable :: near(:)
+        integer :: i, k, changed
+
+        allocate (narrowed(2, 0))
+        changed = 0
+        do i = 1, size(spans, 2)
+            near = pack([(k, k=1, size(calibration%current_time))], calibration%current_time > spans(1, i) - AROUND .and. &
+                        calibration%current_time < spans(2, i) + AROUND)
+            call find_spans(calibration%current_time(near), calibration%current(:, near), setup%science_current, &
+                            setup%excitation_current, setup%sine_share, found)
+            found = some_of(found, found(1, :) > spans(1, i) - ENOUGH .and. found(2, :) < spans(2, i) + ENOUGH)
+            if (size(found, 2) == 1) then
+                if (found(1, 1) < spans(1, i) + ENOUGH .and. found(2, 1) > spans(2, i) - ENOUGH) found = spans(:, i:i)
+            end if
+            if (size(found, 2) == 0) found = spans(:, i:i)
+            if (size(found, 2) > 1 .or. abs(found(1, 1) - spans(1, i)) + abs(found(2, 1) - spans(2, i)) > 0) &
+                changed = changed + 1
+            narrowed = reshape([narrowed, found], [2, size(narrowed, 2) + size(found, 2)])
+        end do
+        if (changed > 0) call note(calibration, integer_text(changed)//' of '//integer_text(size(spans, 2))//' CMCAL events '// &
+                                   'are longer than what the currents show, or hold several sub-manoeuvres: the spans are '// &
+                                   'those of the currents within them')
+        call move_alloc(narrowed, spans)
+    end subroutine narrow_by_currents
+
+    pure logical function is_soe(path)
+        character(*), intent(in) :: path
+
+        character(:), allocatable :: name
+
+        name = lower_case(path(index(path, '/', back=.true.) + 1:))
+        is_soe = index(name, 'soe') == 1 .or. index(name, 'tn-01') == 1 .or. index(name, 'tn01') == 1 .or. &
+            index(name, '_soe') > 0
+    end function is_soe
+
+    !> A file of spans: SOE, or lines of start and duration, s past 2000-01-01 12:00 GPS.
+    subroutine read_spans(path, satellite, spans, error)
+        character(*), intent(in) :: path
+        character(1), intent(in) :: satellite
+        real(dp), allocatable, intent(out) :: spans(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_event_t), allocatable :: events(:)
+        type(error_t), allocatable :: other
+
+        allocate (spans(2, 0))
+        call read_span_lines(path, spans, other)
+        if (.not. allocated(other)) return
+        call read_events(path, events, error)
+        if (allocated(error)) return
+        call manoeuvre_spans(events, satellite, spans)
+        if (size(spans, 2) == 0) call fail(error, path//': no CMCAL event of satellite '//satellite)
+    end subroutine read_spans
+
+    subroutine read_span_lines(path, spans, error)
+        character(*), intent(in) :: path
+        real(dp), allocatable, intent(inout) :: spans(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        type(string_t), allocatable :: words(:)
+        real(dp) :: start, duration
+        integer :: i
+        logical :: ok
+
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        do i = 1, file%line_count()
+            words = split_words(file%line(i))
+            if (size(words) == 0) cycle
+            ok = size(words) == 2
+            if (ok) call parse_real(words(1)%text, start, ok)
+            if (ok) call parse_real(words(2)%text, duration, ok)
+            if (ok) ok = duration > 0
+            if (.not. ok) then
+                call file%fail_at(i, 'expected start and duration of a span, s', error)
+                return
+            end if
+            spans = reshape([spans, start, start + duration], [2, size(spans, 2) + 1])
+        end do
+    end subroutine read_span_lines
+
+    !> Begin and end of the sub-manoeuvres: where in a window of 20 s some rod's current ranges over more than a
+    !> manoeuvre's, and lines of 2 to 25 cycles a minute explain the variance of every such rod.
+    subroutine find_spans(times, currents, science, excitation, share, spans)
+        real(dp), intent(in) :: times(:)                    !! Rising, s
+        real(dp), intent(in) :: currents(:, :)              !! (3, n), mA
+        real(dp), intent(in) :: science, excitation         !! Level of science mode and least range, mA
+        real(dp), intent(in) :: share                       !! Of the variance
+        real(dp), allocatable, intent(out) :: spans(:, :)   !! (2, m): begin and end, s
+
+        logical :: driven(size(times))
+        real(dp) :: start, begun, last
+        integer :: first, end_of, i
+        logical :: running
+
+        driven = .false.
+        start = times(1)
+        first = 1
+        do while (start + WINDOW <= times(size(times)))
+            do while (times(first) < start)
+                first = first + 1
+            end do
+            end_of = first
+            do while (end_of < size(times))
+                if (times(end_of + 1) > start + WINDOW) exit
+                end_of = end_of + 1
+            end do
+            if (end_of - first + 1 >= FEWEST_SAMPLES) then
+                if (is_driven(times(first:end_of), currents(:, first:end_of), excitation, share)) driven(first:end_of) = .true.
+            end if
+            start = start + SHIFT
+        end do
+        ! A span is where currents are above the science level and some window says manoeuvre; windows at its ends hold
+        ! quiet samples too, and those on its edges may fit no line.
+        allocate (spans(2, 0))
+        running = .false.
+        begun = 0
+        last = 0
+        do i = 1, size(times)
+            if (running .and. times(i) - last > LONGEST_PAUSE) then
+                call add(begun, last)
+                running = .false.
+            end if
+            if (maxval(abs(currents(:, i))) <= science) cycle
+            if (.not. running) begun = times(i)
+            running = .true.
+            last = times(i)
+        end do
+        if (running) call add(begun, last)
+
+    contains
+
+        subroutine add(from, to)
+            real(dp), intent(in) :: from, to
+
+            if (to - from < SHORTEST) return
+            if (2*count(driven .and. times >= from .and. times <= to) < count(times >= from .and. times <= to)) return
+            spans = reshape([spans, from, to], [2, size(spans, 2) + 1])
+        end subroutine add
+    end subroutine find_spans
+
+    logical function is_driven(times, currents, excitation, share)
+        real(dp), intent(in) :: times(:), currents(:, :), excitation, share
+
+        real(dp) :: left(size(times)), total, frequency, amplitude, phase
+        integer :: rod, line
+        logical :: some
+
+        some = .false.
+        is_driven = .false.
+        do rod = 1, 3
+            if (maxval(currents(rod, :)) - minval(currents(rod, :)) <= excitation) cycle
+            some = .true.
+            left = currents(rod, :) - sum(currents(rod, :))/size(times)
+            total = sum(left**2)
+            do line = 1, MOST_LINES
+                call strongest_line(times, left, frequency, amplitude, phase)
+                if (sum(left**2) < (1 - share)*total) exit
+            end do
+            if (sum(left**2) >= (1 - share)*total) return
+        end do
+        is_driven = some
+    end function is_driven
+
+    !> The line amplitude sin(2 pi frequency (t - t_1) + phase) that explains most of some samples, which are left
+    !> without it, and without a mean.
+    subroutine strongest_line(times, samples, frequency, amplitude, phase)
+        real(dp), intent(in) :: times(:)            !! Rising, s
+        real(dp), intent(inout) :: samples(:)       !! Any unit
+        real(dp), intent(out) :: frequency          !! Hz
+        real(dp), intent(out) :: amplitude          !! Unit of the samples
+        real(dp), intent(out) :: phase              !! rad
+
+        real(dp) :: best, explained, step, centre, u(size(times)), rest(size(times)), normal(2, 2), rhs(2), x(2)
+        real(dp), allocatable :: basis(:, :)
+        integer :: round, i
+
+        u = times - times(1)
+        step = 0.2_dp/max(WINDOW, u(size(u)))
+        centre = SLOWEST
+        best = -1
+        frequency = SLOWEST
+        do i = 0, int((FASTEST - SLOWEST)/step)
+            explained = power(SLOWEST + i*step)
+            if (explained > best) then
+                best = explained
+                frequency = SLOWEST + i*step
+            end if
+        end do
+        do round = 1, 3
+            centre = frequency
+            step = step/4
+            do i = -4, 4
+                explained = power(centre + i*step)
+                if (explained > best) then
+                    best = explained
+                    frequency = centre + i*step
+                end if
+            end do
+        end do
+        allocate (basis(size(times), 1), source=1.0_dp)
+        call orthonormalise(basis)
+        call remove_space(basis, samples)
+        rest = sin(TWO_PI*frequency*u)
+        normal(1, 1) = sum(rest**2)
+        normal(1, 2) = sum(rest*cos(TWO_PI*frequency*u))
+        normal(2, 2) = sum(cos(TWO_PI*frequency*u)**2)
+        rhs = [sum(rest*samples), sum(cos(TWO_PI*frequency*u)*samples)]
+        x(2) = (rhs(2)*normal(1, 1) - rhs(1)*normal(1, 2))/(normal(1, 1)*normal(2, 2) - normal(1, 2)**2)
+        x(1) = (rhs(1) - normal(1, 2)*x(2))/normal(1, 1)
+        amplitude = hypot(x(1), x(2))
+        phase = atan2(x(2), x(1))
+        samples = samples - x(1)*rest - x(2)*cos(TWO_PI*frequency*u)
+
+    contains
+
+        real(dp) function power(f)
+            real(dp), intent(in) :: f
+
+            real(dp), allocatable :: columns(:, :)
+
+            allocate (columns(size(times), 3))
+            columns(:, 1) = 1
+            columns(:, 2) = sin(TWO_PI*f*u)
+            columns(:, 3) = cos(TWO_PI*f*u)
+            call orthonormalise(columns)
+            power = sum(matmul(samples, columns(:, 2:))**2)
+        end function power
+    end subroutine strongest_line
+end module gracecg_level1_spans

@@ -1,0 +1,271 @@
+!> The Level-1 products of GRACE and GRACE-FO: their fields, in one table.
+!>
+!> Sources: the headers of the GRACE-FO text files (release 04), the GRACE Level 1B Data Product User
+!> Handbook (JPL D-22027), and official files, text beside binary. Everything that reads, writes, lists or
+!> converts follows from this table: text has the fields in the order given, divided by white space; binary
+!> has the same fields packed, most significant byte first.
+module gracecg_level1_products
+    use gracecg_base_error, only: error_t, fail, fail_unknown_name
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: string_t, split_words, split, parse_integer, integer_text
+    implicit none
+    private
+    public :: level1_field_t, level1_layout_t, level1_layout, is_level1_product, level1_product_names
+    public :: satellite_of_grace_fo, SATELLITES
+    public :: KIND_I1, KIND_I2, KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_F8, KIND_LETTER, KIND_NUMERAL, &
+        KIND_FLAG8, KIND_FLAG32
+
+    !> Kinds of field: signed and unsigned integers by their bytes, reals, one letter, one numeral (binary: its
+    !> character), and flags of 8 or 32 bits (text: binary digits, bit 0 rightmost)
+    integer, parameter :: KIND_I1 = 1, KIND_I2 = 2, KIND_I4 = 3, KIND_U1 = 4, KIND_U2 = 5, KIND_U4 = 6, &
+        KIND_F4 = 7, KIND_F8 = 8, KIND_LETTER = 9, KIND_NUMERAL = 10, KIND_FLAG8 = 11, KIND_FLAG32 = 12
+    character(2), parameter :: KIND_NAMES(12) = [character(2) :: 'i1', 'i2', 'i4', 'u1', 'u2', 'u4', 'f4', 'f8', &
+                                                 'c', 'n', 'q1', 'q4']
+    integer, parameter :: KIND_BYTES(12) = [1, 2, 4, 1, 2, 4, 4, 8, 1, 1, 1, 4]
+
+    character(*), parameter :: SATELLITES = 'ABCD'      !! GRACE A and B, GRACE-FO C and D
+    integer, parameter :: MOST_CHANNELS = 32            !! Receiver channels of a GNV1A record: the GPS satellites
+
+    type :: level1_field_t
+        !! One field of a record
+        character(16) :: name = ''      !! As in the headers; fractions time_frac, satellites id
+        integer :: kind = 0             !! One of KIND_...
+        integer :: bytes = 0            !! In a binary record
+        integer :: bit = -1             !! Of prod_flag: the field is there when it is set; -1: always there
+        integer :: channel = 0          !! Of n_prns: the field is there up to so many; 0: always there
+    end type level1_field_t
+
+    type :: level1_layout_t
+        !! The fields of a product; positions are 0 where a product has no such field
+        character(5) :: product = ''    !! 'ACC1A'
+        logical :: grace_fo = .false.   !! The form of GRACE-FO, where that differs
+        logical :: has_binary = .true.  !! There is a binary form
+        logical :: is_event = .false.   !! Records when something happens: there are no gaps
+        logical :: keeps_last = .false. !! Of records with equal epochs the last one holds
+        type(level1_field_t), allocatable :: fields(:)    !! In the order of a record
+        integer :: fraction = 0         !! Position of the fraction of the time tag; its whole seconds are field 1
+        integer :: time_frac = 0        !! Position of the fraction of a second: of the tag, or of TIM1B's receiver time
+        real(dp) :: fraction_unit = 1e-6_dp     !! Of `time_frac`, s
+        integer :: id = 0               !! Position of the satellite
+        integer :: time_ref = 0         !! Position of the time frame, R or G
+        integer :: prod_flag = 0        !! Position of the flag that says which fields are there
+        integer :: channels = 0         !! Position of the number of channels, n_prns
+        integer :: series = 0           !! Position of what tells apart series in one file: a head, gyro, tank
+        integer :: qualflg = 0          !! Position of the quality flag
+        logical :: id_first = .false.   !! Text has the satellite before the time frame
+    contains
+        procedure :: field_of => position_of_field  !! Position of a field by its name
+    end type level1_layout_t
+
+    character(*), parameter :: TAG = 'rcvtime_intg:i4 time_frac:i4 '
+    character(*), parameter :: TIME = 'time_intg:i4 time_frac:i4 time_ref:c id:c '
+    character(*), parameter :: ATTITUDE = 'quatangle:f8 quaticoeff:f8 quatjcoeff:f8 quatkcoeff:f8 '
+    character(*), parameter :: STATE = 'xpos:f8 ypos:f8 zpos:f8 xpos_err:f8 ypos_err:f8 zpos_err:f8 '// &
+        'xvel:f8 yvel:f8 zvel:f8 xvel_err:f8 yvel_err:f8 zvel_err:f8 '
+    character(*), parameter :: CAMERA = 'nlocks:u1 nstars:u1 sca_confid:i1 sca_null1:i1 sca_null2:i1 sca_mode:q1 qualflg:q1'
+    character(*), parameter :: FLAGGED = TAG//'time_ref:c id:c qualflg:q1 prod_flag:q4 '
+
+    character(*), parameter :: ACC1A = FLAGGED// &
+        'lin_accl_x:f8:0 lin_accl_y:f8:1 lin_accl_z:f8:2 ang_accl_x:f8:3 ang_accl_y:f8:4 ang_accl_z:f8:5 '// &
+        'bias_vol:f8:6 vd:f4:7 x1_out:f4:8 x2_out:f4:9 x3_out:f4:10 y1_out:f4:11 y2_out:f4:12 z1_out:f4:13 '// &
+        'tesu:f4:14 taicu:f4:15 tisu:f4:16 v15picu:f4:17 v15micu:f4:18 vr5picu:f4:19 tcicu:f4:20 v15psu:f4:21 '// &
+        'v15msu:f4:22 v48psu:f4:23 v48msu:f4:24 status:q1:25 icu_blk_nr:u2:26 Tenhz_count:i1:27 Mhz_count:i4:28 '// &
+        'statusflag:q4:29'
+    !> What the housekeeping of GRACE-FO has for the values of ACC1A, from bit 0 on
+    character(10), parameter :: AHK_GRACE_FO(0:29) = [character(10) :: &
+        'TFEEU_IF', 'TFEEU_REF', 'TFEEU_X', 'TFEEU_YZ', 'analog_GND', '+3.3V', 'Vp', 'MES_Vd', 'MES_DET_X1', 'MES_DET_X2', &
+        'MES_DET_X3', 'MES_DET_Y1', 'MES_DET_Y2', 'MES_DET_Z1', 'TSU_Y+', 'TICUN', 'TSU_Y-', 'TSU_Z+', 'TSU_Z-', '+5V', &
+        'TICUR', '+15V', '-15V', '+48V', '-48V', 'status', 'icu_blk_nr', 'PPS_source', 'Sync_Qual', 'statusflag']
+    character(*), parameter :: ACC1B = 'gps_time:i4 id:c lin_accl_x:f8 lin_accl_y:f8 lin_accl_z:f8 ang_accl_x:f8 '// &
+        'ang_accl_y:f8 ang_accl_z:f8 acl_x_res:f8 acl_y_res:f8 acl_z_res:f8 qualflg:q1'
+    character(*), parameter :: SCA1B = 'gps_time:i4 id:c sca_id:i1 '//ATTITUDE//'qual_rss:f8 qualflg:q1'
+    character(*), parameter :: SCA1A_GRACE = 'rcv_time:i4 id:c sca_id:i1 sca_desig:c '//ATTITUDE//CAMERA
+    character(*), parameter :: SCA1A_GRACE_FO = TAG//'id:c sca_id:i1 sca_desig:c '//ATTITUDE//CAMERA
+    character(*), parameter :: IMU1A = TIME//'gyro_id:i1 FiltAng:f8 qualflg:q1'
+    character(*), parameter :: MAG1A = TIME//'MfvX_RAW:f4 MfvY_RAW:f4 MfvZ_RAW:f4 torque1A:f4 torque2A:f4 torque3A:f4 '// &
+        'torque1B:f4 torque2B:f4 torque3B:f4 MF_BCalX:f4 MF_BCalY:f4 MF_BCalZ:f4 torque_cal:f4 qualflg:q1'
+    character(*), parameter :: THR1A = TIME//'thrust_count_*14:u4 on_time_*14:u4 accum_dur_*14:u4 qualflg:q1'
+    character(*), parameter :: TNK1A = TIME//'tank_id:n qualflg:q1 prod_flag:q1 tank_pres:f4:0 reg_pres:f4:1 '// &
+        'skin_temp:f4:2 skin_temp_r:f4:3 adap_temp:f4:4 boss_fixed:f4:5 boss_sliding:f4:6'
+    character(*), parameter :: MAS1A = TIME//'qualflg:q1 prod_flag:q1 mass_thr:f8:0 mass_thr_err:f8:1 mass_tnk:f8:2 '// &
+        'mass_tnk_err:f8:3 gas_mass_thr1:f8:4 gas_mass_thr2:f8:5 gas_mass_tnk1:f8:6 gas_mass_tnk2:f8:7'
+    character(*), parameter :: TIM1A = 'obctime:i4 id:c TS_suppid:i4 rcvtime_intg:i4 time_frac:i4 first_icu_blknr:i4 '// &
+        'final_icu_blknr:i4 qualflg:q1'
+    character(*), parameter :: CLK1A = 'rcv_time:i4 id:c clock_id:i1 eps_time:f8 eps_err:f8 eps_drift:f8 drift_err:f8 '// &
+        'qualflg:q1'
+    character(*), parameter :: GNV1B = 'gps_time:i4 id:c coord_ref:c '//STATE//'qualflg:q1'
+    character(*), parameter :: GNV1A = 'rcv_time:i4 n_prns:i1 id:c chisq:f4 cov_mult:f4 voltage:i2 '//STATE// &
+        'time_offset:f8 time_offset_err:f8 time_drift:f8 err_drift:f8 qualflg:q1 CHANNELS:*'
+    character(*), parameter :: USO1B = 'gps_time:i4 id:c uso_id:i1 uso_freq:f8 k_freq:f8 ka_freq:f8 qualflg:q1'
+    character(*), parameter :: VECTOR = 'gps_time:i4 id:c mag:f8 cosx:f8 cosy:f8 cosz:f8 qualflg:q1'
+
+    character(5), parameter :: PRODUCTS(36) = [ &
+        'ACC1A', 'ACT1A', 'AHK1A', 'AHK1B', 'ACC1B', 'ACT1B', 'SCA1A', 'SCA1B', 'QSA1B', 'QKS1B', 'QSB1B', 'QCP1B', &
+        'IMU1A', 'IMU1B', 'MAG1A', 'MAG1B', 'THR1A', 'THR1B', 'TNK1A', 'TNK1B', 'MAS1A', 'MAS1B', 'TIM1A', 'TIM1B', &
+        'CLK1A', 'CLK1B', 'GNV1A', 'GNV1B', 'GNI1B', 'USO1B', 'VCM1B', 'VKB1B', 'VGN1B', 'VGB1B', 'VGO1B', 'VSL1B']
+
+contains
+
+    !> Whether five letters name a product of the table.
+    pure logical function is_level1_product(name)
+        character(*), intent(in) :: name    !! 'ACC1A'
+
+        is_level1_product = any(PRODUCTS == name)
+    end function is_level1_product
+
+    !> The names of all products.
+    pure function level1_product_names() result(names)
+        character(5) :: names(size(PRODUCTS))
+
+        names = PRODUCTS
+    end function level1_product_names
+
+    !> Whether a satellite is one of GRACE-FO.
+    pure logical function satellite_of_grace_fo(satellite)
+        character(1), intent(in) :: satellite   !! One of SATELLITES
+
+        satellite_of_grace_fo = satellite == 'C' .or. satellite == 'D'
+    end function satellite_of_grace_fo
+
+    !> The layout of a product. Fails for a name that the table has not.
+    subroutine level1_layout(product, grace_fo, layout, error)
+        character(*), intent(in) :: product     !! 'ACC1A'
+        logical, intent(in) :: grace_fo         !! Of GRACE-FO, not of GRACE
+        type(level1_layout_t), intent(out) :: layout
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. is_level1_product(product)) then
+            call fail_unknown_name(error, 'Level-1 product', product, PRODUCTS)
+            return
+        end if
+        layout%product = product
+        layout%grace_fo = grace_fo
+        select case (product)
+        case ('ACC1A', 'ACT1A')
+            call describe(layout, ACC1A)
+        case ('AHK1A', 'AHK1B')
+            call describe(layout, ACC1A)
+            layout%series = layout%prod_flag
+        case ('ACC1B', 'ACT1B')
+            call describe(layout, ACC1B)
+        case ('SCA1A')
+            if (grace_fo) then
+                call describe(layout, SCA1A_GRACE_FO)
+                layout%has_binary = .false.
+            else
+                call describe(layout, SCA1A_GRACE)
+            end if
+            layout%series = layout%field_of('sca_id')
+        case ('SCA1B')
+            call describe(layout, SCA1B)
+        case ('QSA1B', 'QKS1B', 'QSB1B', 'QCP1B')
+            call describe(layout, SCA1B)
+            layout%series = layout%field_of('sca_id')
+            layout%is_event = .true.
+            layout%keeps_last = .true.
+        case ('IMU1A', 'IMU1B')
+            call describe(layout, IMU1A)
+            layout%has_binary = .false.
+            layout%series = layout%field_of('gyro_id')
+        case ('MAG1A', 'MAG1B')
+            call describe(layout, MAG1A)
+            layout%id_first = .true.
+        case ('THR1A', 'THR1B')
+            call describe(layout, THR1A)
+            layout%is_event = .true.
+        case ('TNK1A', 'TNK1B')
+            call describe(layout, TNK1A)
+            layout%series = layout%field_of('tank_id')
+        case ('MAS1A', 'MAS1B')
+            call describe(layout, MAS1A)
+            layout%series = layout%prod_flag
+        case ('TIM1A', 'TIM1B')
+            call describe(layout, TIM1A)
+            if (grace_fo) layout%fraction_unit = 1e-9_dp
+        case ('CLK1A', 'CLK1B')
+            call describe(layout, CLK1A)
+            layout%keeps_last = .true.
+        case ('GNV1A')
+            call describe(layout, GNV1A)
+        case ('GNV1B', 'GNI1B')
+            call describe(layout, GNV1B)
+        case ('USO1B')
+            call describe(layout, USO1B)
+        case default
+            call describe(layout, VECTOR)
+            layout%is_event = .true.
+            layout%keeps_last = .true.
+        end select
+    end subroutine level1_layout
+
+    !> Fills a layout from its description: NAME:KIND[:BIT], NAME*COUNT:KIND, and the channels of GNV1A.
+    subroutine describe(layout, description)
+        type(level1_layout_t), intent(inout) :: layout
+        character(*), intent(in) :: description
+
+        type(string_t), allocatable :: words(:), parts(:)
+        integer :: i, k, star, number, bit
+        logical :: ok
+
+        words = split_words(description)
+        allocate (layout%fields(0))
+        do i = 1, size(words)
+            parts = split(words(i)%text, ':')
+            bit = -1
+            if (size(parts) > 2) call parse_integer(parts(3)%text, bit, ok)
+            star = index(parts(1)%text, '*')
+            if (parts(1)%text == 'CHANNELS') then
+                do k = 1, MOST_CHANNELS
+                    call add_field(layout, 'prn_'//integer_text(k), 'i1', -1, k)
+                    call add_field(layout, 'elevation_'//integer_text(k), 'f8', -1, k)
+                    call add_field(layout, 'azimuth_'//integer_text(k), 'f8', -1, k)
+                end do
+            else if (star > 0) then
+                call parse_integer(parts(1)%text(star + 1:), number, ok)
+                do k = 1, number
+                    call add_field(layout, parts(1)%text(:star - 1)//integer_text(k), parts(2)%text, bit, 0)
+                end do
+            else
+                call add_field(layout, parts(1)%text, parts(2)%text, bit, 0)
+            end if
+        end do
+        if (layout%fields(2)%name == 'time_frac') layout%fraction = 2
+        layout%time_frac = layout%field_of('time_frac')
+        layout%id = layout%field_of('id')
+        layout%time_ref = layout%field_of('time_ref')
+        layout%prod_flag = layout%field_of('prod_flag')
+        layout%channels = layout%field_of('n_prns')
+        layout%qualflg = layout%field_of('qualflg')
+    end subroutine describe
+
+    subroutine add_field(layout, name, kind_name, bit, channel)
+        type(level1_layout_t), intent(inout) :: layout
+        character(*), intent(in) :: name, kind_name
+        integer, intent(in) :: bit, channel
+
+        type(level1_field_t) :: field
+
+        field%name = name
+        field%kind = findloc(KIND_NAMES == kind_name, .true., 1)
+        field%bytes = KIND_BYTES(field%kind)
+        field%bit = bit
+        field%channel = channel
+        layout%fields = [layout%fields, field]
+    end subroutine add_field
+
+    !> The position of a field; 0 when there is none of that name. The names of some headers are known too:
+    !> GRACEFO_id for id, rcvtime_frac for time_frac, those of GRACE-FO's housekeeping for ACC1A's of the same bit.
+    pure integer function position_of_field(self, name) result(position)
+        class(level1_layout_t), intent(in) :: self
+        character(*), intent(in) :: name    !! As `fields%name`
+
+        do position = 1, size(self%fields)
+            if (self%fields(position)%name == name) return
+        end do
+        position = 0
+        if (name == 'GRACEFO_id' .or. name == 'GRACE_id') position = self%id
+        if (name == 'rcvtime_frac') position = self%time_frac
+        if (index(self%product, 'AHK') == 1 .and. self%grace_fo .and. any(AHK_GRACE_FO == name)) &
+            position = findloc(self%fields%bit, findloc(AHK_GRACE_FO, name, 1) - 1, 1)
+    end function position_of_field
+end module gracecg_level1_products

@@ -1,0 +1,128 @@
+!> What the operator of a satellite says for an estimate from its Level-1 data: groups mass_properties and level1 of
+!> a namelist. What no document confirms is a setting here, with its default.
+module gracecg_level1_setup
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MICROMETRE, NANOTESLA
+    use gracecg_base_error, only: error_t
+    use gracecg_files_settings, only: settings_t, FULL_RANGE
+    use gracecg_spacecraft_settings, only: describe_mass_properties
+    use gracecg_level1_frames, only: ACCELEROMETER_AXES, signed_axes_valid
+    use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
+    implicit none
+    private
+    public :: level1_setup_t, read_level1_setup, describe_level1
+
+    type :: level1_setup_t
+        !! Knowledge of the satellite, and limits for the data
+        real(dp) :: mass = 0                    !! kg
+        real(dp) :: inertia(3, 3) = 0           !! About the proof-mass centre, SRF, kg m^2
+        integer :: accelerometer_axes(3) = ACCELEROMETER_AXES   !! Signed axis of AF for x, y, z of SRF
+        real(dp) :: rod_gain(3) = USUAL_ROD_GAIN       !! kappa, A m^2/mA
+        real(dp) :: rod_sign(3) = 1             !! 1, or -1 for a rod that is wired the other way round
+        real(dp) :: torque_delay = 0            !! From current tag to torque where it is not estimated, s
+        real(dp) :: accelerometer_delay = 0     !! Of the tags of ACC1A where it is not estimated, s
+        character(8) :: currents = 'auto'       !! Between their samples: smooth, steps, or by the data
+        character(256) :: field_file = ''       !! Coefficients of the field (SHC); blank: IGRF-14
+        real(dp) :: science_current = 8         !! Largest of science mode: ends a span, mA
+        real(dp) :: excitation_current = 20     !! Range of a rod in a manoeuvre, mA
+        real(dp) :: sine_share = 0.9_dp         !! Of the variance that lines have to explain
+        real(dp) :: veto_before = 0.3_dp        !! Samples before a firing's tag are not used, s
+        real(dp) :: veto_after = 2              !! And behind it, s
+        real(dp) :: firing_delay = 0            !! Of a thruster's force behind the tag of its firing, s
+        real(dp) :: firing_delay_sigma = 3e-3_dp    !! s
+        real(dp) :: least_share = 0.7_dp        !! Of a span's samples: with fewer it is left out
+        real(dp) :: longest_attitude_gap = 3    !! s
+        real(dp) :: band(2) = [0.02_dp, 0.35_dp]        !! Used by the estimate, Hz
+        real(dp) :: leakage_prior(2) = USUAL_LEAKAGE     !! Sigma of L, m/s^2/mA, and K, m/s^2/(mA/s)
+        real(dp) :: scale_sigma = 0.004_dp      !! Of the accelerometer's scale
+        real(dp) :: inertia_sigma = 0.01_dp     !! Relative, of the moments of inertia
+        real(dp) :: gain_sigma = 0.1_dp         !! Relative, of rod_gain
+        real(dp) :: angular_scale_sigma = 0.03_dp       !! Of the angular channels
+        real(dp) :: field_sigma = 150*NANOTESLA !! Of the field model by axis, T
+        real(dp) :: proportional_leakage = 0    !! Acceleration that is considered, proportional to I and B, m/s^2 at 120 mA
+                                                !! and 30 000 nT
+        real(dp) :: tank(3, 2) = reshape([-0.6_dp, 0.0_dp, 0.0_dp, 0.6_dp, 0.0_dp, 0.0_dp], [3, 2])    !! From the centre
+                                                !! of mass, SRF, m
+        real(dp) :: trim_mass = 4.8_dp          !! Moved by a step, kg
+        real(dp) :: trim_step = 2.5_dp*MICROMETRE       !! m
+        integer :: trim_most = 12000            !! Steps in one command
+    end type level1_setup_t
+
+    character(8), parameter :: CURRENT_FORMS(3) = [character(8) :: 'auto', 'smooth', 'steps']
+
+contains
+
+    !> Reads a setup. Fails when it cannot be read, a value is out of range, or a key is not known.
+    subroutine read_level1_setup(path, setup, error)
+        character(*), intent(in) :: path    !! Of the namelist file
+        type(level1_setup_t), intent(out) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_t) :: settings
+
+        call settings%open(path, error)
+        if (allocated(error)) return
+        call describe_level1(settings, setup)
+        call settings%finish(error, only=[character(16) :: 'mass_properties', 'level1'])
+    end subroutine read_level1_setup
+
+    !> The settings, for reading and writing.
+    subroutine describe_level1(settings, setup)
+        class(settings_t), intent(inout) :: settings
+        type(level1_setup_t), intent(inout) :: setup
+
+        real(dp) :: axes(3), most
+
+        call describe_mass_properties(settings, setup%mass, setup%inertia)
+        call settings%group('level1', 'Estimate from Level-1 data')
+        axes = setup%accelerometer_axes
+        call settings%real_values('accelerometer_axes', axes, -3.0_dp, 3.0_dp, 'axis of AF, with its sign, that x, y and '// &
+                                  'z of SRF are')
+        setup%accelerometer_axes = nint(axes)
+        if (any(abs(axes - nint(axes)) > 0) .or. .not. signed_axes_valid(setup%accelerometer_axes)) &
+            call settings%reject('accelerometer_axes', 'has to name each of the axes 1, 2, 3 once, with its sign')
+        call settings%real_values('rod_gain', setup%rod_gain, 1e-6_dp, 1e3_dp, 'x, y, z: moment by current, A m^2/mA', &
+                                  unit='A m^2/mA')
+        call settings%real_values('rod_sign', setup%rod_sign, -1.0_dp, 1.0_dp, 'x, y, z: 1 or -1')
+        if (any(abs(abs(setup%rod_sign) - 1) > 0)) call settings%reject('rod_sign', 'has to be 1 or -1 for every rod')
+        call settings%real_value('torque_delay', setup%torque_delay, -2.0_dp, 2.0_dp, 's, of the torque behind the tag '// &
+                                 'of its current, where it is not estimated', unit='s')
+        call settings%real_value('accelerometer_delay', setup%accelerometer_delay, -2.0_dp, 2.0_dp, 's, of the samples '// &
+                                 'behind their tags, where it is not estimated', unit='s')
+        call settings%text_value('currents', setup%currents, 'between their samples', CURRENT_FORMS)
+        call settings%text_value('field_file', setup%field_file, 'coefficients of the field (SHC) in place of IGRF-14')
+        call settings%real_value('science_ma', setup%science_current, 0.0_dp, 1000.0_dp, 'mA, largest current of science '// &
+                                 'mode', unit='mA')
+        call settings%real_value('excitation_ma', setup%excitation_current, 0.0_dp, 1000.0_dp, 'mA, range of a rod that '// &
+                                 'is driven', unit='mA')
+        call settings%real_value('sine_share', setup%sine_share, 0.0_dp, 1.0_dp, 'of the variance of currents that lines '// &
+                                 'have to explain')
+        call settings%real_value('veto_before', setup%veto_before, 0.0_dp, 60.0_dp, 's, before a firing', unit='s')
+        call settings%real_value('veto_after', setup%veto_after, 0.0_dp, 60.0_dp, 's, behind a firing', unit='s')
+        call settings%real_value('firing_delay', setup%firing_delay, -2.0_dp, 2.0_dp, 's, of a thruster behind the tag of '// &
+                                 'its firing, unless the gyros show another', unit='s')
+        call settings%real_value('firing_delay_sigma', setup%firing_delay_sigma, 0.0_dp, 2.0_dp, 's', unit='s')
+        call settings%real_value('least_share', setup%least_share, 0.1_dp, 1.0_dp, 'of the samples of a span')
+        call settings%real_value('longest_attitude_gap', setup%longest_attitude_gap, 1.0_dp, 60.0_dp, 's', unit='s')
+        call settings%real_values('band_hz', setup%band, 1e-3_dp, 5.0_dp, 'Hz, lowest and highest frequency used', unit='Hz')
+        if (setup%band(2) <= setup%band(1)) call settings%reject('band_hz', 'has to rise')
+        call settings%real_values('leakage_prior', setup%leakage_prior, 0.0_dp, 1.0_dp, 'sigma of L, m/s^2/mA, and of K, '// &
+                                  'm/s^2/(mA/s)')
+        call settings%real_value('scale_sigma', setup%scale_sigma, 0.0_dp, 1.0_dp, 'of the accelerometer')
+        call settings%real_value('inertia_sigma', setup%inertia_sigma, 0.0_dp, 1.0_dp, 'relative')
+        call settings%real_value('gain_sigma', setup%gain_sigma, 0.0_dp, 10.0_dp, 'relative, of rod_gain')
+        call settings%real_value('angular_scale_sigma', setup%angular_scale_sigma, 0.0_dp, 1.0_dp, 'of the angular channels')
+        call settings%real_value('field_sigma_nt', setup%field_sigma, 0.0_dp, 1e5_dp, 'nT, of the field by axis', NANOTESLA, &
+                                 'nT')
+        call settings%real_value('proportional_leakage', setup%proportional_leakage, 0.0_dp, 1.0_dp, 'm/s^2, considered: '// &
+                                 'sigma at 120 mA and 30000 nT, proportional to current and field', unit='m/s^2')
+        call settings%real_values('tank_1', setup%tank(:, 1), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
+        call settings%real_values('tank_2', setup%tank(:, 2), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
+        call settings%real_value('trim_mass', setup%trim_mass, 1e-3_dp, FULL_RANGE, 'kg', unit='kg')
+        call settings%real_value('trim_step_um', setup%trim_step, 1e-3_dp, 1e6_dp, 'um', MICROMETRE, 'um')
+        most = setup%trim_most
+        call settings%real_value('trim_most', most, 1.0_dp, 1e9_dp, 'steps in one command')
+        setup%trim_most = nint(most)
+        call settings%end_group()
+    end subroutine describe_level1
+end module gracecg_level1_setup
