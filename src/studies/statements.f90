@@ -821,22 +821,31 @@ contains
     !> Millimetres with two significant digits and more.
     pure function mm_text(value) result(text)
         real(dp), intent(in) :: value               !! m
-        character(:), allocatable :: text
+        character(len_trim(plain_field(value/MILLIMETRE, '(f10.4)'))) :: text
 
-        text = plain_text(value/MILLIMETRE, '(f10.4)')
+        text = plain_field(value/MILLIMETRE, '(f10.4)')
     end function mm_text
 
     pure function plain_text(value, form) result(text)
         real(dp), intent(in) :: value
         character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
-        character(:), allocatable :: text
+        character(len_trim(plain_field(value, form))) :: text
 
-        character(16) :: digits
-
-        write (digits, form) value
-        text = trim(adjustl(digits))
-        if (index(text, '.') == len(text)) text = text(:len(text) - 1)
+        text = plain_field(value, form)
     end function plain_text
+
+    pure function plain_field(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! As for plain_text
+        character(16) :: text
+
+        integer :: last
+
+        write (text, form) value
+        text = adjustl(text)
+        last = len_trim(text)
+        if (index(text, '.') == last) text(last:) = ''
+    end function plain_field
 
     !> The rows of statements. For people it has the columns that some row fills; what a row has not stays empty.
     function statement_table(statements) result(table)
