@@ -818,6 +818,20 @@ contains
             ' % on average. The offset does not feel it: the star camera''s noise is hardly a part of its error (Figure 6.5).'
     end subroutine judge_stars
 
+    !> A number without what stands before and behind its digits. Before the functions whose length it tells.
+    pure function plain_field(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
+        character(16) :: text
+
+        integer :: last
+
+        write (text, form) value
+        text = adjustl(text)
+        last = len_trim(text)
+        if (index(text, '.') == last) text(last:) = ''
+    end function plain_field
+
     !> Millimetres with two significant digits and more.
     pure function mm_text(value) result(text)
         real(dp), intent(in) :: value               !! m
@@ -833,19 +847,6 @@ contains
 
         text = plain_field(value, form)
     end function plain_text
-
-    pure function plain_field(value, form) result(text)
-        real(dp), intent(in) :: value
-        character(*), intent(in) :: form            !! As for plain_text
-        character(16) :: text
-
-        integer :: last
-
-        write (text, form) value
-        text = adjustl(text)
-        last = len_trim(text)
-        if (index(text, '.') == last) text(last:) = ''
-    end function plain_field
 
     !> The rows of statements. For people it has the columns that some row fills; what a row has not stays empty.
     function statement_table(statements) result(table)
