@@ -6,7 +6,7 @@
 MAIN_JOB = montecarlo
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build docs dist install uninstall clean
+.PHONY: help run test build report docs dist install uninstall clean
 # All targets share fpm's build tree.
 .NOTPARALLEL:
 
@@ -15,6 +15,7 @@ help:
 	@echo '             another: make run MAIN_JOB="--help"'
 	@echo 'make test    all tests'
 	@echo 'make build   the release program, at build/bin/gracecg'
+	@echo 'make report  the pages of everything that CSR-TM-00-01 shows, at report/index.html (minutes)'
 	@echo 'make install PREFIX=/usr/local'
 	@echo '             program, manual page, static and shared library, modules, C header, pkg-config file'
 	@echo '             (also DESTDIR, BINDIR, LIBDIR, INCLUDEDIR, MANDIR; make uninstall removes them)'
@@ -45,6 +46,10 @@ build:
 	@$(FPM) build --profile release && \
 		"$$fpm" install --profile release --prefix build/stage >/dev/null && \
 		install -D build/stage/bin/gracecg build/bin/gracecg
+
+# What pages take is set up, too.
+report: build
+	@tools/setup.sh pages >/dev/null && build/bin/gracecg report --out report
 
 docs:
 	@python="$$(tools/setup.sh ford)" && "$$python" tools/api_docs.py

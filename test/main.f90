@@ -3,6 +3,7 @@
 !> fpm test -- [--fast] [--list] [SUITE [TEST]]: all suites, the fast ones, one suite, or one test.
 !> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
 program tester
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
         run_selected, select_suite
@@ -104,9 +105,8 @@ program tester
     use test_c_interface, only: collect_c_interface
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
-    use test_html, only: collect_html
+    use test_document, only: collect_document
     use test_launcher, only: collect_launcher
-    use test_gnuplot, only: collect_gnuplot
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
     implicit none
@@ -122,6 +122,14 @@ program tester
                                            'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set', &
                                            'faults/silent-rods', 'faults/weak-rods', 'faults/wrong-frequency', &
                                            'calibration-page/no-convergence', 'commands/lines-fit']
+
+    interface
+        integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: name(*), value(*)
+            integer(c_int), value :: overwrite
+        end function c_setenv
+    end interface
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
@@ -226,14 +234,15 @@ program tester
              new_testsuite('c-interface', collect_c_interface), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
-             new_testsuite('html', collect_html), &
+             new_testsuite('document', collect_document), &
              new_testsuite('launcher', collect_launcher), &
-             new_testsuite('gnuplot', collect_gnuplot), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &
              new_testsuite('manoeuvre', collect_manoeuvre), &
              new_testsuite('design', collect_design)]
 
+    ! Pages are copies of their JSON here: python/tests looks at real ones.
+    if (c_setenv('GRACECG_PYTHON'//c_null_char, 'test/fixtures/page_maker.sh'//c_null_char, 1_c_int) /= 0) error stop 1
     fast = .false.
     suite_name = ''
     test_name = ''

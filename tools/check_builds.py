@@ -20,9 +20,18 @@ import compare_numbers
 
 ALGORITHMS = ("assest-fde", "assest-rde", "ascfest", "ascrest", "optimal", "sequential")
 CASES = ("front-1", "front-2", "front-3", "back-1", "back-2", "back-3")
-# What is compared, its files, the limit.
-LIMITS = (("curves", "verify*/verify_*.csv", 1e-12), ("bounds", "bound_*.csv", 1e-12), ("simulations", "run_*/*.csv", 1e-12),
-          ("estimates", "estimate_*.csv", 1e-12), ("campaign", "campaign*.csv", 1e-12))
+ROUNDING = 1e-12
+# Sines, exponentials and logarithms of many numbers at once are the C library's for the width of the vectors, and differ in
+# their last bit. Of such a rounding of the observations ASSEST, of the partials `optimal`, whose normal equations have a
+# condition of 4e7, make 1e-9, less than 1e-9 sigma.
+AMPLIFIED = 1e-9
+UNDETECTED = {"undetected_#_mm": compare_numbers.LOOSE["undetected_#_mm"]}
+# What is compared, its files, the limit, and columns with another, for the reasons given in tools/compare_numbers.py.
+LIMITS = (("curves", "verify*/verify_*.csv", ROUNDING, {}), ("bounds", "bound_*.csv", ROUNDING, {}),
+          ("simulations", "run_*/*.csv", ROUNDING, {}), ("estimates, report", "estimate_*_as*.csv", ROUNDING, UNDETECTED),
+          ("estimates, sequential", "estimate_*_sequential.csv", ROUNDING, UNDETECTED),
+          ("estimates, optimal", "estimate_*_optimal.csv", AMPLIFIED, compare_numbers.LOOSE),
+          ("campaign", "campaign*.csv", AMPLIFIED, {}))
 
 
 def compute(program, folder, runs=None):
@@ -46,13 +55,13 @@ def compute(program, folder, runs=None):
 
 def failures(one, other, limits=LIMITS):
     """Prints the greatest difference of each kind; the kinds with one above the limit, in words."""
-    for what, pattern, limit in limits:
+    for what, pattern, limit, others in limits:
         worst = compare_numbers.worst_differences(pattern, one, other)
-        column = max(worst, key=worst.get)
+        column = max((name for name in worst if name not in others), key=worst.get)
         print(f"{what}: {worst[column]:.1e} ({column or 'files or words'})")
         for name, value in worst.items():
-            if not value <= max(limit, compare_numbers.LOOSE.get(name, 0)):
-                yield f"{what}: {name or 'files or words'} by {value:.1e}, limit {limit}"
+            if not value <= others.get(name, limit):
+                yield f"{what}: {name or 'files or words'} by {value:.1e}, limit {others.get(name, limit)}"
 
 
 def self_test():
@@ -61,8 +70,8 @@ def self_test():
         one, other = pathlib.Path(name) / "one", pathlib.Path(name) / "other"
         one.mkdir()
         other.mkdir()
-        text = "case,sx_mm,sy_mm\na,1.0,{}\n"
-        limits = (("these", "x*.csv", 1e-12),)
+        text = "case,dx_mm,dy_mm\na,1.0,{}\n"
+        limits = (("these", "x*.csv", ROUNDING, {}),)
         (one / "x1.csv").write_text(text.format("0.5"), encoding="utf-8")
         for other_text, fine in ((text.format("0.5"), True), (text.format("0.5000000000005"), True),
                                  (text.format("0.500000000002"), False), (text.format("NaN"), False),
@@ -73,7 +82,7 @@ def self_test():
         (other / "x1.csv").unlink()
         if not list(failures(one, other, limits)):
             yield "a file that is missing passes"
-        if not list(failures(one, other, (("those", "y*.csv", 1.0),))):
+        if not list(failures(one, other, (("those", "y*.csv", 1.0, {}),))):
             yield "nothing to compare passes"
 
 

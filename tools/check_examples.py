@@ -7,13 +7,19 @@
 Examples are
 - the lines below `example:` in the help of the program and of every command that it lists (a command
   without an example is a failure);
-- in README.md and docs/user-guide.md, the lines of code blocks (fenced or indented) that begin with
-  `gracecg ` or `build/bin/gracecg `.
+- in README.md and docs/user-guide.md, every line that begins with `$ ` of a ```console block: what stands
+  below it, up to the next one, is all that the command prints (standard output, then standard error). As in
+  docs/development.md a line `...` stands for any number of lines, and at the end of a line for the rest of it;
+- there, in other code blocks (fenced or indented), the lines that begin with `gracecg ` or
+  `build/bin/gracecg `: whatever they print.
 
-The examples of one help, and those of one document, run in their order in an empty folder of their
-own, so each help has to be complete in itself and a document may build on what it has made before.
+The examples of one help, and those of one document, run in their order, from the first to the last, in one
+folder of their own that is empty in the beginning. So each help is complete in itself, and a document builds on
+what it has made before, and on nothing else. No command of a document writes a file or folder that an
+earlier one has written, unless it goes on with it (--resume).
 
-To keep this short, numbers of runs are made smaller, and nothing else is changed: SUBSTITUTIONS.
+What is printed is what is run, but for two short lists: HELPS makes work of the helps smaller, and leaves out
+what needs files of a data centre; DOCUMENTED names what another check runs.
 """
 import argparse
 import os
@@ -24,21 +30,29 @@ import sys
 import tempfile
 import time
 
+from check_development import agree
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCUMENTS = ("README.md", "docs/user-guide.md")
 PROGRAM = "build/bin/gracecg"
 
-# (what is printed, what is run): the work grows in proportion to the runs, the way through the
-# program is the same.
-SUBSTITUTIONS = (
-    (re.compile(r"--runs (\d{2,})\b"), "--runs 5"),
-    (re.compile(r"--check (\d{2,})\b"), "--check 5"),
+# (what is printed, what is run)
+DOCUMENTED = (
     # a minute's work: tools/check_report.py runs this very command; its help stands in for it here
     (re.compile(r"gracecg report (?!--help).*"), "gracecg report --help"),
-    # files of a data centre are not at hand
+    # what it does when everything is built
+    (re.compile(r"^make run$"), PROGRAM + " montecarlo"),
+)
+# The work grows in proportion to the runs, the way through the program is the same.
+HELPS = DOCUMENTED + (
+    (re.compile(r"--runs (\d{2,})\b"), "--runs 5"),
+    (re.compile(r"--check (\d{2,})\b"), "--check 5"),
+    # files of a data centre are not at hand; the user guide has simulated ones
     (re.compile(r"gracecg level1 (list|dump|check|convert|estimate|prepare|trend) (?!--help).*"), r"gracecg level1 \1 --help"),
 )
 LONGEST = 120       # seconds for one example
+# What a command writes
+WRITTEN = re.compile(r"(?:--(?:out|runs-out|report|running|map) |(?<![>-])> ?)([\w.%/-]+)")
 
 
 def commands_of(overview):
@@ -69,50 +83,66 @@ def help_examples(text):
 
 
 def document_examples(text):
-    """(line number, command line) of the code blocks of a Markdown text."""
-    fenced, before = False, ""
-    block = False
+    """(line number, command, lines shown below it or None) of the code blocks of a Markdown text."""
+    fence, before, block = None, "", False
+    found = []
     for number, line in enumerate(text.splitlines(), 1):
-        if line.lstrip().startswith("```"):
-            fenced = not fenced
-        elif not fenced:
-            indented = line.startswith("    ")
-            block = indented and (block or not before.strip())
-            if line.strip():
-                before = line
-            else:
-                before = ""
-        if (fenced or block) and (command := line.strip()).startswith(("gracecg ", PROGRAM + " ")):
-            yield number, command
+        command = line.strip()
+        if command.startswith("```"):
+            fence = command[3:] if fence is None else None
+        elif fence == "console":
+            if line.startswith("$ "):
+                found.append((number, line[2:], []))
+            elif found:
+                found[-1][2].append(line)
+        else:
+            if fence is None:
+                block = line.startswith("    ") and (block or not before)
+                before = command
+            if (fence is not None or block) and command.startswith(("gracecg ", PROGRAM + " ")):
+                found.append((number, command, None))
+    return found
 
 
-def as_run(command):
-    for printed, run in SUBSTITUTIONS:
+def written_twice(examples):
+    """(line number, what) of commands that write what an earlier one has written."""
+    seen = set()
+    for number, command, _ in examples:
+        names = set(WRITTEN.findall(command.split(" #")[0]))
+        if "--resume" not in command:
+            yield from ((number, name) for name in sorted(names & seen))
+        seen |= names
+
+
+def as_run(command, substitutions):
+    for printed, run in substitutions:
         command = printed.sub(run, command)
     return command
 
 
-def failures(where, commands, program):
-    """Runs commands in an empty folder; gives what went wrong with the first that fails."""
+def failures(where, examples, program, substitutions):
+    """Runs (place, command, lines shown) in an empty folder; gives what went wrong with the first that fails."""
     with tempfile.TemporaryDirectory(prefix="gracecg-examples-") as folder:
         home = pathlib.Path(folder, PROGRAM)
         home.parent.mkdir(parents=True)
         home.symlink_to(program)
         environment = dict(os.environ, PATH=f"{home.parent}{os.pathsep}{os.environ['PATH']}")
-        for place, command in commands:
+        for place, printed, shown in examples:
+            command = as_run(printed, substitutions)
             started = time.monotonic()
             try:
-                done = subprocess.run(["bash", "-c", as_run(command)], cwd=folder, env=environment,
-                                      stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                      stderr=subprocess.STDOUT, text=True, errors="replace",
-                                      timeout=LONGEST, check=False)
-                status, output = done.returncode, done.stdout
+                done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment,
+                                      stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                                      errors="replace", timeout=LONGEST, check=False)
+                status, output = done.returncode, done.stdout + done.stderr
             except subprocess.TimeoutExpired:
                 status, output = f"none after {LONGEST} s", ""
-            print(f"{time.monotonic() - started:6.1f} s  {command}")
+            print(f"{time.monotonic() - started:6.1f} s  {printed}")
             if status != 0:
-                yield f"{where}{place}: status {status} of: {as_run(command)}\n{output.rstrip()}"
+                yield f"{where}{place}: status {status} of: {command}\n{output.rstrip()}"
                 return
+            if shown is not None and not agree(shown, output.splitlines()):
+                yield "\n".join([f"{where}{place}: {command} prints", output.rstrip(), "instead of", *shown])
 
 
 def help_of(program, words):
@@ -139,13 +169,15 @@ def check(program, root):
         elif name and not any(line.startswith(f"gracecg {name}") for line in lines):
             yield f"{title}: its example does not use the command"
         else:
-            yield from failures(title, [("", line) for line in lines], program)
+            yield from failures(title, [("", line, None) for line in lines], program, HELPS)
     for document in DOCUMENTS:
-        examples = list(document_examples((root / document).read_text(encoding="utf-8")))
+        examples = document_examples((root / document).read_text(encoding="utf-8"))
         print(f"== {document}")
         if not examples:
             yield f"{document}: no example was found"
-        yield from failures(document, [(f":{number}", line) for number, line in examples], program)
+        for number, name in written_twice(examples):
+            yield f"{document}:{number}: writes {name} a second time"
+        yield from failures(document, [(f":{number}", *rest) for number, *rest in examples], program, DOCUMENTED)
 
 
 STAND_IN = """#!/bin/sh
@@ -154,28 +186,49 @@ case "$*" in
     'make it --help') printf 'x\\n\\nexample:\\n  gracecg make it > it\\n';;
     'use --help') printf 'x\\n\\nexample:\\n  gracecg make it > it\\n  gracecg %s it --runs 500\\n' "$VERB";;
     'make it') echo it;;
+    'make it --out '*) echo it >"$4"; echo "written: $4"; echo 'warning: made' >&2;;
     'use it --runs 5') cat it;;
+    'use it --runs 2000') cat it; echo well used;;
     *) echo "unknown: $*"; exit 2;;
 esac
 """
-DOCUMENT = "Text `gracecg no`:\n\n    {make} > it      # comment\n    $EDITOR it\n\nand\n\n```\n{use} it --runs 2000\n```\n"
+DOCUMENT = """Text `gracecg no`:
+
+    {make} > it      # comment
+    $EDITOR it
+
+and
+
+```
+{use} it --runs 2000
+```
+```console
+$ {make} --out {out}
+written: it2
+...
+$ {use} it --runs 2000 | tail -n 1
+{shown}
+```
+"""
 
 
 def self_test():
     """What the check overlooks or invents, tried with a program that plays gracecg."""
     good = {"OVERVIEW": "example:\n  gracecg make it\n", "VERB": "use", "make": "gracecg make it",
-            "use": "build/bin/gracecg use"}
+            "use": "build/bin/gracecg use", "out": "it2", "shown": "well u..."}
     tried = (({}, None), ({"VERB": "use not"}, "unknown: use not it"),
              ({"VERB": "lose"}, "does not use the command"), ({"OVERVIEW": ""}, "gracecg --help: shows no example"),
              ({"make": "gracecg break it"}, "README.md:3"), ({"use": "gracecg lose"}, "README.md:9"),
-             ({"make": "make it", "use": "lose"}, "no example was found"))
+             ({"shown": "it"}, "README.md:15: build/bin/gracecg use it"), ({"out": "it"}, "README.md:12: writes it a second time"),
+             ({"shown": "well used\n$ exit 3"}, "README.md:17: status 3"),
+             ({"document": "text\n    gracecg make it\n"}, "no example was found"))
     for change, expected in tried:
         case = {**good, **change}
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             (root / "docs").mkdir()
             for document in DOCUMENTS:
-                (root / document).write_text(DOCUMENT.format(**case), encoding="utf-8")
+                (root / document).write_text(case.get("document", DOCUMENT).format(**case), encoding="utf-8")
             program = root / "gracecg"
             program.write_text(STAND_IN, encoding="utf-8")
             program.chmod(0o755)

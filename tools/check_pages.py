@@ -12,7 +12,7 @@ a name and show by a shadow that there is more; the page itself does not scroll 
 LEAST_LETTER pixels at least; axe-core finds no violation.
 
 Chromium is Debian's; it is talked to through its pipe (DevTools protocol). axe-core comes with a PyPI
-package; `tools/setup.sh pages` installs both. Python's standard library only.
+package; `tools/setup.sh browser` installs both. Python's standard library only.
 """
 import base64
 import fcntl
@@ -105,7 +105,7 @@ class Browser:
     def __init__(self):
         program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
         if program is None:
-            sys.exit("no chromium here: tools/setup.sh pages installs it")
+            sys.exit("no chromium here: tools/setup.sh browser installs it")
         self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         # The browser's ends get numbers out of the way; the shell puts them to 3 and 4.
         low_read, self.to_write = os.pipe()
@@ -186,7 +186,7 @@ def axe_source():
     """The text of axe-core, as the package carries it; the package itself, which needs playwright, is not loaded."""
     found = sorted((ROOT / ".venv").glob("lib/python*/site-packages/axe_playwright_python/axe.min.js"))
     if not found:
-        sys.exit("no axe-core here: tools/setup.sh pages installs it")
+        sys.exit("no axe-core here: tools/setup.sh browser installs it")
     return found[-1].read_text(encoding="utf-8")
 
 

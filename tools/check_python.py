@@ -129,7 +129,8 @@ def run(*command, **environment):
 def build():
     if not PYTHON.exists():
         run(sys.executable, "-m", "venv", VENV)
-    run(PYTHON, "-m", "pip", "install", "-q", "scikit-build-core", "cmake", "ninja", "cffi", "numpy", "pytest")
+    run(PYTHON, "-m", "pip", "install", "-q", "scikit-build-core", "cmake", "ninja", "cffi", "numpy", "pytest",
+        "jinja2", "matplotlib")
     run(PYTHON, "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps", "--force-reinstall",
         "-C", f"build-dir={TREE}", "-C", "cmake.build-type=None", "-C", "cmake.define.CMAKE_Fortran_FLAGS=-O0", ROOT)
 

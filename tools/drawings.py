@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the drawings of docs/theory.md, docs/images/*.svg, for light and dark pages, phone and desk.
+"""Draws the drawings of docs/theory.md and of the report page, docs/images/*.svg, for light and dark pages, phone and desk.
 
     tools/drawings.py            writes the drawings that are out of date
     tools/drawings.py --check    writes nothing; status 1 when one is out of date
@@ -16,6 +16,7 @@ from xml.sax.saxutils import escape
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "docs" / "images"
+PAGES = ROOT / "python" / "gracecg" / "pages" / "drawings"        # of the report page
 
 WIDTH = 540
 BODY, SMALL = 17, 15            # Sizes of letters: at 390 pixels still 12 and 11 pixels
@@ -581,12 +582,13 @@ def main():
     stale = []
     for draw in (frames, radial_vector, star_camera, batch_processor, simulation):
         drawing = draw()
-        path, text = FOLDER / f"{drawing.name}.svg", drawing.svg()
-        if path.exists() and path.read_text(encoding="utf-8") == text:
-            continue
-        stale.append(path)
-        if not check:
-            path.write_text(text, encoding="utf-8")
+        text = drawing.svg()
+        for path in (FOLDER / f"{drawing.name}.svg", PAGES / f"{drawing.name}.svg"):
+            if path.exists() and path.read_text(encoding="utf-8") == text:
+                continue
+            stale.append(path)
+            if not check:
+                path.write_text(text, encoding="utf-8")
     for path in stale:
         print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
     return 1 if check and stale else 0

@@ -141,7 +141,7 @@ build() {
     # fpm does not link a program anew when another of its commands has rebuilt the library since.
     rm -rf build/gfortran_*/app/gracecg "$stage" "$library"
     for level in $hwcaps; do
-        build_libraries "$stage/$level" "$library/$level" "${FPM_FFLAGS:-} -march=$level"
+        build_libraries "$stage/$level" "$library/$level" "$(tools/flags.sh "$level")"
     done
     build_libraries "$stage" "$library" "$(tools/flags.sh)"
     write_pkg_config gracecg 'Centre-of-gravity calibration of GRACE-type satellites: models, simulation, estimation' \

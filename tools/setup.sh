@@ -6,10 +6,12 @@
 #   tools/setup.sh ford      what makes the documentation: FORD; prints the path of a Python that has it
 #   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff, patch,
 #                            mpirun (Open MPI)
-#   tools/setup.sh pages     what tools/check_pages.py looks at the pages with: Chromium, and axe-core
+#   tools/setup.sh pages     what makes the pages of --report: Jinja2 and matplotlib; prints the path of a Python that
+#                            has them and finds python/gracecg. build/bin/gracecg takes this one by itself
+#   tools/setup.sh browser   what tools/check_pages.py looks at the pages with: Chromium, and axe-core
 #
 # On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm,
-# FORD and axe-core come from PyPI into .venv. Whatever it does it says on standard error; with everything in place
+# FORD, the pages' packages and axe-core come from PyPI into .venv. Whatever it does it says on standard error; with everything in place
 # it says nothing. Status 1, with what to do, when it cannot help.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -57,6 +59,11 @@ find_axe() {
     compgen -G ".venv/lib/python*/site-packages/axe_playwright_python-$AXE.dist-info" >/dev/null
 }
 
+# Whether .venv makes pages.
+find_pages() {
+    [ -x .venv/bin/python ] && .venv/bin/python -c 'import gracecg.pages' 2>/dev/null
+}
+
 can_make_venv() {
     python3 -c 'import ensurepip, venv' 2>/dev/null
 }
@@ -76,6 +83,9 @@ missing_packages() {
             find_ford >/dev/null || can_make_venv || packages+=' python3-venv'
             ;;
         pages)
+            find_pages || can_make_venv || packages+=' python3-venv'
+            ;;
+        browser)
             command -v chromium >/dev/null || packages+=' chromium'
             find_axe || can_make_venv || packages+=' python3-venv'
             ;;
@@ -137,7 +147,7 @@ install_packages() {
 
 install_fpm() {
     say "no fpm $FPM_OLDEST or later here: installing fpm $FPM_INSTALLED from PyPI into .venv"
-    if python3 -m venv --clear .venv >&2 &&
+    if { [ -x .venv/bin/python ] || python3 -m venv --clear .venv >&2; } &&
         .venv/bin/python -m pip install -qq --disable-pip-version-check "fpm==$FPM_INSTALLED" >&2 &&
         find_fpm >/dev/null; then
         return 0
@@ -155,6 +165,20 @@ install_ford() {
         return 0
     fi
     say "FORD $FORD could not be installed from PyPI (the reason stands above). Is there a network?"
+    return 1
+}
+
+# python/gracecg is used where it stands.
+install_pages() {
+    say "installing Jinja2 and matplotlib from PyPI into .venv"
+    if { [ -x .venv/bin/python ] || python3 -m venv .venv >&2; } &&
+        .venv/bin/python -m pip install -qq --disable-pip-version-check jinja2 matplotlib >&2 &&
+        .venv/bin/python -c 'import pathlib, sysconfig
+pathlib.Path(sysconfig.get_path("purelib"), "gracecg.pth").write_text(str(pathlib.Path("python").resolve()) + "\n")' &&
+        find_pages; then
+        return 0
+    fi
+    say "Jinja2 and matplotlib could not be installed from PyPI (the reason stands above). Is there a network?"
     return 1
 }
 
@@ -203,10 +227,15 @@ case ${1:-} in
         ;;
     pages)
         need_packages pages
+        find_pages || install_pages
+        printf '%s\n' "$PWD/.venv/bin/python"
+        ;;
+    browser)
+        need_packages browser
         find_axe || install_axe
         ;;
     *)
-        say "usage: tools/setup.sh [ford|checks|pages]"
+        say "usage: tools/setup.sh [ford|checks|pages|browser]"
         exit 2
         ;;
 esac

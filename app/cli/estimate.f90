@@ -15,14 +15,15 @@ module gracecg_cli_estimate
     use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_files_file, only: check_writable
-    use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_cli_arc_chain, only: run_chain
     use gracecg_cli_joint, only: declare_joint_options, joint_option_given, run_joint, take_groups
     use gracecg_cli_running_file, only: write_running_estimate
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_estimate_results, only: show_estimate, show_iterations, publish_estimate
+    use gracecg_cli_estimate_results, only: asked_estimate_t, show_estimate, show_iterations, publish_estimate, &
+        write_estimate_page
+    use gracecg_cli_page_program, only: page_folder
     use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
@@ -51,7 +52,7 @@ contains
         call add_format_option(arguments)
         call arguments%add_option('--verbose', '', 'prints each iteration: corrections, state, RMS of the residuals')
         call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
-                                  'they come from, residuals, verdict; its numbers and gnuplot scripts go '// &
+                                  'they come from, residuals, verdict (takes Python); its numbers and figures go '// &
                                   'into the folder FILE_files')
         call arguments%add_option('--running', 'FILE', 'CSV of the estimate as it grows with the samples; '// &
                                   'sequential alone has one')
@@ -84,6 +85,7 @@ contains
         type(fit_record_t) :: record
         type(estimation_options_t) :: options
         type(joint_options_t) :: joint
+        type(asked_estimate_t) :: asked
         character(:), allocatable :: algorithm, page, running_file, options_file
         real(dp) :: arc
         integer :: threads
@@ -112,6 +114,7 @@ contains
             return
         end if
 
+        asked = asked_estimate_t(arguments%positional(1), algorithm, options_file)
         call check_writable(page, error)
         if (.not. allocated(error)) call check_writable(running_file, error)
         if (allocated(error)) return
@@ -128,8 +131,8 @@ contains
             return
         end if
         if (.not. allocated(error)) &
-            call estimate(algorithm, page /= '', arguments%has('--verbose'), console, observations, options, solution, &
-                          record, error)
+            call estimate(algorithm, page /= '' .or. console%format == 'json', arguments%has('--verbose'), observations, &
+                          options, solution, record, error)
         if (allocated(error)) then
             if (page /= '') call show_page(error%message)
             return
@@ -139,7 +142,7 @@ contains
         call warn(observations%knowledge, solution, console)
         if (allocated(solution%history)) call show_iterations(solution, console)
         call show_estimate(observations%knowledge, solution, console)
-        call publish_estimate(arguments%positional(1), observations%knowledge, solution, console, error)
+        call publish_estimate(asked, observations, solution, record, console, error)
         if (allocated(error)) return
         if (solution%converged) then
             if (page /= '') call show_page('')
@@ -159,13 +162,11 @@ contains
             type(error_t), allocatable :: failure
 
             if (refusal == '') then
-                call write_calibration_page(page, arguments%positional(1), options_file, algorithm, observations, &
-                                            solution, record, console, error)
+                call write_estimate_page(page, asked, observations, solution, record, console, error)
                 if (.not. allocated(error)) &
-                    call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
+                    call console%line('written: '//page//'; its numbers and figures: '//page_folder(page))
             else
-                call write_calibration_page(page, arguments%positional(1), options_file, algorithm, observations, &
-                                            solution, record, console, failure, refusal)
+                call write_estimate_page(page, asked, observations, solution, record, console, failure, refusal)
                 if (allocated(failure)) then
                     call console%warn('no page: '//failure%message)
                 else
@@ -195,11 +196,10 @@ contains
     end subroutine read_run
 
     !> What the algorithm makes of the observations.
-    subroutine estimate(algorithm, recorded, verbose, console, observations, options, solution, record, error)
+    subroutine estimate(algorithm, recorded, verbose, observations, options, solution, record, error)
         character(*), intent(in) :: algorithm
-        logical, intent(in) :: recorded         !! The fit is to be recorded for a page
+        logical, intent(in) :: recorded         !! The fit is to be recorded, for JSON or a page
         logical, intent(in) :: verbose          !! Every iteration is to be kept
-        type(console_t), intent(in) :: console
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(inout) :: options
         type(solution_t), intent(out) :: solution
@@ -207,7 +207,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         options%history = verbose
-        options%information = console%format == 'json'
+        options%information = recorded
         if (recorded) then
             call estimate_offset(algorithm, observations, options, solution, error, record=record)
         else

@@ -7,19 +7,33 @@ module gracecg_cli_estimate_results
     use gracecg_environment_time, only: utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_belief, only: BELIEFS
     use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
         say_contradiction
     use gracecg_estimation_iteration, only: iteration_t
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_verdict, only: verdict_t, judge
     use gracecg_estimation_saved_estimate, only: put_information
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
+    use gracecg_cli_calibration_json, only: put_input, put_observed, put_fit, put_verdict, put_fit_tables
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_page_program, only: make_page
     use gracecg_cli_results, only: results_t
     implicit none
     private
-    public :: show_estimate, show_iterations, publish_estimate
+    public :: asked_estimate_t, show_estimate, show_iterations, publish_estimate, write_estimate_page
+
+    !> What was asked for.
+    type :: asked_estimate_t
+        character(:), allocatable :: folder         !! Of the observations
+        character(:), allocatable :: algorithm      !! Its name
+        character(:), allocatable :: options_file   !! Of --options; empty: none
+    end type asked_estimate_t
 
     character(*), parameter :: COLUMNS = &
         'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,converged,condition,'// &
@@ -229,15 +243,53 @@ contains
     end subroutine show_iterations
 
     !> The estimate as CSV or JSON.
-    subroutine publish_estimate(folder, knowledge, solution, console, error)
-        character(*), intent(in) :: folder          !! Of the observations
-        type(operator_knowledge_t), intent(in) :: knowledge
+    subroutine publish_estimate(asked, observations, solution, record, console, error)
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record    !! Filled where the format is json
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(results_t) :: results
         type(data_table_t) :: table
+
+        call fill_table(solution, table)
+        if (console%format == 'json') call fill_results(asked, observations, solution, record, results, error)
+        if (.not. allocated(error)) call results%publish(table, console, error)
+    end subroutine publish_estimate
+
+    !> The page of the estimate. With a refusal it shows no offset, begins with the reason, and has what could be read and
+    !> fitted. Fails when the page cannot be made.
+    subroutine write_estimate_page(path, asked, observations, solution, record, console, error, refusal)
+        character(*), intent(in) :: path            !! Of the page
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations     !! Without samples where they could not be read
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record    !! Of the same estimate, as far as it came
+        type(console_t), intent(in) :: console
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: refusal   !! Why there is no offset to be used
+
+        type(results_t) :: results
+        type(data_table_t) :: table
+        character(:), allocatable :: text
+
+        if (present(refusal)) then
+            call table%columns_of(COLUMNS)
+        else
+            call fill_table(solution, table)
+        end if
+        call fill_results(asked, observations, solution, record, results, error, refusal)
+        if (.not. allocated(error)) call results%complete(table, console, text, error)
+        if (.not. allocated(error)) call make_page(path, text, error)
+    end subroutine write_estimate_page
+
+    !> The row of numbers.
+    subroutine fill_table(solution, table)
+        type(solution_t), intent(in) :: solution
+        type(data_table_t), intent(out) :: table
+
         real(dp) :: sigma(size(STATE_NAMES))
         integer :: i
 
@@ -274,11 +326,75 @@ contains
                 call table%add_nothing()
             end do
         end if
+    end subroutine fill_table
 
-        call results%open('estimate')
-        call results%member('case', trim(knowledge%name))
-        call results%member('observations', folder)
-        call results%member('epoch_utc', utc_text(knowledge%epoch))
+    !> Everything but the table. With a refusal there is no offset, but the fit if there was one.
+    subroutine fill_results(asked, observations, solution, record, results, error, refusal)
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
+        type(results_t), intent(inout) :: results
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: refusal
+
+        type(fit_diagnostics_t) :: diagnostics
+        type(verdict_t) :: verdict
+        logical :: usable, fitted
+
+        usable = .not. present(refusal) .and. solution%converged
+        fitted = usable .or. has_fit(record)
+        if (fitted) call diagnose(observations%knowledge, solution, record, diagnostics, error)
+        if (.not. usable .and. allocated(error)) then
+            fitted = .false.
+            deallocate (error)
+        end if
+        if (allocated(error)) return
+        associate (knowledge => observations%knowledge, read => allocated(observations%accelerometer_time))
+            call results%open('estimate')
+            if (read) call results%member('case', trim(knowledge%name))
+            call results%member('observations', asked%folder)
+            if (read) call results%member('epoch_utc', utc_text(knowledge%epoch))
+            if (present(refusal)) then
+                call results%member('refusal', refusal)
+            else
+                call put_solution(solution, results)
+            end if
+            call results%member('algorithm', asked%algorithm)
+            call results%member('options_file', asked%options_file)
+            call results%begin_array('inputs')
+            call put_input(asked%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), results)
+            if (asked%options_file /= '') call put_input(asked%options_file, results)
+            call results%end()
+            if (allocated(solution%warnings)) call results%member('remarks', solution%warnings)
+            if (read) call put_observed(observations, results)
+            if (fitted) then
+                verdict = judge(knowledge, solution, record, diagnostics, refusal)
+                call put_verdict(verdict, knowledge%mass, solution, usable, results)
+                call put_fit(knowledge, record, diagnostics, results)
+                call put_fit_tables(knowledge, record, diagnostics, results)
+            end if
+        end associate
+    end subroutine fill_results
+
+    !> Whether the fit came so far that its residuals can be judged.
+    pure logical function has_fit(record)
+        type(fit_record_t), intent(in) :: record
+
+        integer, parameter :: LEAST_SAMPLES = 40
+
+        has_fit = allocated(record%residual) .and. allocated(record%covariance)
+        if (has_fit) has_fit = size(record%epoch) >= LEAST_SAMPLES
+    end function has_fit
+
+    subroutine put_solution(solution, results)
+        type(solution_t), intent(in) :: solution
+        type(results_t), intent(inout) :: results
+
+        real(dp) :: sigma(size(STATE_NAMES))
+        integer :: i
+
+        sigma = state_sigmas(solution)
         call results%member('offset_m', solution%offset)
         call results%begin('covariance')
         call results%member('names', STATE_NAMES)
@@ -316,8 +432,7 @@ contains
             end do
             call results%end()
         end if
-        call results%publish(table, console, error)
-    end subroutine publish_estimate
+    end subroutine put_solution
 
     subroutine put_beliefs(report, results)
         type(belief_report_t), intent(in) :: report

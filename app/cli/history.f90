@@ -15,7 +15,7 @@ module gracecg_cli_history
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_history_page, only: write_history_page
+    use gracecg_cli_page_program, only: make_page
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -55,7 +55,7 @@ contains
         call arguments%add_option('--today', 'ISO', 'UTC (default: the time of the last calibration)')
         call arguments%add_option('--step', 'DAYS', 'from point to point (default 10)')
         call arguments%add_option('--out', 'FILE', 'CSV file of the offset at all points')
-        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot')
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot (takes Python)')
         call add_format_option(arguments)
     end subroutine declare_history
 
@@ -102,13 +102,9 @@ contains
                               rounded_text(history%statistic, 4)//' for '//integer_text(history%degrees)// &
                               ' degrees of freedom; masses that were moved belong into --changes, or --walk-um is too small')
         call show(history, settings, console)
-        call publish(history, settings, console, error)
-        if (allocated(error)) return
-        if (out /= '') call write_points(out, history, error)
-        if (.not. allocated(error) .and. page /= '') then
-            call write_history_page(page, history, settings, console, error)
-            if (.not. allocated(error)) call console%line('written: '//page)
-        end if
+        call publish(page, history, settings, console, error)
+        if (.not. allocated(error) .and. out /= '') call write_points(out, history, error)
+        if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
     end subroutine run_history
 
     subroutine read_settings(arguments, settings, misuse)
@@ -290,15 +286,21 @@ contains
         call table%write(path, file_comments('history', 'offset in body axes'), error)
     end subroutine write_points
 
-    !> As CSV or JSON.
-    subroutine publish(history, settings, console, error)
+    !> As CSV or JSON, and the page of it.
+    subroutine publish(page, history, settings, console, error)
+        character(*), intent(in) :: page        !! Path; empty: none
         type(offset_history_t), intent(in) :: history
         type(history_settings_t), intent(in) :: settings
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(results_t) :: results
+        type(data_table_t) :: table
+        character(:), allocatable :: text
 
+        table = points_table(history)
+        if (console%format == 'csv') call results%publish(table, console, error)
+        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
         call results%open('history')
         call results%member('calibrations', history%calibrations)
         call results%member('walk_um_in_a_year', settings%walk/MICROMETRE)
@@ -320,6 +322,11 @@ contains
             call results%member('leaves_to_utc', utc_text(history%leaving(3)))
         end if
         call results%member('calibrate_by_utc', utc_text(history%calibrate_by))
-        call results%publish(points_table(history), console, error)
+        call results%member('outside_already', history%left_already > 0.5_dp)
+        call results%member('futures', settings%futures)
+        call results%complete(table, console, text, error)
+        if (allocated(error)) return
+        if (console%format == 'json') call console%data(text)
+        if (page /= '') call make_page(page, text, error)
     end subroutine publish
 end module gracecg_cli_history

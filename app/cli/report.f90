@@ -6,9 +6,11 @@ module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
+    use gracecg_files_json, only: json_quoted
+    use gracecg_cli_results, only: results_t
     use gracecg_files_file, only: make_directory, check_writable
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_planning_calibration, only: calibration_t, find_calibration
@@ -27,12 +29,11 @@ module gracecg_cli_report
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_html, only: html_page_t, html_escaped, table_rows_t, head_cell, text_cell, verdict_cell, &
-        VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_gnuplot, only: NO_GNUPLOT
+    use gracecg_cli_document, only: document_t, table_rows_t, head_cell, text_cell, verdict_cell, VERDICT_MET, &
+        VERDICT_PARTLY, VERDICT_MISSED, VERDICT_KINDS
+    use gracecg_cli_page_program, only: make_page
     use gracecg_cli_number_text, only: share_text
-    use gracecg_cli_book, only: open_book
-    use gracecg_cli_report_book, only: report_book_t, COMMAND, SATELLITES
+    use gracecg_cli_report_book, only: report_book_t, open_book, COMMAND, SATELLITES
     use gracecg_cli_chapter_simulation, only: add_simulation_chapter
     use gracecg_cli_chapter_budget, only: add_budget_chapter
     use gracecg_cli_chapter_gradient, only: add_gradient_chapter
@@ -64,11 +65,9 @@ contains
                                 'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and '// &
                                 '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
                                 'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
-                                'file for every figure, and the figures as SVG with the gnuplot scripts '// &
-                                'that draw them; what it states without them; then, beyond the report, '// &
-                                'every estimator against the theoretical limit, and a designed manoeuvre. '// &
-                                'Without gnuplot the page has its tables, and says what '// &
-                                'is missing.', &
+                                'file for every figure, and the figures as SVG; what it states without them; '// &
+                                'then, beyond the report, every estimator against the theoretical limit, and a '// &
+                                'designed manoeuvre. The page takes Python.', &
                                 'gracecg report --out report --runs 30')
         call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made '// &
                                   'if it is not there', &
@@ -88,7 +87,7 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(report_book_t) :: book
-        type(html_page_t) :: page
+        type(document_t) :: page
         character(:), allocatable :: folder
         integer(i8) :: seed        !! Of the random numbers
         integer :: runs, threads
@@ -107,19 +106,50 @@ contains
         book%seed = seed
         call add_chapters(book, threads, console, error)
         if (allocated(error)) return
-        call page%begin('GRACE CG offset determination by magnetic torquers: CSR-TM-00-01 recomputed', &
-                        'The centre-of-gravity calibration of the GRACE satellites, as F. Wang''s '// &
-                        'report CSR-TM-00-01 (The University of Texas at Austin, January 2000) '// &
-                        'simulates it, computed anew by gracecg '//VERSION// &
-                        ': every table and figure of results beside the published numbers, or beside '// &
-                        'the printed axes where the curves are lost.')
         call add_summary(page, book)
         call page%append(book%page)
         call add_making(page, book)
-        call page%write(folder//'/'//PAGE_NAME, error)
-        if (allocated(error)) return
-        call show(book, console, error)
+        call write_page(book, page, error)
+        call show(book, console)
     end subroutine run_report
+
+    !> The page, of result.json beside it: title, lead, what was found, and the blocks of the page.
+    subroutine write_page(book, page, error)
+        type(report_book_t), intent(in) :: book
+        type(document_t), intent(in) :: page
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        character(:), allocatable :: text
+        integer :: i
+
+        call results%open(COMMAND)
+        call results%member('title', 'GRACE CG offset determination by magnetic torquers: CSR-TM-00-01 recomputed')
+        call results%member('lead', 'The centre-of-gravity calibration of the GRACE satellites, as F. Wang''s '// &
+                            'report CSR-TM-00-01 (The University of Texas at Austin, January 2000) '// &
+                            'simulates it, computed anew by gracecg '//VERSION// &
+                            ': every table and figure of results beside the published numbers, or beside '// &
+                            'the printed axes where the curves are lost.')
+        call results%member('runs', book%runs)
+        call results%member('seed', book%seed)
+        call results%begin_array('claims')
+        do i = 1, size(book%claims)
+            associate (claim => book%claims(i))
+                call results%begin()
+                call results%member('source', trim(claim%source))
+                call results%member('claim', trim(claim%claim))
+                call results%member('result', trim(claim%result))
+                call results%member('kind', trim(VERDICT_KINDS(claim%kind)))
+                call results%member('verdict', trim(claim%verdict))
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call results%raw('blocks', page%blocks())
+        call results%end()
+        call results%finish(text, error)
+        if (.not. allocated(error)) call make_page(book%folder//'/'//PAGE_NAME, text, error, book%folder)
+    end subroutine write_page
 
     !> Computes the studies and adds their chapters, in the order of the report.
     subroutine add_chapters(book, threads, console, error)
@@ -214,7 +244,7 @@ contains
 
     !> What was found, a line for each figure and table.
     subroutine add_summary(page, book)
-        type(html_page_t), intent(inout) :: page
+        type(document_t), intent(inout) :: page
         type(report_book_t), intent(in) :: book
 
         type(table_rows_t) :: rows
@@ -227,8 +257,6 @@ contains
                                 integer_text(count(kinds == VERDICT_PARTLY))//' with one, '// &
                                 integer_text(count(kinds == VERDICT_MISSED))//' differ.')
         end associate
-        if (book%not_drawn > 0) call page%verdict(VERDICT_PARTLY, integer_text(book%not_drawn)//' figures are missing.', &
-                                                  book%reasons(1)%text)
         do i = 1, size(book%claims)
             associate (claim => book%claims(i))
                 call rows%add(head_cell(trim(claim%source), anchor=trim(claim%anchor))// &
@@ -242,10 +270,11 @@ contains
 
     !> Settings, versions, files.
     subroutine add_making(page, book)
-        type(html_page_t), intent(inout) :: page
+        type(document_t), intent(inout) :: page
         type(report_book_t), intent(in) :: book
 
         type(table_rows_t) :: rows
+        character(:), allocatable :: names
         integer :: i
 
         call page%chapter('making', 'How this page was made')
@@ -255,24 +284,15 @@ contains
         call add_setting('seed of the random numbers', integer_text(book%seed))
         call add_setting('gracecg', VERSION)
         call add_setting('compiler', compiler_version())
-        if (book%renderer /= '') then
-            call add_setting('figures', book%renderer)
-        else
-            call add_setting('figures', 'none drawn: '//book%reasons(1)%text)
-        end if
         call page%table('Settings and versions', [character(8) :: 'setting', 'value'], rows, 'settings')
         call page%paragraph('The same command gives the same numbers on every machine and with any '// &
                             'number of threads. The numbers of the figures stand beside this page as '// &
-                            'CSV, and with each figure the script that drew it: change it and run '// &
-                            '`gnuplot NAME.gp` in its folder.')
-        call page%markup('<ul class="files">')
+                            'CSV, the figures as SVG; all that the page says is in `result.json`.')
+        names = ''
         do i = 1, size(book%files)
-            call add_link(page, book%files(i)%text)
+            names = names//json_quoted(book%files(i)%text)//','
         end do
-        do i = 1, size(book%figures)
-            call add_link(page, book%figures(i)%text//'.gp')
-        end do
-        call page%markup('</ul>')
+        call page%files(names)
 
     contains
 
@@ -283,19 +303,10 @@ contains
         end subroutine add_setting
     end subroutine add_making
 
-    subroutine add_link(page, name)
-        type(html_page_t), intent(inout) :: page
-        character(*), intent(in) :: name
-
-        call page%markup('<li><a href="'//html_escaped(name)//'">'//html_escaped(name)//'</a></li>')
-    end subroutine add_link
-
-    !> What was found and written. Fails when gnuplot is there but could not draw a figure; the page is written all
-    !> the same.
-    subroutine show(book, console, error)
+    !> What was found and written.
+    subroutine show(book, console)
         type(report_book_t), intent(in) :: book
         type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
 
         integer :: i
 
@@ -305,17 +316,8 @@ contains
             end associate
         end do
         call console%line('')
-        call console%line('written to '// &
-                          book%folder//': '//PAGE_NAME//', '//integer_text(size(book%files))// &
-                          ' data files, '//integer_text(size(book%figures))//' figure scripts, '// &
-                          integer_text(size(book%figures) - book%not_drawn)//' figures')
-        if (book%not_drawn == 0) return
-        if (book%reasons(1)%text == NO_GNUPLOT) then
-            call console%warn('no figures are drawn: '//NO_GNUPLOT)
-        else
-            call fail(error, integer_text(book%not_drawn)//' figures could not be drawn; the page says '// &
-                      'so in their places. '//book%reasons(1)%text)
-        end if
+        call console%line('written to '//book%folder//': '//PAGE_NAME//', '//integer_text(size(book%files))// &
+                          ' data files, '//integer_text(book%figures)//' figures')
     end subroutine show
 
     !> 10^{-9} as 1e-9 has no place in a terminal: the braces go.

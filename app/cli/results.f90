@@ -1,6 +1,7 @@
 !> The result of a command for programs: JSON with everything that the text shows, and CSV of its table.
 module gracecg_cli_results
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, split
     use gracecg_base_version, only: VERSION
@@ -10,7 +11,7 @@ module gracecg_cli_results
     use gracecg_cli_console, only: console_t
     implicit none
     private
-    public :: results_t, FORMATS, add_format_option, take_format, publish_row
+    public :: results_t, FORMATS, add_format_option, take_format, publish_row, put_columns
 
     character(4), parameter :: FORMATS(3) = [character(4) :: 'text', 'csv', 'json']    !! Values of --format
 
@@ -19,6 +20,7 @@ module gracecg_cli_results
     contains
         procedure :: open => open_results   !! Program, version and command
         procedure :: publish                !! Ends the object and prints what is asked for
+        procedure :: complete               !! Ends the object: the text
     end type results_t
 
 contains
@@ -81,14 +83,41 @@ contains
                 call console%data(lines(i)%text)
             end do
         case ('json')
-            call table%to_json(self, 'results')
-            if (.not. allocated(console%warnings)) allocate (console%warnings(0))
-            call self%member('warnings', console%warnings)
-            call self%end()
-            call self%finish(text, error)
+            call self%complete(table, console, text, error)
             if (.not. allocated(error)) call console%data(text)
         end select
     end subroutine publish
+
+    !> Ends the object with the table's rows and the warnings. Fails when a number is not finite.
+    subroutine complete(self, table, console, text, error)
+        class(results_t), intent(inout) :: self
+        type(data_table_t), intent(in) :: table         !! Its rows are the member `results`
+        type(console_t), intent(in) :: console
+        character(:), allocatable, intent(out) :: text  !! The JSON
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: warnings(:)
+
+        allocate (warnings(0))
+        if (allocated(console%warnings)) warnings = console%warnings
+        call table%to_json(self, 'results')
+        call self%member('warnings', warnings)
+        call self%end()
+        call self%finish(text, error)
+    end subroutine complete
+
+    !> Three series as columns of a table: x, y, z in the names.
+    subroutine put_columns(json, before, behind, values)
+        class(json_writer_t), intent(inout) :: json     !! In the table's object
+        character(*), intent(in) :: before, behind      !! Of the axis in the column's name
+        real(dp), intent(in) :: values(:, :)            !! (axis, row)
+
+        integer :: axis
+
+        do axis = 1, size(AXES)
+            call json%member(before//AXES(axis)//behind, values(axis, :))
+        end do
+    end subroutine put_columns
 
     !> One row of numbers as the result of a command.
     subroutine publish_row(command, columns, values, console, error, note)

@@ -8,17 +8,46 @@ Quaternions turn inertial into body axes and have their scalar part last. Failur
 >>> solution = gracecg.Case("front-3").simulator().observe(seed=1, run=1).estimate("optimal")
 >>> 1e3 * solution.offset       # mm
 """
-from ._library import GracecgError, ffi as _ffi, lib as _lib, text_of as _text_of
-from .calibration import (Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
-                          MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
-                          estimate_joint, monte_carlo)
-from .level1 import Level1, Level1Offset, estimate_level1
-from .models import (Air, Density, EarthRadiation, Field, Gravity, Surface, Utc, Wind, earth_fixed,
-                     sun_illumination, sun_position)
+from __future__ import annotations
 
-__version__: str = _text_of(_lib.gracecg_version())
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from . import plot
+    from ._library import GracecgError
+    from .calibration import (Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
+                              MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
+                              estimate_joint, monte_carlo)
+    from .level1 import Level1, Level1Offset, estimate_level1
+    from .models import (Air, Density, EarthRadiation, Field, Gravity, Surface, Utc, Wind, earth_fixed,
+                         sun_illumination, sun_position)
+
+    __version__: str
 
 __all__ = ["Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
            "Setup", "Simulator", "Solution", "Surface", "Utc", "Wind", "algorithms", "case_names", "earth_fixed",
-           "estimate_joint", "estimate_level1", "monte_carlo", "sun_illumination", "sun_position"]
+           "estimate_joint", "estimate_level1", "monte_carlo", "plot", "sun_illumination", "sun_position"]
+
+_MODULES = ("calibration", "level1", "models", "_library")
+
+
+def __getattr__(name: str) -> Any:
+    """The public names, found when they are first used: pages and figures do without the shared library."""
+    if name == "plot":
+        return importlib.import_module(".plot", __name__)
+    if name == "__version__":
+        library = importlib.import_module("._library", __name__)
+        return library.text_of(library.lib.gracecg_version())
+    if name in __all__:
+        for module in _MODULES:
+            found = getattr(importlib.import_module("." + module, __name__), name, None)
+            if found is not None:
+                globals()[name] = found
+                return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -47,11 +47,11 @@ module gracecg_environment_thermosphere
         end subroutine evaluate_interface
     end interface
 
-    real(dp), parameter :: REPORT_WAVE_AMPLITUDE = 0.0064_dp        !! Relative to the model's density
-    real(dp), parameter :: REPORT_WAVE_PERIOD = 15.5_dp             !! s
+    real(dp), parameter :: REPORT_WAVE_AMPLITUDE = 0.0072_dp        !! Relative to the model's density
+    real(dp), parameter :: REPORT_WAVE_PERIOD = 19.9_dp             !! s
     !! Fitted to Tables 6.1 and 6.2 and the axes of Figures 5.2, 5.3, 5.6 and 5.7 of CSR-TM-00-01 together, by
     !! likelihood: tools/wave_likelihood.py, docs/validation.md. The report does not say what its short-period
-    !! perturbations are. The tables alone allow 0.0076 and 20 s, 0.0092 and 31 s as well
+    !! perturbations are; 0.0064 and 15.5 s, 0.0092 and 31 s are as likely by the tables
 
     type :: density_wave_t
         !! A sinusoidal relative change of the density: an assumption, since CSR-TM-00-01 does not define its

@@ -10,7 +10,7 @@ module gracecg_files_json
     use gracecg_base_text, only: string_t, append, integer_text, real_text, parse_real
     implicit none
     private
-    public :: json_writer_t, read_json_list, read_json_numbers, read_json_text
+    public :: json_writer_t, json_quoted, read_json_list, read_json_numbers, read_json_text
 
     integer, parameter :: DEEPEST = 16          !! Objects and arrays within each other
     integer, parameter :: INDENT = 2            !! Blanks a level
@@ -117,7 +117,7 @@ contains
                 call self%put(' ')
             end if
             self%is_empty(depth) = .false.
-            if (.not. self%is_array(depth)) call self%put(quoted(key)//': ')
+            if (.not. self%is_array(depth)) call self%put(json_quoted(key)//': ')
         end associate
     end subroutine open_member
 
@@ -125,7 +125,7 @@ contains
         class(json_writer_t), intent(inout) :: self
         character(*), intent(in) :: key, value
 
-        call self%raw(key, quoted(value))
+        call self%raw(key, json_quoted(value))
     end subroutine text_member
 
     subroutine texts_member(self, key, value)
@@ -286,8 +286,8 @@ contains
     end function quoted_length
 
     !> A text in quotes, with what JSON wants escaped. Bytes beyond ASCII stay: they are UTF-8.
-    pure function quoted(text) result(json)
-        character(*), intent(in) :: text
+    pure function json_quoted(text) result(json)
+        character(*), intent(in) :: text        !! Any
         character(quoted_length(text)) :: json
 
         integer :: i, n, code
@@ -309,7 +309,7 @@ contains
             end if
         end do
         json(n + 1:) = QUOTE
-    end function quoted
+    end function json_quoted
 
     !> The texts of the array that is the member `key` of the outermost object. Not ok: there is no such
     !> array of texts.

@@ -818,6 +818,7 @@ contains
             ' % on average. The offset does not feel it: the star camera''s noise is hardly a part of its error (Figure 6.5).'
     end subroutine judge_stars
 
+    !> A number without what stands before and behind its digits. Before the functions whose length it tells.
     pure function plain_field(value, form) result(text)
         real(dp), intent(in) :: value
         character(*), intent(in) :: form            !! Of Fortran, at most 16 columns

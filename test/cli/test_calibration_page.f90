@@ -1,20 +1,19 @@
-!> The page of one calibration: complete, self-contained, honest about what is missing, and never half
-!> written.
+!> What the page of one calibration is made of: complete, honest about what is missing, and handed to Python. Instead of
+!> Python test/fixtures/page_maker.sh makes the page here: it is a copy of the JSON. The pages: python/tests/test_pages.py.
 module test_calibration_page
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: split_words, string_t
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
-    use gracecg_files_table, only: read_csv
+    use gracecg_files_json, only: read_json_numbers
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_verdict
-    use gracecg_cli_gnuplot, only: gnuplot_found
     use gracecg_cli_calibration_advice, only: advice_of
-    use gracecg_cli_calibration_page, only: page_folder
+    use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
     use testdrive, only: unittest_type, error_type, check, new_unittest, test_failed
     use fixture, only: FOLDER, make_file, check_passes
     implicit none
@@ -22,9 +21,8 @@ module test_calibration_page
     public :: collect_calibration_page
 
     character(*), parameter :: RUN_1 = FOLDER//'page-run'
-    character(9), parameter :: TABLES(4) = [character(9) :: 'manoeuvre', 'ellipses', 'residuals', 'spectrum']
-    character(17), parameter :: CHAPTERS(8) = [character(17) :: &
-        'result', 'observed', 'manoeuvre', 'ellipsoid', 'dependence', 'residuals-chapter', 'verdict', 'provenance']
+    character(9), parameter :: MEMBERS(7) = [character(9) :: 'inputs', 'samples', 'manoeuvre', 'verdict', 'fit', 'tables', &
+                                             'results']
 
     interface
         integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
@@ -41,10 +39,10 @@ contains
 
         testsuite = [ &
                     new_unittest('folder-beside-the-page', test_folder), &
-                    new_unittest('page-of-every-algorithm', test_page), &
+                    new_unittest('json-of-every-algorithm', test_page), &
                     new_unittest('numbers-behind-the-figures', test_numbers), &
                     new_unittest('estimate-says-the-same', test_same_output), &
-                    new_unittest('without-gnuplot', test_no_gnuplot), &
+                    new_unittest('without-python', test_no_python), &
                     new_unittest('warnings-stand-on-the-page', test_warnings), &
                     new_unittest('advice-in-words', test_advice), &
                     new_unittest('no-convergence', test_no_convergence), &
@@ -147,80 +145,74 @@ contains
         if (.not. allocated(error)) call check(error, page_folder('.html'), '.html_files')
     end subroutine test_folder
 
-    !> Every chapter, every figure, nothing from elsewhere, no number that is none.
+    !> Everything that the page shows, no number that is none, and what --format json prints is the same.
     subroutine test_page(error)
         type(error_type), allocatable, intent(out) :: error
-        character(:), allocatable :: html, output, messages, name
+        character(:), allocatable :: json, output, messages, name
         integer :: i, k
 
         call observe(error, RUN_1)
         do i = 1, size(ESTIMATOR_NAMES)
             if (allocated(error)) return
             name = trim(ESTIMATOR_NAMES(i))
-            call succeeds(error, 'estimate '//RUN_1//' --algorithm '//name//' --report '//FOLDER//'page.html', &
-                          output, messages)
-            call read_page(error, FOLDER//'page.html', html)
-            do k = 1, size(CHAPTERS)
-                call has(error, html, '<h2 id="'//trim(CHAPTERS(k))//'">')
+            call succeeds(error, 'estimate '//RUN_1//' --algorithm '//name//' --format json --report '//FOLDER// &
+                          'page.html', output, messages)
+            call read_page(error, FOLDER//'page.html', json)
+            do k = 1, size(MEMBERS)
+                call has(error, json, '"'//trim(MEMBERS(k))//'": ')
             end do
-            call has(error, html, '<code>'//name//'</code>')
-            call has(error, html, 'What to do next')
-            call has(error, html, 'gracecg estimate '//RUN_1//' --algorithm '//name//' --report ')
-            call has(error, html, 'moments_of_inertia = 70.23, 345.14, 388.84')
-            call has(error, html, '</html>')
-            call has_not(error, html, 'NaN')
-            call has_not(error, html, '***')
-            call has_not(error, html, 'src=')
-            call has_not(error, html, '<script')
-            call has_not(error, html, 'href="http')
-            if (allocated(error)) return
-            call check(error, count_of(html, '<figure id='), size(TABLES))
-            if (allocated(error) .or. .not. gnuplot_found()) cycle
-            call check(error, count_of(html, '</svg>'), size(TABLES), messages)
+            call has(error, json, '"algorithm": "'//name//'"')
+            call has(error, json, '"observations": "'//RUN_1//'"')
+            call has(error, json, 'moments_of_inertia = 70.23, 345.14, 388.84')
+            call has_not(error, json, 'NaN')
+            call has_not(error, json, '***')
+            if (.not. allocated(error)) call check(error, output == json)
         end do
     end subroutine test_page
 
-    !> The CSV files hold what the page says: the RMS of the residuals is that of the estimate, and the
+    !> The series hold what the estimate says: the RMS of the residuals is that of the estimate, and the
     !> integral of the spectrum (Hann's taper, white residuals of y) is near its square.
     subroutine test_numbers(error)
         type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable :: failure
-        real(dp), allocatable :: residuals(:, :), spectrum(:, :), ellipses(:, :), manoeuvre(:, :)
-        character(:), allocatable :: output, messages
+        real(dp), allocatable :: residuals(:), frequency(:), spectrum(:), sigma(:), axes(:), moment(:), none(:)
+        character(:), allocatable :: output, messages, json
         real(dp) :: power
-        integer :: k
 
         call observe(error, RUN_1)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm assest-rde --report '//FOLDER//'page.html', output, messages)
+        call read_page(error, page_folder(FOLDER//'page.html')//'/'//RESULT_FILE, json)
+        call take('tables.residuals.y_m_s2', residuals)
+        call take('tables.spectrum.frequency_hz', frequency)
+        call take('tables.spectrum.y_m_s2_sqrt_hz', spectrum)
+        call take('tables.manoeuvre.mx_a_m2', none)
+        call take('tables.manoeuvre.my_a_m2', moment)
+        call take('covariance.matrix', sigma)
+        call take('fit.ellipsoid.semi_axes_m', axes)
         if (allocated(error)) return
-        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x_m_s2', 'y_m_s2', 'z_m_s2'], &
-                      residuals, failure)
-        if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/spectrum.csv', [character(23) :: 'frequency_hz', &
-                'x_m_s2_sqrt_hz', 'y_m_s2_sqrt_hz', 'z_m_s2_sqrt_hz', 'expected_x_m_s2_sqrt_hz', 'expected_y_m_s2_sqrt_hz', &
-                'expected_z_m_s2_sqrt_hz'], spectrum, failure)
-        if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/ellipses.csv', [character(7) :: 'xy_x_mm', 'xy_y_mm', 'xz_x_mm', 'xz_z_mm', &
-                                                              'yz_y_mm', 'yz_z_mm'], ellipses, failure)
-        if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/manoeuvre.csv', [character(10) :: 'time_s', 'mx_a_m2', 'my_a_m2', 'mz_a_m2', &
-                'wdx_rad_s2', 'wdy_rad_s2', 'wdz_rad_s2'], manoeuvre, failure)
-        call check_passes(error, message_of(failure))
+        call check(error, size(residuals) == 600 .and. size(moment) == 600 .and. size(spectrum) == 300)
+        call has(error, output, '3.351E-09')
         if (allocated(error)) return
-        call check(error, size(residuals, 1) == 600 .and. size(manoeuvre, 1) == 600 .and. size(spectrum, 1) == 300)
+        call check(error, norm2(residuals)/sqrt(600.0_dp), 3.351e-9_dp, thr=1e-12_dp)
         if (allocated(error)) return
-        call has(error, output, '3.354E-09')
+        power = sum(spectrum**2)*frequency(1)
+        call check(error, power/(norm2(residuals)**2/600), 1.0_dp, thr=0.1_dp)
         if (allocated(error)) return
-        call check(error, norm2(residuals(:, 3))/sqrt(600.0_dp), 3.354e-9_dp, thr=1e-12_dp)
+        call check(error, norm2(axes), sqrt(sigma(1) + sigma(17) + sigma(33)), thr=1e-12_dp)    ! the trace, of 15 x 15
         if (allocated(error)) return
-        power = sum(spectrum(:, 3)**2)*spectrum(1, 1)
-        call check(error, power/(norm2(residuals(:, 3))**2/600), 1.0_dp, thr=0.1_dp)
-        if (allocated(error)) return
-        call check(error, maxval(abs([(ellipses(k, 1) - ellipses(k, 3), k=1, size(ellipses, 1))])), 0.0_dp, thr=1e-12_dp)
-        if (allocated(error)) return
-        call check(error, maxval(ellipses(:, 1)), 0.0113_dp, thr=1e-4_dp)
-        if (allocated(error)) return
-        call check(error, maxval(manoeuvre(:, 3)) > 29.9_dp .and. all(abs(manoeuvre(:, 2)) <= 0))
+        call check(error, maxval(moment) > 29.9_dp .and. all(abs(none) <= 0))
+
+    contains
+
+        subroutine take(path, values)
+            character(*), intent(in) :: path
+            real(dp), allocatable, intent(out) :: values(:)
+
+            logical :: ok
+
+            if (allocated(error)) return
+            call read_json_numbers(json, path, values, ok)
+            call check(error, ok, path)
+        end subroutine take
     end subroutine test_numbers
 
     !> With and without the page: the same lines, but for the one that names the page.
@@ -239,36 +231,30 @@ contains
         if (.not. allocated(error)) call check(error, with_page, alone)
     end subroutine test_same_output
 
-    !> The page stands without figures, their data and scripts are there, and a warning says why.
-    subroutine test_no_gnuplot(error)
+    !> No Python, or one that fails: status 1, in one line what to do; the JSON is there, an older page is not.
+    subroutine test_no_python(error)
         type(error_type), allocatable, intent(out) :: error
-        character(:), allocatable :: html, output, messages
-        character(4096) :: path
-        integer(c_int) :: status
-        integer :: i
+        character(12), parameter :: PYTHONS(2) = [character(12) :: '/nowhere/py', 'false']
+        character(60), parameter :: SAID(2) = [character(60) :: 'tools/setup.sh pages', 'ended with status 1: (no message)']
+        character(:), allocatable :: output, messages
+        character(4096) :: usual
+        integer(c_int) :: set
+        integer :: status, i
 
         call observe(error, RUN_1)
-        if (allocated(error)) return
-        call get_environment_variable('PATH', path)
-        status = c_setenv('PATH'//c_null_char, '/nowhere'//c_null_char, 1_c_int)
-        call succeeds(error, 'estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', output, messages)
-        status = c_setenv('PATH'//c_null_char, trim(path)//c_null_char, 1_c_int)
-        if (allocated(error)) return
-        call check(error, count_of(messages, 'gnuplot was not found'), 1, messages)
-        call read_page(error, FOLDER//'bare.html', html)
-        call has_not(error, html, '<svg')
-        if (allocated(error)) return
-        call check(error, count_of(html, 'Not drawn: gnuplot was not found'), size(TABLES))
-        do i = 1, size(CHAPTERS)
-            call has(error, html, '<h2 id="'//trim(CHAPTERS(i))//'">')
-        end do
-        do i = 1, size(TABLES)
+        call get_environment_variable(PYTHON_VARIABLE, usual)
+        do i = 1, size(PYTHONS)
+            if (.not. allocated(error)) call make_file(error, 'bare.html', 'an older page')
             if (allocated(error)) return
-            call check(error, file_exists(FOLDER//'bare_files/'//trim(TABLES(i))//'.csv') .and. &
-                       file_exists(FOLDER//'bare_files/'//trim(TABLES(i))//'.gp') .and. &
-                       .not. file_exists(FOLDER//'bare_files/'//trim(TABLES(i))//'.svg'), TABLES(i))
+            set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(PYTHONS(i))//c_null_char, 1_c_int)
+            call run('estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', status, output, messages)
+            set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(usual)//c_null_char, 1_c_int)
+            call check(error, status == STATUS_FAILED .and. index(output, 'CG offset') > 0 .and. &
+                       index(messages, trim(SAID(i))) > 0 .and. count_of(messages, new_line('a')) == 1, messages)
+            if (.not. allocated(error)) &
+                call check(error, file_exists(FOLDER//'bare_files/result.json') .and. .not. file_exists(FOLDER//'bare.html'))
         end do
-    end subroutine test_no_gnuplot
+    end subroutine test_no_python
 
     !> A lost magnetometer: the warning is on standard error and on the page.
     subroutine test_warnings(error)
@@ -285,6 +271,7 @@ contains
         call read_page(error, FOLDER//'lost.html', html)
         call has(error, html, 'magnetometer: no samples for 60 epochs')
         call has(error, html, 'the observations gave reason for warnings')
+        call has(error, html, '"remarks": [')
     end subroutine test_warnings
 
     !> The status is 1, and the page says that the offset is not to be used.
@@ -310,13 +297,11 @@ contains
         call check(error, status, STATUS_FAILED, messages)
         if (.not. allocated(error)) call check(error, index(messages, 'did not converge') > 0, messages)
         call read_page(error, FOLDER//'astray.html', html)
-        call has(error, html, ': refused</h1>')
-        call has(error, html, 'Refused: there is no offset that may be used.')
-        call has(error, html, 'assest-fde did not converge in 20 iterations')
-        call has_not(error, html, 'Offset of the centre of gravity')
-        call has(error, html, '<figure id="residuals">')
-        call has(error, html, '--options '//FOLDER//'page-astray/options.nml')
-        call has(error, html, '&amp;estimation')
+        call has(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
+        call has_not(error, html, '"offset_m"')
+        call has(error, html, '"tables": ')
+        call has(error, html, '"options_file": "'//FOLDER//'page-astray/options.nml"')
+        call has(error, html, '&estimation')
         call has(error, html, 'not converged in 20 iterations')
         call has_not(error, html, 'move the centre of mass')
     end subroutine test_no_convergence
@@ -347,8 +332,7 @@ contains
                        .not. file_exists(FOLDER//'blocked.html.part1'), 'a page is there')
     end subroutine test_unwritable
 
-    !> Observations that cannot be read: the message of their fault, and a page that says so in the place of
-    !> an older one, whose figures and numbers are gone.
+    !> Observations that cannot be read: the message of their fault, and a page that says so in the place of an older one.
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
         type(text_file_t) :: samples
@@ -360,7 +344,7 @@ contains
         if (allocated(error)) return
         call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
                  messages)
-        call check(error, status == 0 .and. file_exists(FOLDER//'bad_files/residuals.csv'), messages)
+        call check(error, status == 0, messages)
         if (allocated(error)) return
         call read_text_file(FOLDER//'page-bad/accelerometer.csv', samples, failure)
         call check_passes(error, message_of(failure))
@@ -374,12 +358,10 @@ contains
                    .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)
         if (allocated(error)) return
         call read_page(error, FOLDER//'bad.html', html)
-        call has(error, html, 'Refused: there is no offset that may be used.')
+        call has(error, html, '"refusal": "')
         call has(error, html, 'accelerometer.csv:20')
-        call has(error, html, 'no residuals to show')
-        call has_not(error, html, '<figure')
-        if (.not. allocated(error)) &
-            call check(error, .not. file_exists(FOLDER//'bad_files/residuals.csv'), 'numbers of the older page are left')
+        call has_not(error, html, '"samples"')
+        call has_not(error, html, '"tables"')
     end subroutine test_corrupted
 
     !> A fit that the checks refuse, for each estimator: the reason on top, no offset, but the residuals.
@@ -411,11 +393,10 @@ contains
             call check(error, status == STATUS_FAILED .and. output == '' .and. &
                        index(messages, 'did the rods fire') > 0, trim(ALGORITHMS(i))//': '//messages)
             call read_page(error, FOLDER//'refused.html', html)
-            call has(error, html, 'Refused: there is no offset that may be used.')
             call has(error, html, 'did the rods fire as the setup says?')
-            call has(error, html, '--algorithm '//trim(ALGORITHMS(i)))
-            call has(error, html, 'Residuals against the noise of the setup')
-            call has_not(error, html, 'Offset of the centre of gravity')
+            call has(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
+            call has(error, html, '"residuals": {')
+            call has_not(error, html, '"offset_m"')
         end do
     end subroutine test_refused
 

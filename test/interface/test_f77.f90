@@ -75,7 +75,9 @@ contains
         call egm96(20, 20, model, failure)
         call model%acceleration(PLACE, expected)
         call model%potential(PLACE, potential)
-        call check(error, all(abs(a - expected) <= 0) .and. abs(u - potential) <= 0 .and. ih == 0, 'gcgrav')
+        ! not to the last bit: products are fused in other places where potential and acceleration are asked for at once
+        call check(error, norm2(a - expected) <= 2d-15*norm2(expected) .and. abs(u - potential) <= 2d-15*potential .and. &
+                   ih == 0, 'gcgrav')
         if (allocated(error)) return
         ! Laplace's equation
         call check(error, abs(g(1, 1) + g(2, 2) + g(3, 3)) < 1d-12*norm2(g) .and. norm2(g) > 1d-6, 'gcgrad')

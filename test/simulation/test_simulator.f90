@@ -6,7 +6,7 @@ module test_simulation
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use statistics, only: chi_square_limits, Z_999
-    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_thermosphere, only: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     use gracecg_simulation_dynamics, only: OMEGA, POSITION, ATTITUDE
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_knowledge, only: a_priori_t
@@ -533,8 +533,8 @@ contains
         resultant = 0
         do run = 1, N
             wave = drawn_wave(simulator, SEED, run)
-            call check(error, wave%amplitude == 0.003_dp .and. wave%period == 12 .and. &
-                       wave%phase >= 0 .and. wave%phase <= TWO_PI)
+            call check(error, abs(wave%amplitude - REPORT_WAVE_AMPLITUDE) <= 0 .and. &
+                       abs(wave%period - REPORT_WAVE_PERIOD) <= 0 .and. wave%phase >= 0 .and. wave%phase <= TWO_PI)
             if (allocated(error)) return
             resultant = resultant + exp(cmplx(0.0_dp, wave%phase, dp))
         end do

@@ -1,4 +1,5 @@
-# What every target is compiled with: fpm's release profile, and files without a preprocessor.
+# What every target is compiled with: fpm's release profile, files without a preprocessor,
+# products rounded before they are added (tools/flags.sh).
 # The rest of the arguments: the targets whose modules it uses. CMake follows modules through linked libraries only; so all is
 # compiled anew when a module file of theirs has changed, and not before they are compiled (TARGET-modules).
 function(compile_as_here target folder)
@@ -6,6 +7,7 @@ function(compile_as_here target folder)
         Fortran_MODULE_DIRECTORY ${folder} Fortran_PREPROCESS OFF)
     target_compile_options(${target} PRIVATE
         "$<$<AND:$<COMPILE_LANG_AND_ID:Fortran,GNU>,$<CONFIG:Release>>:-O3;-funroll-loops>"
+        "$<$<COMPILE_LANG_AND_ID:Fortran,GNU,LLVMFlang>:-ffp-contract=off>"
         "$<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-fimplicit-none>")
     target_include_directories(${target} PRIVATE ${modules} ${level1_modules} ${PROJECT_BINARY_DIR}/program)
     target_link_libraries(${target} PRIVATE LAPACK::LAPACK OpenMP::OpenMP_Fortran)

@@ -4,7 +4,7 @@ module gracecg_cli_number_text
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: fixed_text, scientific_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
+    public :: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
 
 contains
 
@@ -26,17 +26,6 @@ contains
         if (index(text, '-.') == 1) text = '-0'//text(2:)
         if (text(1:1) == '-' .and. verify(text, '-0.') == 0) text = text(2:)
     end function fixed_text
-
-    !> A number with three digits and an exponent: '1.23E-09'.
-    function scientific_text(value) result(text)
-        real(dp), intent(in) :: value           !! Any
-        character(:), allocatable :: text
-
-        character(16) :: digits
-
-        write (digits, '(es16.2)') value
-        text = trim(adjustl(digits))
-    end function scientific_text
 
     !> A number without its power of ten.
     function scaled_text(value, exponent, decimals) result(text)

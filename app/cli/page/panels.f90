@@ -1,245 +1,161 @@
-!> Figures of several panels: one gnuplot script for a grid of plots with a common legend, the
-!> limits of the report's printed axes dashed where there are some.
+!> Figures of several panels as JSON, for `gracecg.plot.panels`: curves of CSV files beside the page, a common legend, the
+!> limits of the report's printed axes where there are some.
 module gracecg_cli_panels
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_cli_gnuplot, only: script_head
+    use gracecg_files_json, only: json_quoted
     implicit none
     private
-    public :: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-
-    integer, parameter :: LETTER = 8            !! Width of a letter of the legend, units of the drawing
-    integer, parameter :: LEFT = 78, RIGHT = 14, BOTTOM = 58, LEGEND_ROW = 28, TITLE = 38, GAP_X = 88
-    integer, parameter :: GAP_Y = 42, MARK_ROW = 26
-    !! Margins and gaps, units of the drawing
-    integer, parameter :: SAMPLE = 30           !! Length of a line in the legend
-    character(*), parameter :: LINE_WIDTH_OF_POINTS = ' linewidth 1.5'    !! For the command `plot`
-    character(1), parameter :: LF = achar(10)
+    public :: panel_t, legend_item_t, grid_t, panel_grid, curve, level, values_curve
 
     !> One panel of a figure.
     type :: panel_t
         character(90) :: title = ''     !! Quantity and unit
-        character(2000) :: plot = ''     !! What stands behind `plot`, without the printed limits
-        character(160) :: settings = '' !! Of this panel alone
+        character(4000) :: curves = ''  !! From `curve`, `level`, `values_curve`, put together by //
         logical :: has_limits = .false. !! The report's axis is known
         real(dp) :: low = 0, high = 0   !! Its limits, in the unit of the plot
-        real(dp) :: least = 0, greatest = 0     !! Of what is plotted; when equal, gnuplot chooses the axis
+        real(dp) :: least = 0, greatest = 0     !! Of what is plotted; when equal, the axis follows the curves
     end type panel_t
 
-    !> A line, or a point (point_type > 0), and what it stands for.
+    !> A line, or a point (marker not empty), and what it stands for.
     type :: legend_item_t
-        character(48) :: text = ''    !! What it stands for
-        integer :: line_type = 0        !! Also the colour of a point; 0: that of the text
-        integer :: point_type = 0    !! Of gnuplot; 0: a line
+        character(48) :: text = ''      !! What it stands for
+        integer :: colour = 0           !! 1 to 4: blue, orange, green, purple; 5: grey, dashed as a line; 0: that of the text
+        character(1) :: marker = ''     !! Of matplotlib; a capital: open
     end type legend_item_t
 
     !> The figure as a whole.
     type :: grid_t
-        integer :: columns = 1    !! Panels side by side
-        integer :: width = 560, panel_height = 130
-        !! Units of the drawing; so wide, letters have 11 pixels on a phone of 390
-        character(40) :: x_label = ''    !! Of the abscissa
-        real(dp) :: x_low = 0, x_high = 1    !! Ends of the abscissa, the same for all panels
-        character(300) :: settings = ''                 !! Of all panels: tics of x
+        integer :: columns = 1          !! Panels side by side
+        integer :: panel_height = 130   !! Units of the drawing, of which 560 are its width
+        character(40) :: x_label = ''   !! Of the abscissa
+        real(dp) :: x_low = 0, x_high = 1       !! Ends of the abscissa, the same for all panels
+        real(dp) :: x_step = 0          !! Between its ticks; 0: as it comes
+        character(16), allocatable :: x_names(:)        !! In the place of 1, 2, ... on it
+        logical :: logarithmic = .false.        !! The ordinates
+        real(dp) :: y_low = 0, y_high = 0       !! Ends of all ordinates; when equal, each panel has its own
+        real(dp) :: y_step = 0          !! Between their ticks; 0: as it comes
+        logical :: from_zero = .false.  !! Ordinates begin at 0
     end type grid_t
 
 contains
 
-    !> The whole script. Panels fill the grid row after row.
-    function panel_grid(name, contents, grid, panels, legend, marks, mark_name, data) result(script)
-        character(*), intent(in) :: name, contents      !! As for script_head
+    !> The whole figure. Panels fill the grid row after row.
+    function panel_grid(grid, panels, legend, marks, mark_name) result(json)
         type(grid_t), intent(in) :: grid
         type(panel_t), intent(in) :: panels(:)
         type(legend_item_t), intent(in) :: legend(:)
         real(dp), intent(in), optional :: marks(:)              !! Places on the x axis to be marked
         character(*), intent(in), optional :: mark_name         !! Followed by their numbers
-        character(*), intent(in), optional :: data              !! Data blocks of the script's own
-        character(:), allocatable :: script
+        character(:), allocatable :: json
 
-        integer :: rows, height, top, gap, i
+        character(:), allocatable :: list
+        integer :: i
 
-        rows = (size(panels) + grid%columns - 1)/grid%columns
-        top = LEGEND_ROW*legend_rows(legend, grid%width) + TITLE
-        gap = GAP_Y
-        if (present(marks)) then
-            top = top + MARK_ROW
-            gap = gap + MARK_ROW
+        json = '{"columns":'//integer_text(grid%columns)//',"panel_height":'//integer_text(grid%panel_height)// &
+               ',"x_label":'//json_quoted(trim(grid%x_label))//',"x":'//pair(grid%x_low, grid%x_high)// &
+               ',"logarithmic":'//truth(grid%logarithmic)//',"from_zero":'//truth(grid%from_zero)
+        if (grid%x_step > 0) json = json//',"x_step":'//real_text(grid%x_step)
+        if (grid%y_step > 0) json = json//',"y_step":'//real_text(grid%y_step)
+        if (grid%y_high > grid%y_low) json = json//',"y":'//pair(grid%y_low, grid%y_high)
+        if (allocated(grid%x_names)) then
+            list = ''
+            do i = 1, size(grid%x_names)
+                list = list//','//json_quoted(trim(grid%x_names(i)))
+            end do
+            json = json//',"x_names":['//list(2:)//']'
         end if
-        height = top + rows*grid%panel_height + (rows - 1)*gap + BOTTOM
-        script = script_head(name, contents, grid%width, height)// &
-                 'set xrange ['//real_text(grid%x_low)//':'//real_text(grid%x_high)//']'//LF// &
-                 'set title offset 0,'//merge(' 0.4', '-0.9', present(marks))//LF// &
-                 'set key noautotitle'//LF//'unset key'//LF
-        if (grid%settings /= '') script = script//trim(grid%settings)//LF
-        if (present(data)) script = script//data
-        script = script//'set multiplot layout '//integer_text(rows)//','//integer_text(grid%columns)// &
-                 ' margins '//part(LEFT, grid%width)//','//part(grid%width - RIGHT, grid%width)//','// &
-                 part(BOTTOM, height)//','//part(height - top, height)// &
-                 ' spacing '//part(GAP_X, grid%width)//','//part(gap, height)//LF// &
-                 legend_script(legend, grid%width, height)
-        do i = 1, size(panels)
-            script = script//LF
-            if (present(marks)) script = script//marks_script(marks, mark_name)
-            script = script//panel_script(panels(i), grid, i > size(panels) - grid%columns)
-            if (i == 1 .or. present(marks)) script = script//'unset label'//LF//'unset arrow'//LF
+        if (present(marks)) then
+            list = ''
+            do i = 1, size(marks)
+                list = list//','//real_text(marks(i))
+            end do
+            json = json//',"marks":['//list(2:)//'],"mark_name":'//json_quoted(mark_name)
+        end if
+        list = ''
+        do i = 1, size(legend)
+            list = list//',{"text":'//json_quoted(trim(legend(i)%text))//',"colour":'//integer_text(legend(i)%colour)// &
+                   ',"marker":'//json_quoted(trim(legend(i)%marker))//'}'
         end do
-        script = script//LF//'unset multiplot'//LF//'set output'//LF
+        json = json//',"legend":['//list(2:)//'],"panels":['
+        do i = 1, size(panels)
+            if (i > 1) json = json//','
+            json = json//panel_json(panels(i))
+        end do
+        json = json//']}'
     end function panel_grid
 
-    !> Vertical lines with a name above the panel.
-    function marks_script(marks, mark_name) result(script)
-        real(dp), intent(in) :: marks(:)
-        character(*), intent(in) :: mark_name
-        character(:), allocatable :: script
+    function panel_json(panel) result(json)
+        type(panel_t), intent(in) :: panel
+        character(:), allocatable :: json
+
+        json = '{"title":'//json_quoted(trim(panel%title))
+        if (panel%has_limits) json = json//',"printed":'//pair(panel%low, panel%high)
+        if (panel%greatest > panel%least) json = json//',"range":'//pair(panel%least, panel%greatest)
+        json = json//',"curves":['//panel%curves(:max(0, len_trim(panel%curves) - 1))//']}'
+    end function panel_json
+
+    !> Columns of a CSV file. A comma stands behind.
+    function curve(file, x, y, colour, factor, marker, only, most, shift, error) result(json)
+        character(*), intent(in) :: file            !! Beside the page
+        character(*), intent(in) :: x               !! Column; empty: 1, 2, ... in the order of the rows
+        character(*), intent(in) :: y               !! Column
+        integer, intent(in) :: colour               !! As of legend_item_t
+        real(dp), intent(in), optional :: factor    !! Of y
+        character(*), intent(in), optional :: marker        !! Points in the place of a line; 'bar': bars from 0
+        character(*), intent(in), optional :: only
+        !! Rows whose columns have these texts: 'case=front-1,algorithm=optimal'
+        integer, intent(in), optional :: most       !! Only rows with x up to this
+        real(dp), intent(in), optional :: shift     !! Added to x
+        character(*), intent(in), optional :: error         !! Column of the standard deviation of y
+        character(:), allocatable :: json
+
+        json = '{"file":"'//file//'","x":"'//x//'","y":"'//y//'","colour":'//integer_text(colour)
+        if (present(factor)) json = json//',"factor":'//real_text(factor)
+        if (present(marker)) json = json//',"marker":"'//marker//'"'
+        if (present(only)) json = json//',"only":"'//only//'"'
+        if (present(most)) json = json//',"most":'//integer_text(most)
+        if (present(shift)) json = json//',"shift":'//real_text(shift)
+        if (present(error)) json = json//',"error":"'//error//'"'
+        json = json//'},'
+    end function curve
+
+    !> Points at 1, 2, ... . A comma stands behind.
+    function values_curve(values, colour, marker) result(json)
+        real(dp), intent(in) :: values(:)
+        integer, intent(in) :: colour
+        character(*), intent(in) :: marker
+        character(:), allocatable :: json
 
         integer :: i
 
-        script = ''
-        do i = 1, size(marks)
-            script = script//'set arrow from '//real_text(marks(i))//', graph 0 to '//real_text(marks(i))// &
-                     ', graph 1.02 nohead linetype 5'//LF// &
-                     'set label "'//mark_name//' '//integer_text(i)//'" at '//real_text(marks(i))// &
-                     ', graph 1 offset 0,0.7 '//trim(merge('left  ', 'center', i == 1))//LF
+        json = ''
+        do i = 1, size(values)
+            json = json//','//real_text(values(i))
         end do
-    end function marks_script
+        json = '{"values":['//json(2:)//'],"colour":'//integer_text(colour)//',"marker":"'//marker//'"},'
+    end function values_curve
 
-    function panel_script(panel, grid, in_last_row) result(script)
-        type(panel_t), intent(in) :: panel
-        type(grid_t), intent(in) :: grid
-        logical, intent(in) :: in_last_row
-        character(:), allocatable :: script
-
-        character(:), allocatable :: low, high
-
-        script = 'set title "'//trim(panel%title)//'"'//LF
-        if (panel%greatest > panel%least) script = script//y_axis(panel)
-        if (panel%settings /= '') script = script//trim(panel%settings)//LF
-        if (in_last_row) then
-            script = script//'set format x'//LF//'set xlabel "'//trim(grid%x_label)//'"'//LF
-        else
-            script = script//'set format x ""'//LF
-        end if
-        if (.not. panel%has_limits) then
-            script = script//'plot '//trim(panel%plot)//LF
-            return
-        end if
-        low = real_text(panel%low)
-        high = real_text(panel%high)
-        script = script//'set object 1 rectangle from graph 0, first '//low//' to graph 1, first '//high// &
-                 ' behind fillcolor rgb band fillstyle solid noborder'//LF// &
-                 'plot '//low//' with lines linetype 5, '//high//' with lines linetype 5, \'//LF// &
-                 '    '//trim(panel%plot)//LF//'unset object 1'//LF
-    end function panel_script
-
-    !> Range and tics that show both the curves and the printed limits, four or five tics.
-    function y_axis(panel) result(script)
-        type(panel_t), intent(in) :: panel
-        character(:), allocatable :: script
-
-        real(dp), parameter :: MARGIN = 0.07_dp, MOST_INTERVALS = 4.6_dp, MANTISSAS(3) = [1.0_dp, 2.0_dp, 5.0_dp]
-        real(dp) :: low, high, step, power
-        integer :: i
-
-        low = panel%least
-        high = panel%greatest
-        if (panel%has_limits) then
-            low = min(low, panel%low)
-            high = max(high, panel%high)
-        end if
-        power = 10.0_dp**floor(log10((high - low)/MOST_INTERVALS))
-        step = 10*power
-        do i = size(MANTISSAS), 1, -1
-            if ((high - low)/(MANTISSAS(i)*power) <= MOST_INTERVALS) step = MANTISSAS(i)*power
-        end do
-        script = 'set yrange ['//real_text(low - MARGIN*(high - low))//':'// &
-                 real_text(high + MARGIN*(high - low))//']'//LF//'set ytics '//short_text(step)//LF
-    end function y_axis
-
-    !> A step without the traces of binary numbers: 0.05, not 0.05000000000000001.
-    function short_text(value) result(text)
+    !> A horizontal line. A comma stands behind.
+    function level(value, colour) result(json)
         real(dp), intent(in) :: value
-        character(:), allocatable :: text
+        integer, intent(in) :: colour
+        character(:), allocatable :: json
 
-        character(12) :: digits
+        json = '{"level":'//real_text(value)//',"colour":'//integer_text(colour)//'},'
+    end function level
 
-        write (digits, '(es10.2)') value
-        text = trim(adjustl(digits))
-    end function short_text
+    function pair(low, high) result(json)
+        real(dp), intent(in) :: low, high
+        character(:), allocatable :: json
 
-    !> The legend on top of the figure, as labels and arrows of the first panel.
-    function legend_script(legend, width, height) result(script)
-        type(legend_item_t), intent(in) :: legend(:)
-        integer, intent(in) :: width, height
-        character(:), allocatable :: script
+        json = '['//real_text(low)//','//real_text(high)//']'
+    end function pair
 
-        character(:), allocatable :: y
-        integer :: i, x, row
+    pure function truth(value) result(json)
+        logical, intent(in) :: value
+        character(:), allocatable :: json
 
-        script = ''
-        x = RIGHT
-        row = 1
-        do i = 1, size(legend)
-            if (x > RIGHT .and. x + item_width(legend(i)) > width) then
-                x = RIGHT
-                row = row + 1
-            end if
-            y = part(height - LEGEND_ROW*row + LEGEND_ROW/2, height)
-            if (legend(i)%point_type > 0) then
-                script = script//'set label "" at screen '//part(x + SAMPLE - 10, width)//','//y// &
-                         ' point '//colour_of(legend(i))//LINE_WIDTH_OF_POINTS// &
-                         ' pointtype '//integer_text(legend(i)%point_type)//' pointsize 0.8'//LF
-            else
-                script = script//'set arrow from screen '//part(x, width)//','//y//' to screen '// &
-                         part(x + SAMPLE, width)//','//y//' nohead '//colour_of(legend(i))//LF
-            end if
-            script = script//'set label "'//trim(legend(i)%text)//'" at screen '// &
-                     part(x + SAMPLE + 6, width)//','//y//LF
-            x = x + item_width(legend(i))
-        end do
-    end function legend_script
-
-    pure function colour_of(item) result(text)
-        type(legend_item_t), intent(in) :: item
-        character(:), allocatable :: text
-
-        if (item%line_type > 0) then
-            text = 'linetype '//integer_text(item%line_type)
-        else
-            text = 'linecolor rgb ink'
-        end if
-    end function colour_of
-
-    pure integer function legend_rows(legend, width) result(rows)
-        type(legend_item_t), intent(in) :: legend(:)
-        integer, intent(in) :: width
-
-        integer :: i, x
-
-        rows = min(1, size(legend))
-        x = RIGHT
-        do i = 1, size(legend)
-            if (x > RIGHT .and. x + item_width(legend(i)) > width) then
-                x = RIGHT
-                rows = rows + 1
-            end if
-            x = x + item_width(legend(i))
-        end do
-    end function legend_rows
-
-    pure integer function item_width(item)
-        type(legend_item_t), intent(in) :: item
-
-        item_width = SAMPLE + 6 + LETTER*len_trim(item%text) + 20
-    end function item_width
-
-    !> A length as part of a side of the drawing.
-    function part(length, side) result(text)
-        integer, intent(in) :: length, side
-        character(:), allocatable :: text
-
-        character(8) :: digits
-
-        write (digits, '(f8.5)') real(length, dp)/side
-        text = trim(adjustl(digits))
-    end function part
+        json = trim(merge('true ', 'false', value))
+    end function truth
 end module gracecg_cli_panels

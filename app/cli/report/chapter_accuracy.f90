@@ -4,7 +4,7 @@ module gracecg_cli_chapter_accuracy
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_base_text, only: integer_text, real_text, join
+    use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_studies_campaign, only: campaign_t, first_runs, campaign_agreement_t, agreement_of
     use gracecg_studies_campaign_files, only: write_table, write_runs
@@ -13,11 +13,10 @@ module gracecg_cli_chapter_accuracy
     use gracecg_studies_estimate_windows, only: estimate_counts_t, campaign_windows, count_estimate_windows
     use gracecg_cli_verify, only: estimate_counts_words
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cells, text_cell, judged_cell, VERDICT_MET, &
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cells, text_cell, judged_cell, VERDICT_MET, &
         VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve, level
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, COMMAND, SATELLITES
     use gracecg_cli_report_drawings, only: add_drawing
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
@@ -29,7 +28,7 @@ module gracecg_cli_chapter_accuracy
     character(*), parameter :: RUNS_FILE = 'montecarlo_runs.csv'
     integer, parameter :: LEAST_ALLOWED = 66
     !! Of 72: as many or more in 96 of 100 reports drawn with their correlations, tools/wave_likelihood.py
-    integer, parameter :: POINT_TYPES(CASES) = [3, 12, 4]       !! Star, diamond, square, as in the report
+    character(1), parameter :: MARKERS(CASES) = ['*', 'D', 'S']         !! Star, diamond, square, as in the report
 
 contains
 
@@ -74,9 +73,7 @@ contains
                                'Figure 6.'//integer_text(i + 1)//', estimates of 15 runs', &
                                'Twelve panels, four algorithms by three components, of 15 estimates for '// &
                                'each of three cases, scattered about the true offset. In x case 2 '// &
-                               'scatters by millimetres; in y and z it is the best.', &
-                               error)
-                if (allocated(error)) return
+                               'scatters by millimetres; in y and z it is the best.')
                 call add_windows_verdict(book, i, campaign)
             end do
         end associate
@@ -230,14 +227,12 @@ contains
         type(legend_item_t) :: legend(CASES + 2)
         type(grid_t) :: grid
         real(dp) :: limits(2)
-        character(:), allocatable :: name, case_name
         integer :: a, i, axis, place
 
-        name = 'figure_6_'//integer_text(satellite + 1)
         grid%columns = 2
         grid%x_label = 'run'
         grid%x_high = REPORT_RUNS + 1
-        grid%settings = 'set xtics 5'
+        grid%x_step = 5
         do a = 1, size(REPORT_ESTIMATORS)
             do axis = 1, 3
                 place = 6*((a - 1)/2) + 2*(axis - 1) + 1 + mod(a - 1, 2)
@@ -251,29 +246,20 @@ contains
                                                i=(satellite - 1)*CASES + 1, satellite*CASES)])
                 panels(place)%greatest = maxval([(maxval(campaign%entries(a, i)%offset(axis, :REPORT_RUNS)), &
                                                   i=(satellite - 1)*CASES + 1, satellite*CASES)])
-                panels(place)%plot = real_text(campaign%cases(satellite*CASES)%offset(axis))// &
-                                     ' with lines linetype 1 linecolor rgb ink linewidth 1'
+                panels(place)%curves = level(campaign%cases(satellite*CASES)%offset(axis), 0)
                 do i = 1, CASES
-                    case_name = trim(SATELLITES(satellite))//'-'//integer_text(i)
-                    panels(place)%plot = trim(panels(place)%plot)//', "'//RUNS_FILE//'" using '// &
-                    '"run":(strcol("case") eq "'// &
-                                         case_name//'" && strcol("algorithm") eq '// &
-                                         '"'//trim(REPORT_ESTIMATORS(a))// &
-                                         '" && column("run") <= '// &
-                                         integer_text(REPORT_RUNS)//' ? column("d'//AXES(axis)// &
-                                         '_mm") : NaN) with points linetype '// &
-                                         integer_text(i)//LINE_WIDTH_OF_POINTS// &
-                                         ' pointtype '//integer_text(POINT_TYPES(i))//' pointsize 0.6'
+                    panels(place)%curves = trim(panels(place)%curves)// &
+                        curve(RUNS_FILE, 'run', 'd'//AXES(axis)//'_mm', i, marker=MARKERS(i), most=REPORT_RUNS, &
+                              only='case='//trim(SATELLITES(satellite))//'-'//integer_text(i)//',algorithm='// &
+                              trim(REPORT_ESTIMATORS(a)))
                 end do
             end do
         end do
         do i = 1, CASES
-            legend(i) = legend_item_t('case '//integer_text(i), i, POINT_TYPES(i))
+            legend(i) = legend_item_t('case '//integer_text(i), i, MARKERS(i))
         end do
         legend(CASES + 1) = legend_item_t('truth', 0)
         legend(CASES + 2) = legend_item_t('printed axis', 5)
-        script = panel_grid(name, 'Estimates of the CG offset in 15 runs, '// &
-                            trim(SATELLITES(satellite))//' satellite', &
-                            grid, panels, legend)
+        script = panel_grid(grid, panels, legend)
     end function script_of
 end module gracecg_cli_chapter_accuracy

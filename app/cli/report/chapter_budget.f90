@@ -1,7 +1,7 @@
 !> The report page: Tables 1.1 and 1.2, why the offset is calibrated.
 module gracecg_cli_chapter_budget
     use gracecg_base_kinds, only: dp
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, number_cells, VERDICT_MET, VERDICT_PARTLY
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cell, number_cells, VERDICT_MET, VERDICT_PARTLY
     use gracecg_studies_com_budget, only: com_budget_t, com_budget, is_stated
     use gracecg_cli_report_book, only: report_book_t, add_claim
     use gracecg_cli_number_text, only: fixed_text, pick_text

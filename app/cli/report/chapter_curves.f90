@@ -7,18 +7,16 @@ module gracecg_cli_chapter_curves
         write_curves, curves_file_name, curve_column
     use gracecg_studies_window_sensitivity, only: variation_t, write_variations
     use gracecg_cli_verify, only: window_verdict
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, verdict_cell, &
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cell, text_cell, verdict_cell, &
         VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, COMMAND, SATELLITES
     use gracecg_cli_number_text, only: scaled_text, decimal_exponent, share_text, pick_text, percent_text, &
         fixed_text
     implicit none
     private
     public :: add_curves_chapter
 
-    character(*), parameter :: NO_BREAK_SPACE = '\302\240'     !! UTF-8, for gnuplot
 
     !> A figure of the report.
     type :: figure_t
@@ -84,9 +82,8 @@ contains
         if (allocated(error)) return
         do i = 1, size(FIGURES)
             associate (these => checks%figure == FIGURES(i)%number)
-                call add_curves_figure(book, FIGURES(i), pack(checks, these), SATELLITES(pack(satellite, these)), error)
+                call add_curves_figure(book, FIGURES(i), pack(checks, these), SATELLITES(pack(satellite, these)))
             end associate
-            if (allocated(error)) return
         end do
     end subroutine add_curves_chapter
 
@@ -170,12 +167,11 @@ contains
     end function verdict_words
 
     !> One figure, and the numbers of its panels.
-    subroutine add_curves_figure(book, figure, checks, satellite, error)
+    subroutine add_curves_figure(book, figure, checks, satellite)
         type(report_book_t), intent(inout) :: book
         type(figure_t), intent(in) :: figure
         type(window_check_t), intent(in) :: checks(:)
         character(5), intent(in) :: satellite(:)
-        type(error_t), allocatable, intent(out) :: error
 
         character(13), parameter :: HEADS(10) = [character(13) :: 'quantity', 'axis', 'unit', 'printed from', 'to', &
                                                  'least', 'greatest', 'mean', 'fill', 'verdict']
@@ -189,11 +185,10 @@ contains
         both = any(satellite /= satellite(1))
         call book%page%heading(caption(:len(caption) - 1))
         call book%page%paragraph('What the report sees in it: '//trim(figure%shows))
-        call add_figure(book, name, script_of(name, caption, checks, satellite), caption//' Blue: this program. Grey '// &
+        call add_figure(book, name, script_of(checks, satellite), caption//' Blue: this program. Grey '// &
                         'band between dashed lines: the printed axis.', 'Figure '//trim(figure%number), &
                         integer_text(size(checks))//' panels of curves over 60 s, each with the range of the printed '// &
-                        'axis; the table that follows has their numbers.', error)
-        if (allocated(error)) return
+                        'axis; the table that follows has their numbers.')
         do i = 1, size(checks)
             associate (c => checks(i))
                 exponent = exponent_of(c)
@@ -225,8 +220,7 @@ contains
     end function kind_of
 
     !> The printed panels stand side by side, x, y and z below each other; here two quantities do.
-    function script_of(name, caption, checks, satellite) result(script)
-        character(*), intent(in) :: name, caption
+    function script_of(checks, satellite) result(script)
         type(window_check_t), intent(in) :: checks(:)   !! In the order quantity, axis
         character(5), intent(in) :: satellite(:)
         character(:), allocatable :: script
@@ -239,7 +233,7 @@ contains
         grid%columns = 2
         grid%x_label = 'time, s'
         grid%x_high = 60
-        grid%settings = 'set xtics 20'
+        grid%x_step = 20
         do i = 1, size(checks)
             ! quantity q = 2 row block, column; axis a: row
             place = 6*((i - 1)/6) + 2*mod(i - 1, 3) + 1 + mod((i - 1)/3, 2)
@@ -248,7 +242,7 @@ contains
         end do
         legend(1) = legend_item_t('gracecg', 1)
         legend(2) = legend_item_t('printed axis', 5)
-        script = panel_grid(name, caption, grid, panels, legend)
+        script = panel_grid(grid, panels, legend)
     end function script_of
 
     function panel_of(check, satellite, both) result(panel)
@@ -257,17 +251,15 @@ contains
         logical, intent(in) :: both                     !! Satellites are in the figure
         type(panel_t) :: panel
 
-        character(:), allocatable :: factor
         integer :: exponent
 
         exponent = exponent_of(check)
-        factor = '1e'//integer_text(-exponent)
-        panel%title = quantity_name(check%quantity)//' '//check%axis//', 10^{'//integer_text(exponent)//'}'// &
-                      NO_BREAK_SPACE//plot_unit(check%quantity)
+        panel%title = quantity_name(check%quantity)//' '//check%axis//', 10^{'//integer_text(exponent)//'} '// &
+                      plot_unit(check%quantity)
         if (both) panel%title = trim(satellite)//' '//symbol(check%quantity, check%axis)//', 10^{'// &
-                                integer_text(exponent)//'}'//NO_BREAK_SPACE//plot_unit(check%quantity)
-        panel%plot = '"'//curves_file_name(trim(satellite)//'-1')//'" every 2 using "time_s":(column("'// &
-                     trim(curve_column(check%quantity, check%axis))//'")*'//factor//') with lines linetype 1'
+                                integer_text(exponent)//'} '//plot_unit(check%quantity)
+        panel%curves = curve(curves_file_name(trim(satellite)//'-1'), 'time_s', &
+                             trim(curve_column(check%quantity, check%axis)), 1, 10.0_dp**(-exponent))
         panel%has_limits = .true.
         panel%low = check%low*10.0_dp**(-exponent)
         panel%high = check%high*10.0_dp**(-exponent)
@@ -318,7 +310,7 @@ contains
         character(*), intent(in) :: quantity, axis
         character(:), allocatable :: name
 
-        character(*), parameter :: GREEK_OMEGA = '\317\211'     ! UTF-8, for gnuplot
+        character(*), parameter :: GREEK_OMEGA = char(207)//char(137)     ! UTF-8
 
         select case (quantity)
         case ('omega')

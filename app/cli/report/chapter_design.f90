@@ -5,7 +5,7 @@ module gracecg_cli_chapter_design
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: output_file_t
     use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
     use gracecg_planning_calibration, only: calibration_text
@@ -13,11 +13,10 @@ module gracecg_cli_chapter_design
     use gracecg_studies_designed_manoeuvre, only: design_study_t, worst_at_best_place, worst_at_worst_place, &
         designed_calibration_t, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY, &
         ALGORITHM => DESIGN_ALGORITHM
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, number_cells, judged_cell, text_cell, &
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cell, number_cells, judged_cell, text_cell, &
         VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve, level
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, COMMAND, SATELLITES
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
@@ -26,7 +25,6 @@ module gracecg_cli_chapter_design
     character(8), parameter :: MANOEUVRES(2) = [character(8) :: 'report', 'designed']
     real(dp), parameter :: GOAL = 10e-6_dp          !! RMS error of every component, m
     character(*), parameter :: RESULT_FILE = 'design.csv'
-    character(1), parameter :: LF = achar(10)
 
 contains
 
@@ -45,8 +43,8 @@ contains
             if (allocated(error)) return
         end do
         call write_designed_calibrations(book_file(book, RESULT_FILE), COMMAND, book%seed, reached, error)
-        if (.not. allocated(error)) call add_maps(book, studies, error)
         if (allocated(error)) return
+        call add_maps(book, studies)
         call add_manoeuvres(book, studies)
         call add_reached(book, reached)
         call add_verdict(book, reached)
@@ -77,10 +75,9 @@ contains
     end subroutine write_case
 
     !> The chapter's beginning: how it is designed, and the maps.
-    subroutine add_maps(book, studies, error)
+    subroutine add_maps(book, studies)
         type(report_book_t), intent(inout) :: book
         type(design_study_t), intent(in) :: studies(2)
-        type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: best_report, worst_designed
         integer :: i
@@ -100,8 +97,7 @@ contains
                        'Limits over one revolution, report''s and designed manoeuvre', &
                        'Four panels of four curves over one revolution. With the report''s manoeuvre the '// &
                        'curves vary by orders of magnitude and no place is good for all; with the designed '// &
-                       'one all stay near or below 0.01 mm.', error)
-        if (allocated(error)) return
+                       'one all stay near or below 0.01 mm.')
         do i = 1, size(studies)
             best_report = worst_at_best_place(studies(i)%report)
             worst_designed = worst_at_worst_place(studies(i)%designed)
@@ -220,19 +216,18 @@ contains
         grid%panel_height = 170
         grid%x_label = 'time, s'
         grid%x_high = studies(1)%report(size(studies(1)%report))%time
-        grid%settings = 'set xtics 1000'//LF//'set logscale y'//LF//'set format y "10^{%L}"'//LF// &
-                        'set yrange [1e-4:10]'
+        grid%x_step = 1000
+        grid%logarithmic = .true.
+        grid%y_low = 1e-4_dp
+        grid%y_high = 10
         do i = 1, 2
             do m = 1, size(MANOEUVRES)
                 place = 2*(i - 1) + m
                 panels(place)%title = trim(SATELLITES(i))//', '//pick_text(m == 1, 'report''s', 'designed')// &
                                       ' manoeuvre: limit, mm'
-                panels(place)%plot = real_text(GOAL/MILLIMETRE)//' with lines linetype 5'
-                panels(place)%plot = trim(panels(place)%plot)//', '//curve_of(i, m, 'worst')// &
-                                     ' linecolor rgb ink linewidth 1'
+                panels(place)%curves = level(GOAL/MILLIMETRE, 5)//curve_of(i, m, 'worst', 0)
                 do axis = 1, 3
-                    panels(place)%plot = trim(panels(place)%plot)//', '//curve_of(i, m, AXES(axis))// &
-                                         ' linetype '//integer_text(axis)
+                    panels(place)%curves = trim(panels(place)%curves)//curve_of(i, m, AXES(axis), axis)
                 end do
             end do
         end do
@@ -241,16 +236,14 @@ contains
         end do
         legend(4) = legend_item_t('worst direction', 0)
         legend(5) = legend_item_t('0.01 mm', 5)
-        script = panel_grid('figure_manoeuvre_map', 'Limit of the CG offset over one revolution, report''s and '// &
-                            'designed manoeuvre', grid, panels, legend, TIME_OF_CASE, 'case')
+        script = panel_grid(grid, panels, legend, TIME_OF_CASE, 'case')
     end function map_script
 
-    pure function curve_of(satellite, manoeuvre, column) result(plot)
-        integer, intent(in) :: satellite, manoeuvre
+    function curve_of(satellite, manoeuvre, column, colour) result(json)
+        integer, intent(in) :: satellite, manoeuvre, colour
         character(*), intent(in) :: column
-        character(:), allocatable :: plot
+        character(:), allocatable :: json
 
-        plot = '"'//map_file(SATELLITES(satellite))//'" using "time_s":"'//trim(MANOEUVRES(manoeuvre))//'_'// &
-               column//'_mm" with lines'
+        json = curve(map_file(SATELLITES(satellite)), 'time_s', trim(MANOEUVRES(manoeuvre))//'_'//column//'_mm', colour)
     end function curve_of
 end module gracecg_cli_chapter_design

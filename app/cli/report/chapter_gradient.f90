@@ -2,11 +2,10 @@
 module gracecg_cli_chapter_gradient
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_cli_html, only: VERDICT_MET, VERDICT_MISSED
+    use gracecg_cli_document, only: VERDICT_MET, VERDICT_MISSED
     use gracecg_studies_gravity_gradient, only: gradient_sample_t, largest_components, write_gradient
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, COMMAND
     use gracecg_cli_number_text, only: pick_text, scaled_text
     implicit none
     private
@@ -52,8 +51,7 @@ contains
                        'Two panels of three curves over 5600 s. By the central term the acceleration is '// &
                        'constant within a few per cent, of the order of 1e-9 m/s^2; by all other terms '// &
                        'it oscillates and stays below '// &
-                       scaled_text(others, -11, 1)//'e-11 m/s^2.', error)
-        if (allocated(error)) return
+                       scaled_text(others, -11, 1)//'e-11 m/s^2.')
         call book%page%verdict(kind, pick_text(met, 'The orders of magnitude agree.', 'The orders differ.'), &
                                'Largest component by the central term '//scaled_text(central, -9, 2)// &
                                ' x 10^{-9} m/s^{2}, by the others '//scaled_text(others, -11, 2)// &
@@ -83,29 +81,27 @@ contains
         grid%panel_height = 230
         grid%x_label = 'time, s'
         grid%x_high = duration
-        panels(1)%title = 'central term, 10^{-9}\302\240m/s^2'
-        panels(1)%plot = curves('central', '1e9')
-        panels(2)%title = 'sum of all other terms, 10^{-11}\302\240m/s^2'
-        panels(2)%plot = curves('others', '1e11')
+        panels(1)%title = 'central term, 10^{-9} m/s^2'
+        panels(1)%curves = curves_of('central', 1e9_dp)
+        panels(2)%title = 'sum of all other terms, 10^{-11} m/s^2'
+        panels(2)%curves = curves_of('others', 1e11_dp)
         legend(1) = legend_item_t('radial', 1)
         legend(2) = legend_item_t('transverse', 2)
         legend(3) = legend_item_t('normal', 3)
-        script = panel_grid('figure_3_1', 'Gravity gradient at the proof mass, offset 1 '// &
-                            'mm', grid, panels, legend)
+        script = panel_grid(grid, panels, legend)
     end function script_of
 
-    pure function curves(name, factor) result(plot)
-        character(*), intent(in) :: name, factor
-        character(:), allocatable :: plot
+    function curves_of(name, factor) result(curves)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: factor
+        character(:), allocatable :: curves
 
         character(1), parameter :: DIRECTIONS(3) = ['r', 't', 'n']
         integer :: i
 
-        plot = ''
+        curves = ''
         do i = 1, 3
-            if (i > 1) plot = plot//', '
-            plot = plot//'"'//FILE//'" using "time_s":(column("'//name//'_'//DIRECTIONS(i)//'_m_s2")*'//factor// &
-                   ') with lines linetype '//achar(48 + i)
+            curves = curves//curve(FILE, 'time_s', name//'_'//DIRECTIONS(i)//'_m_s2', i, factor)
         end do
-    end function curves
+    end function curves_of
 end module gracecg_cli_chapter_gradient

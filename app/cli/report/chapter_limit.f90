@@ -4,16 +4,15 @@ module gracecg_cli_chapter_limit
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: median_of, sampling_error
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_limit, only: limit_study_t, relative_error, at_the_bound, detectable_excess, &
         write_limits
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, &
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, &
         VERDICT_MISSED, VERDICT_NONE
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve, level
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
@@ -22,11 +21,8 @@ module gracecg_cli_chapter_limit
     integer, parameter :: CASES = size(REPORT_CASE_NAMES), ALGORITHMS = size(ESTIMATOR_NAMES)
     character(*), parameter :: BOUND_FILE = 'bound.csv'
     real(dp), parameter :: TELLING_EXCESS = 0.25_dp        !! Excess that runs must show for "at the bound" to be said
-    character(1), parameter :: LF = achar(10)
     integer, parameter :: STYLES = 6    !! Of the estimators, in turn; a seventh takes the first again
-    character(32), parameter :: COLOURS(STYLES) = [character(32) :: 'linetype 1', 'linetype 2', &
-        'linetype 3', 'linetype 4', 'linetype 1 linecolor rgb ink', 'linetype 1 linecolor rgb grey']
-    integer, parameter :: LEGEND_TYPES(STYLES) = [1, 2, 3, 4, 0, 5]
+    integer, parameter :: COLOURS(STYLES) = [1, 2, 3, 4, 0, 5]
 
 contains
 
@@ -56,13 +52,12 @@ contains
                                  'within three sigma of it; so many runs would tell an excess of '// &
                                  percent_text(detectable_excess(runs))//' with a probability of 80 %, a smaller one less '// &
                                  'often.')
-        call add_figure(book, 'figure_bound', script_of(runs, studies), 'RMS error of the CG offset divided by the '// &
+        call add_figure(book, 'figure_bound', script_of(studies), 'RMS error of the CG offset divided by the '// &
                        'Cramer-Rao bound, '//integer_text(runs)//' runs, systematic errors off (logarithmic). '// &
                        'Vertical lines: one sigma of the sampling error.', &
                        'RMS error of every estimator relative to the bound', &
                        'Three panels, x, y and z, of six groups of six points, a group a case, a point an '// &
-                       'estimator, beside a line at 1, the bound. The table below has the numbers.', error)
-        if (allocated(error)) return
+                       'estimator, beside a line at 1, the bound. The table below has the numbers.')
         call add_table(book, runs, studies)
         call add_verdicts(book, studies)
     end subroutine add_limit_chapter
@@ -146,8 +141,7 @@ contains
     end subroutine add_verdicts
 
     !> Groups of points from the file: a group a case, a point an estimator.
-    function script_of(runs, studies) result(script)
-        integer, intent(in) :: runs
+    function script_of(studies) result(script)
         type(limit_study_t), intent(in) :: studies(:)
         character(:), allocatable :: script
 
@@ -155,64 +149,34 @@ contains
         type(panel_t) :: panels(3)
         type(legend_item_t) :: legend(ALGORITHMS + 1)
         type(grid_t) :: grid
-        character(:), allocatable :: tics
         real(dp) :: highest
         integer :: i, a, axis
 
         grid%panel_height = 170
         grid%x_low = 0.45_dp
         grid%x_high = CASES + 0.55_dp
-        grid%settings = 'set logscale y 2'
+        grid%logarithmic = .true.
+        grid%x_names = [character(16) :: REPORT_CASE_NAMES]
         highest = 0
         do i = 1, CASES
             highest = max(highest, maxval(studies(i)%rms/spread(studies(i)%bound, 2, ALGORITHMS)))
         end do
-        tics = ''
-        do i = 1, CASES
-            tics = tics//pick_text(i > 1, ', ', '')//'"'//trim(REPORT_CASE_NAMES(i))//'" '//integer_text(i)
-        end do
+        grid%y_low = 0.5_dp
+        grid%y_high = 1.1_dp*max(2.0_dp, highest)
         do axis = 1, 3
             panels(axis)%title = 'RMS error of d_'//AXES(axis)//' / bound'
-            panels(axis)%settings = 'set yrange [0.5:'//real_text(1.1_dp*max(2.0_dp, highest))//']'//LF// &
-                                    'set xtics ('//tics//')'
-            if (axis < 3) panels(axis)%settings = 'set yrange [0.5:'//real_text(1.1_dp*max(2.0_dp, highest))// &
-                                                  ']'//LF//'set xtics ("" 1, "" 2, "" 3, "" 4, "" 5, "" 6)'
             do a = 1, ALGORITHMS
-                panels(axis)%plot = trim(panels(axis)%plot)//pick_text(a > 1, ',', '')//' '// &
-                                    points_of(axis, a, real_text((a - 0.5_dp*(ALGORITHMS + 1))*STEP))
+                panels(axis)%curves = trim(panels(axis)%curves)// &
+                    curve(BOUND_FILE, '', 'ratio', COLOURS(1 + modulo(a - 1, STYLES)), marker='o', error='sampling_error', &
+                          only='axis='//AXES(axis)//',algorithm='//trim(ESTIMATOR_NAMES(a)), &
+                          shift=(a - 0.5_dp*(ALGORITHMS + 1))*STEP)
             end do
-            panels(axis)%plot = trim(panels(axis)%plot)//', 1 with lines linetype 5'
+            panels(axis)%curves = trim(panels(axis)%curves)//level(1.0_dp, 5)
         end do
         do a = 1, ALGORITHMS
-            legend(a) = legend_item_t(trim(ESTIMATOR_NAMES(a)), LEGEND_TYPES(1 + modulo(a - 1, STYLES)), 7)
+            legend(a) = legend_item_t(trim(ESTIMATOR_NAMES(a)), COLOURS(1 + modulo(a - 1, STYLES)), 'o')
         end do
         legend(ALGORITHMS + 1) = legend_item_t('bound', 5)
-        script = panel_grid('figure_bound', 'RMS error of the CG offset relative to its bound, '// &
-                            integer_text(runs)//' runs', grid, panels, legend, data=case_numbers())
+        script = panel_grid(grid, panels, legend)
     end function script_of
-
-    !> A function of the script: the place of a case.
-    function case_numbers() result(script)
-        character(:), allocatable :: script
-
-        integer :: i
-
-        script = 'place(name) = '
-        do i = 1, CASES
-            script = script//'name eq "'//trim(REPORT_CASE_NAMES(i))//'" ? '//integer_text(i)//' : '
-        end do
-        script = script//'NaN'//LF
-    end function case_numbers
-
-    !> The points of one estimator.
-    function points_of(axis, a, shift) result(plot)
-        integer, intent(in) :: axis, a
-        character(*), intent(in) :: shift
-        character(:), allocatable :: plot
-
-        plot = '"'//BOUND_FILE//'" using (strcol("axis") eq "'//AXES(axis)//'" && strcol("algorithm") eq "'// &
-            trim(ESTIMATOR_NAMES(a))//'" ? place(strcol("case")) + ('//shift//') : NaN):"ratio":'// &
-            '"sampling_error" with yerrorbars '//trim(COLOURS(1 + modulo(a - 1, STYLES)))// &
-            ' linewidth 1 pointtype 7 pointsize 0.5'
-    end function points_of
 end module gracecg_cli_chapter_limit

@@ -3,17 +3,16 @@ module gracecg_cli_chapter_loss
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text
     use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES, &
         ALGORITHMS => LOSS_ALGORITHMS, write_field_studies, write_field_runs
     use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_studies_estimate_windows, only: estimate_counts_t, loss_windows, count_estimate_windows
     use gracecg_cli_verify, only: estimate_counts_words
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, add_rms_table, rms_cells, COMMAND
+    use gracecg_cli_document, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve, level
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, add_rms_table, rms_cells, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text
     implicit none
     private
@@ -21,7 +20,7 @@ module gracecg_cli_chapter_loss
 
     character(7), parameter :: CASE_NAMES(2) = [character(7) :: 'front-2', 'front-3']
     character(*), parameter :: RUNS_FILE = 'magnetometer_loss_runs.csv'
-    integer, parameter :: POINT_TYPES(2, 2) = reshape([12, 13, 4, 5], [2, 2])
+    character(1), parameter :: MARKERS(2, 2) = reshape(['D', 'd', 'S', 's'], [2, 2])
     !! (measured or model, case): open and filled diamond and square
 
 contains
@@ -50,8 +49,7 @@ contains
                         'with the measured field (open) and with that of the model (LM, filled). Grey '// &
                         'band: the printed axis.', 'Figure 6.6, estimates with and without magnetometer', &
                        'Six panels, two algorithms by three components, of 15 estimates for cases 2 and '// &
-                       '3 with measured and with modelled field. Open and filled marks lie together.', error)
-        if (allocated(error)) return
+                       '3 with measured and with modelled field. Open and filled marks lie together.')
         call add_table(book, study)
         call add_verdict(book, study)
         call add_windows_verdict(book, study)
@@ -142,7 +140,7 @@ contains
         grid%columns = 2
         grid%x_label = 'run'
         grid%x_high = REPORT_RUNS + 1
-        grid%settings = 'set xtics 5'
+        grid%x_step = 5
         do a = 1, size(ALGORITHMS)
             do axis = 1, 3
                 place = 2*(axis - 1) + a
@@ -155,24 +153,21 @@ contains
                                                i=1, size(study))])/MILLIMETRE
                 panels(place)%greatest = maxval([(maxval(study(i)%offset(axis, :REPORT_RUNS)), &
                                                   i=1, size(study))])/MILLIMETRE
-                panels(place)%plot = real_text(offset(axis)/MILLIMETRE)//' with lines linetype 1 '// &
-                'linecolor rgb ink linewidth 1'
+                panels(place)%curves = level(offset(axis)/MILLIMETRE, 0)
                 do i = 1, size(CASE_NAMES)
                     do f = 1, size(FIELD_SOURCES)
-                        panels(place)%plot = trim(panels(place)%plot)//', '//points_of(i, a, f, axis)
+                        panels(place)%curves = trim(panels(place)%curves)//points_of(i, a, f, axis)
                     end do
                 end do
             end do
         end do
         do i = 1, size(CASE_NAMES)
-            legend(2*i - 1) = legend_item_t('case '//integer_text(i + 1), i + 1, POINT_TYPES(1, i))
-            legend(2*i) = legend_item_t('case '//integer_text(i + 1)//' LM', i + 1, POINT_TYPES(2, i))
+            legend(2*i - 1) = legend_item_t('case '//integer_text(i + 1), i + 1, MARKERS(1, i))
+            legend(2*i) = legend_item_t('case '//integer_text(i + 1)//' LM', i + 1, MARKERS(2, i))
         end do
         legend(5) = legend_item_t('truth', 0)
         legend(6) = legend_item_t('printed axis', 5)
-        script = panel_grid('figure_6_6', 'Estimates of the CG offset in 15 runs with measured and with '// &
-                            'modelled field', &
-                            grid, panels, legend)
+        script = panel_grid(grid, panels, legend)
     end function script_of
 
     !> The estimates of one case, algorithm and source of the field; the model's a little to the right.
@@ -180,14 +175,8 @@ contains
         integer, intent(in) :: i, a, f, axis
         character(:), allocatable :: plot
 
-        plot = '"'//RUNS_FILE//'" using '// &
-        '(column("run")'//pick_text(f == 2, '+0.3', '')//'):(strcol("case") eq "'// &
-               CASE_NAMES(i)//'" && strcol("algorithm") eq "'//ALGORITHMS(a)//'" && '// &
-               'strcol("magnetometer") eq "'// &
-               trim(FIELD_SOURCES(f))//'" && column("run") <= '// &
-               integer_text(REPORT_RUNS)//' ? column("d'//AXES(axis)// &
-               '_mm") : NaN) with points linetype '// &
-               integer_text(i + 1)//LINE_WIDTH_OF_POINTS//' pointtype '// &
-               integer_text(POINT_TYPES(f, i))//' pointsize 0.5'
+        plot = curve(RUNS_FILE, 'run', 'd'//AXES(axis)//'_mm', i + 1, marker=MARKERS(f, i), most=REPORT_RUNS, &
+                     only='case='//CASE_NAMES(i)//',algorithm='//ALGORITHMS(a)//',magnetometer='//trim(FIELD_SOURCES(f)), &
+                     shift=merge(0.3_dp, 0.0_dp, f == 2))
     end function points_of
 end module gracecg_cli_chapter_loss

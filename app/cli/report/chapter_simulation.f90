@@ -7,7 +7,7 @@ module gracecg_cli_chapter_simulation
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_cli_cases, only: case_place, rods_text
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, number_cells, text_cell
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cell, number_cells, text_cell
     use gracecg_cli_report_book, only: report_book_t
     use gracecg_cli_report_drawings, only: add_drawing, add_sources_table
     use gracecg_cli_number_text, only: fixed_text

@@ -3,14 +3,12 @@ module gracecg_cli_chapter_sources
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text
     use gracecg_studies_error_sources, only: error_study_t, write_error_sources, STUDY_NAMES
     use gracecg_studies_published_axes, only: published_axis_limits
-    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_gnuplot, only: data_block
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, add_rms_table, rms_cells, COMMAND
+    use gracecg_cli_document, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve, level, values_curve
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, add_rms_table, rms_cells, COMMAND
     use gracecg_cli_number_text, only: pick_text, percent_text
     implicit none
     private
@@ -18,7 +16,6 @@ module gracecg_cli_chapter_sources
 
     character(*), parameter :: SOURCES_CASE = 'front-1', SOURCES_ALGORITHM = 'ascfest'     !! As in the report
     character(*), parameter :: FILE = 'errors.csv'
-    character(1), parameter :: LF = achar(10)
     character(70), parameter :: MEANING(5) = [character(70) :: &
         'everything acts', &
         'the non-gravitational acceleration is a straight line', &
@@ -49,8 +46,7 @@ contains
                        'Figure 6.5, RMS error with one error source off at a time', &
                        'Three panels, x, y and z, of five bars. Without the noise of the accelerometer '// &
                        'the bars are the lowest, without that of star camera or magnetometer they are '// &
-                       'as high as with everything on.', error)
-        if (allocated(error)) return
+                       'as high as with everything on.')
         call add_table(book, studies)
         call add_verdicts(book, studies)
     end subroutine add_sources_chapter
@@ -115,7 +111,7 @@ contains
                        pick_text(kind == VERDICT_MET, 'agrees', 'within sampling error'))
     end subroutine add_verdicts
 
-    !> Bars from the file; theory stands in the script.
+    !> Bars from the file, and theory.
     function script_of(studies) result(script)
         type(error_study_t), intent(in) :: studies(:)
         character(:), allocatable :: script
@@ -123,34 +119,26 @@ contains
         type(panel_t) :: panels(3)
         type(legend_item_t) :: legend(3)
         type(grid_t) :: grid
-        real(dp) :: limits(2), theory(4, size(studies))
-        integer :: i, axis
+        real(dp) :: limits(2)
+        integer :: axis, i
 
         grid%panel_height = 150
         grid%x_low = 0.4_dp
         grid%x_high = size(studies) + 0.6_dp
-        grid%settings = 'set boxwidth 0.5'//LF//'set style fill solid 1 noborder'
-        do i = 1, size(studies)
-            theory(:, i) = [real(i, dp), studies(i)%predicted/MILLIMETRE]
-        end do
+        grid%from_zero = .true.
+        grid%x_names = [character(16) :: 'all noise', 'linear NG', 'no ACC', 'no SCA', 'no MAG']
         do axis = 1, 3
             limits = published_axis_limits('6.5', 'front', SOURCES_ALGORITHM, AXES(axis))/MILLIMETRE
             panels(axis)%title = 'RMS error of d_'//AXES(axis)//', mm'
-            panels(axis)%greatest = 1.06_dp*max(limits(2), maxval(theory(axis + 1, :)), &
-                                                maxval(studies%rms(axis))/MILLIMETRE)
-            panels(axis)%settings = 'set yrange [0:]'//LF//'set xtics ("" 1, "" 2, "" 3, "" 4, "" 5)'
-            panels(axis)%plot = real_text(limits(2))//' with lines linetype 5, "'//FILE//'" using (1 + '// &
-            'int(column(0)/3)):(strcol("axis") eq "'//AXES(axis)//'" ? column("rms_mm") : NaN) with '// &
-            'boxes linetype 1, $theory using 1:'//integer_text(axis + 1)// &
-                                ' with points pointtype 13 pointsize 0.8 linecolor rgb ink'
+            panels(axis)%greatest = max(limits(2), maxval(studies%predicted(axis))/MILLIMETRE, &
+                                        maxval(studies%rms(axis))/MILLIMETRE)
+            panels(axis)%curves = level(limits(2), 5)// &
+                curve(FILE, '', 'rms_mm', 1, marker='bar', only='axis='//AXES(axis))// &
+                values_curve([(studies(i)%predicted(axis)/MILLIMETRE, i=1, size(studies))], 0, 'd')
         end do
-        panels(3)%settings = 'set yrange [0:]'//LF// &
-                             'set xtics ("all noise" 1, "linear NG" 2, "no ACC" 3, "no SCA" 4, "no MAG" 5)'
-        legend(1) = legend_item_t(integer_text(studies(1)%runs)//' runs', 1, 5)
-        legend(2) = legend_item_t('theory', 0, 13)
+        legend(1) = legend_item_t(integer_text(studies(1)%runs)//' runs', 1, 's')
+        legend(2) = legend_item_t('theory', 0, 'd')
         legend(3) = legend_item_t('end of printed axis', 5)
-        script = panel_grid('figure_6_5', 'RMS error of the CG offset, one error source off at a '// &
-                            'time', grid, panels, &
-                            legend, data=data_block('theory', theory))
+        script = panel_grid(grid, panels, legend)
     end function script_of
 end module gracecg_cli_chapter_sources

@@ -5,10 +5,9 @@ module gracecg_cli_chapter_statements
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_studies_statements, only: statement_t, write_statements, HOLDS, HOLDS_IN_PART, VERDICT_WORDS
-    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, number_cell, number_cells, VERDICT_MET, &
+    use gracecg_cli_document, only: table_rows_t, head_cell, text_cell, number_cell, number_cells, VERDICT_MET, &
         VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_cli_book, only: book_file
-    use gracecg_cli_report_book, only: report_book_t, add_claim, rms_cells, COMMAND
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_claim, rms_cells, COMMAND
     use gracecg_cli_number_text, only: fixed_text
     implicit none
     private

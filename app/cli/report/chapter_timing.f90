@@ -3,24 +3,21 @@ module gracecg_cli_chapter_timing
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_planning_scan, only: orbit_place_t
     use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places, write_places
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, number_cells, VERDICT_MET, VERDICT_PARTLY, &
+    use gracecg_cli_document, only: table_rows_t, head_cell, number_cell, number_cells, VERDICT_MET, VERDICT_PARTLY, &
         VERDICT_MISSED
-    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: book_file, add_figure
-    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, curve
+    use gracecg_cli_report_book, only: report_book_t, book_file, add_figure, add_claim, COMMAND, SATELLITES
     use gracecg_cli_number_text, only: pick_text, fixed_text, scaled_text, percent_text
     implicit none
     private
     public :: add_field_chapter, add_timing_chapter
 
-    character(1), parameter :: LF = achar(10)
     real(dp), parameter :: MICRO = 1e-6_dp
-    character(*), parameter :: TIME_TICS = 'set xtics 1000'
 
 contains
 
@@ -64,8 +61,7 @@ contains
                         'of the three cases. The vertical axis is the printed one.', &
                         'Figure 6.1, magnetic field over one revolution', 'Two panels of three curves over one '// &
                         'revolution. The field along x and z swings between plus and minus 48 thousand nanotesla; '// &
-                        'along y it stays small.', error)
-        if (allocated(error)) return
+                        'along y it stays small.')
         call book%page%verdict(merge(VERDICT_MET, VERDICT_MISSED, met), &
                                pick_text(met, 'Within the printed axis.', 'Beyond the printed axis.'), &
                                'Strongest component '//trim(strongest(1))//' nT (front) and '//trim(strongest(2))// &
@@ -138,8 +134,7 @@ contains
                         'satellite (top) and back satellite (bottom). The vertical axis is the printed one.', &
                         'Figure 6.4, angular acceleration over one revolution', 'Two panels of three curves over one '// &
                         'revolution. About x the angular acceleration is largest nearly everywhere, and falls below '// &
-                        'the others for about 100 s.', error)
-        if (allocated(error)) return
+                        'the others for about 100 s.')
         call book%page%verdict(merge(VERDICT_MET, VERDICT_MISSED, on_axis), &
                                pick_text(on_axis, 'Within the printed axis.', 'Beyond the printed axis.'), &
                                'Largest amplitude '//scaled_text(summary(1)%largest, -5, 2)//' (front) and '// &
@@ -161,7 +156,7 @@ contains
                         'standard deviation of each component of the offset for a calibration that starts there '// &
                         '(logarithmic). No place is good for all three.', 'Predicted standard deviation over one '// &
                         'revolution', 'Two panels of three curves. The standard deviation of x is least near 2700 s, '// &
-                        'where that of y and z is largest.', error)
+                        'where that of y and z is largest.')
         if (.not. allocated(error)) call add_places(book, studies)
     end subroutine add_timing_chapter
 
@@ -170,11 +165,9 @@ contains
         real(dp), intent(in) :: limits(2)
         character(:), allocatable :: script
 
-        script = orbit_script('figure_6_1', 'Geomagnetic field in body axes over one revolution', studies, &
-                              'field, 10^4\302\240nT', [character(8) :: 'bx_nt', 'by_nt', 'bz_nt'], '1e-4', &
-                              [character(6) :: 'B_x', 'B_y', 'B_z'], &
-                              'set yrange ['//real_text(limits(1)*1e-4_dp)//':'//real_text(limits(2)*1e-4_dp)//']'//LF// &
-                              'set ytics 2.5')
+        script = orbit_script(grid_t(y_low=limits(1)*1e-4_dp, y_high=limits(2)*1e-4_dp, y_step=2.5_dp), studies, &
+                              'field, 10^4 nT', [character(8) :: 'bx_nt', 'by_nt', 'bz_nt'], 1e-4_dp, &
+                              [character(6) :: 'B_x', 'B_y', 'B_z'])
     end function field_script
 
     function acceleration_script(studies, limits) result(script)
@@ -182,37 +175,28 @@ contains
         real(dp), intent(in) :: limits(2)
         character(:), allocatable :: script
 
-        script = orbit_script('figure_6_4', 'Amplitude of the angular acceleration over one '// &
-                              'revolution', studies, &
-                              'angular acceleration, '// &
-                              '10^{-5}\302\240rad/s^2', [character(14) :: 'alpha_x_rad_s2', 'alpha_y_rad_s2', &
-                                                      'alpha_z_rad_s2'], &
-                              '1e5', [character(6) :: 'x', 'y', 'z'], &
-                              'set yrange ['//real_text(limits(1)*1e5_dp)//':'//real_text(limits(2)*1e5_dp)//']'//LF// &
-                              'set ytics 0.5')
+        script = orbit_script(grid_t(y_low=limits(1)*1e5_dp, y_high=limits(2)*1e5_dp, y_step=0.5_dp), studies, &
+                              'angular acceleration, 10^{-5} rad/s^2', &
+                              [character(14) :: 'alpha_x_rad_s2', 'alpha_y_rad_s2', 'alpha_z_rad_s2'], 1e5_dp, &
+                              [character(6) :: 'x', 'y', 'z'])
     end function acceleration_script
 
     function sigma_script(studies) result(script)
         type(timing_study_t), intent(in) :: studies(2)
         character(:), allocatable :: script
 
-        script = orbit_script('figure_6_4_sigma', 'Predicted standard deviation of the CG offset over '// &
-                              'one revolution', &
-                              studies, 'standard deviation, mm', &
-                              [character(10) :: 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm'], '1', &
-                              [character(6) :: 'x', 'y', 'z'], 'set logscale y'//LF//'set yrange '// &
-                              '[1e-4:10]'//LF// &
-                              'set format y "%g"')
+        script = orbit_script(grid_t(logarithmic=.true., y_low=1e-4_dp, y_high=10.0_dp), studies, 'standard deviation, mm', &
+                              [character(10) :: 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm'], 1.0_dp, &
+                              [character(6) :: 'x', 'y', 'z'])
     end function sigma_script
 
     !> Two panels of three curves, the cases marked.
-    function orbit_script(name, contents, studies, title, columns, factor, labels, settings) result(script)
-        character(*), intent(in) :: name, contents
+    function orbit_script(axes_of, studies, title, columns, factor, labels) result(script)
+        type(grid_t), intent(in) :: axes_of             !! Its ordinates
         type(timing_study_t), intent(in) :: studies(2)
         character(*), intent(in) :: title               !! Quantity and unit
         character(*), intent(in) :: columns(3), labels(3)
-        character(*), intent(in) :: factor              !! From the file's unit to that of the plot
-        character(*), intent(in) :: settings
+        real(dp), intent(in) :: factor                  !! From the file's unit to that of the plot
         character(:), allocatable :: script
 
         type(panel_t) :: panels(2)
@@ -220,21 +204,21 @@ contains
         type(grid_t) :: grid
         integer :: i, axis
 
+        grid = axes_of
         grid%panel_height = 250
         grid%x_label = 'time, s'
         grid%x_high = studies(1)%places(size(studies(1)%places))%time
-        grid%settings = TIME_TICS//LF//settings
+        grid%x_step = 1000
         do i = 1, 2
             panels(i)%title = trim(SATELLITES(i))//': '//title
             do axis = 1, 3
-                if (axis > 1) panels(i)%plot = trim(panels(i)%plot)//','
-                panels(i)%plot = trim(panels(i)%plot)//' "'//file_of(SATELLITES(i))//'" using "time_s":(column("'// &
-                                 trim(columns(axis))//'")*'//factor//') with lines linetype '//integer_text(axis)
+                panels(i)%curves = trim(panels(i)%curves)// &
+                                   curve(file_of(SATELLITES(i)), 'time_s', trim(columns(axis)), axis, factor)
             end do
         end do
         do axis = 1, 3
             legend(axis) = legend_item_t(labels(axis), axis)
         end do
-        script = panel_grid(name, contents, grid, panels, legend, TIME_OF_CASE, 'case')
+        script = panel_grid(grid, panels, legend, TIME_OF_CASE, 'case')
     end function orbit_script
 end module gracecg_cli_chapter_timing

@@ -2,12 +2,11 @@
 module gracecg_cli_report_book
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_base_text, only: integer_text
-    use gracecg_cli_html, only: table_rows_t, number_cells
-    use gracecg_cli_book, only: book_t
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_cli_document, only: document_t, table_rows_t, number_cells
     implicit none
     private
-    public :: report_book_t, claim_t, add_claim, add_rms_table, rms_cells, COMMAND, SATELLITES
+    public :: report_book_t, claim_t, open_book, book_file, add_figure, add_claim, add_rms_table, rms_cells, COMMAND, SATELLITES
 
     character(*), parameter :: COMMAND = 'report'       !! Its name, for messages
     !> Of the pair
@@ -24,13 +23,48 @@ module gracecg_cli_report_book
     end type claim_t
 
     !> The report as it grows.
-    type, extends(book_t) :: report_book_t
+    type :: report_book_t
+        type(document_t) :: page                    !! The chapters so far
+        character(:), allocatable :: folder         !! Of page and files; exists
+        type(string_t), allocatable :: files(:)     !! Names of the CSV files
+        integer :: figures = 0                      !! Made of panels
         integer :: runs = 0                         !! Of every Monte Carlo
         integer(i8) :: seed = 1                         !! First seed of all Monte Carlos
         type(claim_t), allocatable :: claims(:)     !! In the order of the page
     end type report_book_t
 
 contains
+
+    !> An empty book.
+    subroutine open_book(book, folder)
+        type(report_book_t), intent(inout) :: book
+        character(*), intent(in) :: folder              !! For its files
+
+        book%folder = folder
+        allocate (book%files(0), book%claims(0))
+    end subroutine open_book
+
+    !> The path of a CSV file, which is noted for the list of files.
+    function book_file(book, name) result(path)
+        type(report_book_t), intent(inout) :: book
+        character(*), intent(in) :: name                !! Without the folder
+        character(:), allocatable :: path
+
+        call append(book%files, name)
+        path = book%folder//'/'//name
+    end function book_file
+
+    !> A figure of panels.
+    subroutine add_figure(book, name, panels, caption, title, description)
+        type(report_book_t), intent(inout) :: book
+        character(*), intent(in) :: name                !! figure_5_2: its id, and that of its file
+        character(*), intent(in) :: panels              !! By panel_grid
+        character(*), intent(in) :: caption, title, description
+        !! Below the figure; name and description for who does not see it
+
+        book%figures = book%figures + 1
+        call book%page%figure(name, panels, caption, title, description)
+    end subroutine add_figure
 
     !> Notes a line of the summary.
     subroutine add_claim(book, source, anchor, claim, result, kind, verdict)
@@ -43,7 +77,6 @@ contains
         type(claim_t) :: found
 
         found = claim_t(source, anchor, claim, result, kind, verdict)
-        if (.not. allocated(book%claims)) allocate (book%claims(0))
         book%claims = [book%claims, found]
     end subroutine add_claim
 

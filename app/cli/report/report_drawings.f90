@@ -4,9 +4,8 @@ module gracecg_cli_report_drawings
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_cli_html, only: html_page_t, table_rows_t, head_cell, text_cell
+    use gracecg_cli_document, only: document_t, table_rows_t, head_cell, text_cell
     use gracecg_cli_number_text, only: pick_text
-    use gracecg_cli_table_drawings, only: get_drawing
     implicit none
     private
     public :: add_drawing, add_sources_table
@@ -15,21 +14,17 @@ contains
 
     !> One of the report's drawings.
     subroutine add_drawing(page, number, name, caption)
-        type(html_page_t), intent(inout) :: page
+        type(document_t), intent(inout) :: page
         character(3), intent(in) :: number          !! Of the figure in the report: '2.1'
         character(*), intent(in) :: name            !! Of the drawing: its file in docs/images
         character(*), intent(in) :: caption         !! Behind the number
 
-        character(:), allocatable :: title, description, svg
-
-        call get_drawing(name, title, description, svg)
-        call page%figure('figure_'//number(1:1)//'_'//number(3:3), svg, 'Figure '//number//'. '//caption, title, &
-                         description, by_classes=.true.)
+        call page%figure('figure_'//number(1:1)//'_'//number(3:3), name, 'Figure '//number//'. '//caption)
     end subroutine add_drawing
 
     !> Table 5.1 with the settings of the report's cases.
     subroutine add_sources_table(page, calibrations)
-        type(html_page_t), intent(inout) :: page
+        type(document_t), intent(inout) :: page
         type(calibration_t), intent(in) :: calibrations(:)  !! Of the report's cases, the first of each place first
 
         type(table_rows_t) :: rows

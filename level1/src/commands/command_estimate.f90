@@ -18,7 +18,8 @@ module gracecg_level1_command_estimate
     use gracecg_files_file, only: check_writable
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
-    use gracecg_level1_page, only: write_level1_page
+    use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
+    use gracecg_cli_page_program, only: make_page
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -46,7 +47,7 @@ contains
                                   choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (default; with the '// &
                                   'a-priori sigma where the data do not decide), prior, none', choices=LEAKAGE_CHOICES)
-        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots')
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots (takes Python)')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
         call add_format_option(arguments)
@@ -143,9 +144,7 @@ contains
             call console%warn(estimate%remarks(i)%text)
         end do
         call show(calibration, setup, estimate, console)
-        call publish(calibration, setup, estimate, console, error)
-        if (allocated(error)) return
-        if (page /= '') call write_level1_page(page, arguments%positional(1), calibration, setup, estimate, console, error)
+        call publish(page, arguments%positional(1), calibration, setup, estimate, console, error)
         if (allocated(error)) return
         if (page /= '') call console%line('written: '//page)
         if (estimate%flag > 1 .and. vcm//soe /= '') then
@@ -363,8 +362,10 @@ contains
         end do
     end function um
 
-    !> CSV and JSON.
-    subroutine publish(calibration, setup, estimate, console, error)
+    !> CSV, JSON, and the page of it.
+    subroutine publish(page, folder, calibration, setup, estimate, console, error)
+        character(*), intent(in) :: page        !! Path; empty: none
+        character(*), intent(in) :: folder      !! Of the Level-1 files
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
@@ -373,10 +374,25 @@ contains
 
         type(results_t) :: results
         type(data_table_t) :: table
-        type(trim_command_t), allocatable :: commands(:)
-        integer :: i, k
+        character(:), allocatable :: text
 
-        if (console%format == 'text') return
+        call source_table(estimate, table)
+        if (console%format == 'csv') call results%publish(table, console, error)
+        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
+        call fill_results(folder, calibration, setup, estimate, results)
+        call results%complete(table, console, text, error)
+        if (allocated(error)) return
+        if (console%format == 'json') call console%data(text)
+        if (page /= '') call make_page(page, text, error)
+    end subroutine publish
+
+    !> A row a source.
+    subroutine source_table(estimate, table)
+        type(level1_estimate_t), intent(in) :: estimate
+        type(data_table_t), intent(out) :: table
+
+        integer :: i
+
         call table%columns_of('source,leakage,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,spans,samples,condition,'// &
                               'residual_rms_x,residual_rms_y,residual_rms_z,flag')
         do i = 1, size(estimate%solutions)
@@ -392,6 +408,19 @@ contains
                 call table%add(solution%flag)
             end associate
         end do
+    end subroutine source_table
+
+    !> Everything but the table.
+    subroutine fill_results(folder, calibration, setup, estimate, results)
+        character(*), intent(in) :: folder
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(results_t), intent(inout) :: results
+
+        type(trim_command_t), allocatable :: commands(:)
+        integer :: i, k
+
         call results%open('level1 estimate')
         call results%member('satellite', calibration%satellite)
         call results%member('date', calibration%date)
@@ -430,6 +459,7 @@ contains
                         call results%member('offset_mm', first%span_offset(:, i)/MILLIMETRE)
                         call results%member('sigma_mm', first%span_sigma(:, i)/MILLIMETRE)
                     end if
+                    call put_level1_span(calibration, estimate, i, results)
                     call results%end()
                 end associate
             end do
@@ -438,6 +468,7 @@ contains
             call results%member('trim', [(commands(k)%text, k=1, size(commands))])
         end associate
         call results%member('findings', estimate%findings)
-        call results%publish(table, console, error)
-    end subroutine publish
+        call put_level1_details(folder, calibration, setup, estimate, results)
+        call put_level1_tables(calibration, estimate, results)
+    end subroutine fill_results
 end module gracecg_level1_command_estimate

@@ -15,8 +15,8 @@ module gracecg_level1_command_trend
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
-    use gracecg_level1_page, only: write_trend_page
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_cli_page_program, only: make_page
+    use gracecg_cli_results, only: results_t, put_columns, add_format_option, take_format
     implicit none
     private
     public :: declare_level1_trend, run_level1_trend
@@ -39,7 +39,7 @@ contains
         call arguments%add_option('--setup', 'FILE', 'mass and positions of the tanks, for the change that the gas lets expect')
         call arguments%add_option('--out', 'FILE.csv', 'writes the offsets with their times in UTC, as gracecg history '// &
                                   'reads them')
-        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot')
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot (takes Python)')
         call add_format_option(arguments)
     end subroutine declare_level1_trend
 
@@ -71,11 +71,9 @@ contains
         if (allocated(error)) return
         if (any(points%flag > 0)) call console%warn(integer_text(count(points%flag > 0))//' of the results have a flag '// &
                                                     'other than 0')
-        call show(points, trend, setup, setup_file /= '', satellite, console, error)
+        call show(page, points, trend, setup, setup_file /= '', satellite, console, error)
         if (.not. allocated(error) .and. out /= '') call write_offsets(out, points, satellite, error)
-        if (allocated(error) .or. page == '') return
-        call write_trend_page(page, satellite, points, trend, LIMIT, console, error)
-        if (.not. allocated(error)) call console%line('written: '//page)
+        if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
     end subroutine run_level1_trend
 
     !> The offsets as a CSV file that `gracecg history` reads; without those that are not to be used.
@@ -207,7 +205,8 @@ contains
         end do
     end subroutine read_steps
 
-    subroutine show(points, trend, setup, has_setup, satellite, console, error)
+    subroutine show(page, points, trend, setup, has_setup, satellite, console, error)
+        character(*), intent(in) :: page        !! Path; empty: none
         type(trend_point_t), intent(in) :: points(:)
         type(level1_trend_t), intent(in) :: trend
         type(level1_setup_t), intent(in) :: setup
@@ -218,6 +217,7 @@ contains
 
         type(data_table_t) :: table
         type(results_t) :: results
+        character(:), allocatable :: text
         real(dp) :: fitted(3), change(3)
         integer :: i, k
 
@@ -270,8 +270,47 @@ contains
         call results%member('chi_square', trend%chi_square)
         call results%member('degrees', trend%degrees)
         if (trend%passes >= 0) call results%member('passes_100_um', date_of(trend%passes))
-        call results%publish(table, console, error)
+        call results%member('limit_um', LIMIT/MICROMETRE)
+        call results%member('limit_left', trend%passes >= 0 .and. trend%passes <= points(size(points))%time)
+        call results%begin_array('steps')
+        do i = 1, size(trend%step_time)
+            call results%begin(on_one_line=.true.)
+            call results%member('date', date_of(trend%step_time(i)))
+            call results%member('step_um', trend%step(:, i)/MICROMETRE)
+            call results%member('sigma_um', trend%step_sigma(:, i)/MICROMETRE)
+            call results%end()
+        end do
+        call results%end()
+        call put_lines(points, trend, results)
+        if (console%format == 'csv') call results%publish(table, console, error)
+        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
+        call results%complete(table, console, text, error)
+        if (allocated(error)) return
+        if (console%format == 'json') call console%data(text)
+        if (page /= '') call make_page(page, text, error)
     end subroutine show
+
+    !> The lines with their steps, closely.
+    subroutine put_lines(points, trend, results)
+        type(trend_point_t), intent(in) :: points(:)
+        type(level1_trend_t), intent(in) :: trend
+        type(results_t), intent(inout) :: results
+
+        integer, parameter :: LINE_POINTS = 401
+        real(dp) :: time(LINE_POINTS), line(3, LINE_POINTS)
+        integer :: i
+
+        do i = 1, LINE_POINTS
+            time(i) = points(1)%time + (i - 1)*(points(size(points))%time - points(1)%time)/(LINE_POINTS - 1)
+            line(:, i) = trend%at(time(i))/MICROMETRE
+        end do
+        call results%begin('tables')
+        call results%begin('trend_lines')
+        call results%member('time_gps_s', time)
+        call put_columns(results, 'd', '_um', line)
+        call results%end()
+        call results%end()
+    end subroutine put_lines
 
     function date_of(time) result(text)
         real(dp), intent(in) :: time

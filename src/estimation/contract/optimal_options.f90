@@ -26,7 +26,7 @@ module gracecg_estimation_optimal_options
         character(16) :: density_wave = WAVE_SEARCHED
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one
-        real(dp) :: density_wave_period = 15.5_dp    !! If given, s; the default is that of the built-in cases
+        real(dp) :: density_wave_period = 19.9_dp    !! If given, s; the default is that of the built-in cases
         logical :: search_jump = .true.
         !! A jump of the acceleration is estimated where the residuals show one, with estimate_within_limits
     end type optimal_options_t

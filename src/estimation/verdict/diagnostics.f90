@@ -4,7 +4,6 @@
 module gracecg_estimation_diagnostics
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lapack, only: symmetric_eigen, solve_normal_equations
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
@@ -15,11 +14,9 @@ module gracecg_estimation_diagnostics
     implicit none
     private
     public :: fit_diagnostics_t, residual_diagnosis_t, ellipsoid_t, diagnose
-    public :: error_ellipsoid, projected_ellipse, correlation_matrix, information_by_axis, diagnose_residuals
-    public :: ELLIPSE_95, WHITENESS_LAGS
+    public :: error_ellipsoid, correlation_matrix, information_by_axis, diagnose_residuals
+    public :: WHITENESS_LAGS
 
-    real(dp), parameter :: ELLIPSE_95 = 2.4477468_dp
-    !! sqrt(-2 ln 0.05): an ellipse so many times that of one sigma holds 95 % of a normal distribution
     integer, parameter :: WHITENESS_LAGS = 20       !! Samples, of the test of Ljung and Box
     integer, parameter :: LONGEST_SEGMENT = 4096    !! Of the spectrum, samples
     real(dp), parameter :: BAND = 1/3.0_dp          !! Of the smoothed spectrum, octaves
@@ -181,28 +178,6 @@ contains
             end associate
         end do
     end subroutine error_ellipsoid
-
-    !> Points of the ellipse that the ellipsoid casts on the plane of axes i and j: the curve
-    !> x^T C^-1 x = scale^2 of the 2 x 2 block C of the covariance.
-    pure function projected_ellipse(covariance, i, j, scale, count) result(points)
-        real(dp), intent(in) :: covariance(3, 3)        !! m^2
-        integer, intent(in) :: i, j                     !! 1, 2, 3
-        real(dp), intent(in) :: scale                   !! 1: one sigma
-        integer, intent(in) :: count    !! Of the points
-        real(dp) :: points(2, count)                    !! About 0, closed: the last is the first, m
-
-        real(dp) :: a, b, c, turn
-        integer :: k
-
-        a = sqrt(max(0.0_dp, covariance(i, i)))
-        b = 0
-        if (a > 0) b = covariance(i, j)/a
-        c = sqrt(max(0.0_dp, covariance(j, j) - b**2))
-        do k = 1, count
-            turn = TWO_PI*(k - 1)/max(1, count - 1)
-            points(:, k) = scale*[a*cos(turn), b*cos(turn) + c*sin(turn)]
-        end do
-    end function projected_ellipse
 
     !> Covariances over the standard deviations; 0 where a variance is 0, but 1 on the diagonal.
     pure function correlation_matrix(covariance) result(correlation)

@@ -1,0 +1,251 @@
+!> What a calibration's page shows, as members of the JSON of `gracecg estimate`: the samples, the manoeuvre, what the fit
+!> tells of itself, the verdict, and the series behind the figures. docs/user-guide.md, section 6, names the members.
+module gracecg_cli_calibration_json
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, AXES
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_environment_time, only: utc_text, utc_plus, time_tag
+    use gracecg_files_json, only: json_writer_t
+    use gracecg_files_file, only: text_file_t, read_text_file, file_exists
+    use gracecg_spacecraft_moment_series, only: has_moments
+    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES, dipole_moment
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
+    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t
+    use gracecg_estimation_verdict, only: verdict_t, WANTED_ACCURACY, GRADE_BAD, STEP_TEST
+    use gracecg_cli_calibration_advice, only: advice_of
+    use gracecg_cli_results, only: put_columns
+    implicit none
+    private
+    public :: put_input, put_observed, put_fit, put_verdict, put_fit_tables
+
+    character(8), parameter :: GRADES(GRADE_BAD) = [character(8) :: 'good', 'doubtful', 'bad']
+    character(11), parameter :: STEPS(STEP_TEST) = [character(11) :: 'mend', 'give_noise', 'trim', 'leave', 'repeat', &
+                                                    'lower_limit', 'recalibrate', 'test']
+
+contains
+
+    !> The text of a file that the estimate was made with; nothing where it cannot be read.
+    subroutine put_input(path, json)
+        character(*), intent(in) :: path
+        class(json_writer_t), intent(inout) :: json     !! In an array
+
+        type(text_file_t) :: file
+        type(error_t), allocatable :: error
+
+        if (.not. file_exists(path)) return
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        call json%begin()
+        call json%member('path', path)
+        call json%member('text', file%text)
+        call json%end()
+    end subroutine put_input
+
+    !> Satellite, samples of each instrument, and the manoeuvre.
+    subroutine put_observed(observations, json)
+        type(observation_set_t), intent(in) :: observations
+        class(json_writer_t), intent(inout) :: json
+
+        integer :: head, i
+
+        associate (o => observations, knowledge => observations%knowledge)
+            call json%member('duration_s', knowledge%duration)
+            call json%begin('satellite')
+            call json%member('mass_kg', knowledge%mass)
+            call json%member('inertia_kg_m2', knowledge%inertia)
+            call json%end()
+            call json%begin_array('samples')
+            call put_samples('accelerometer', knowledge%accelerometer_interval, o%accelerometer_time, .true.)
+            do head = 1, HEADS
+                call put_samples('star camera '//integer_text(head), knowledge%star_camera_interval, &
+                                 pack(o%star_camera_time, o%star_camera_head == head), head == knowledge%camera)
+            end do
+            call put_samples('magnetometer', knowledge%magnetometer_interval, o%magnetometer_time, .true.)
+            if (has_orbit(o)) call put_samples('orbit', 0.0_dp, o%orbit_time, .true.)
+            call json%end()
+            call json%begin('manoeuvre')
+            call json%begin_array('rods')
+            do i = 1, knowledge%rods%count
+                associate (rod => knowledge%rods%activations(i))
+                    call json%begin(on_one_line=.true.)
+                    call json%member('axis', AXES(rod%axis))
+                    call json%member('waveform', trim(WAVEFORM_NAMES(rod%waveform)))
+                    call json%member('amplitude_a_m2', rod%amplitude)
+                    call json%member('frequency_hz', rod%frequency)
+                    call json%member('phase_deg', rod%phase/DEGREE)
+                    call json%member('start_s', rod%start)
+                    call json%member('stop_s', rod%stop)
+                    call json%member('start_utc', utc_text(utc_plus(knowledge%epoch, rod%start)))
+                    call json%member('stop_utc', utc_text(utc_plus(knowledge%epoch, rod%stop)))
+                    call json%end()
+                end associate
+            end do
+            call json%end()
+            if (has_moments(knowledge%rods%measured)) call json%member('measured_moments', size(knowledge%rods%measured%time))
+            call json%end()
+        end associate
+
+    contains
+
+        subroutine put_samples(name, interval, times, used)
+            character(*), intent(in) :: name
+            real(dp), intent(in) :: interval    !! s; 0: free
+            real(dp), intent(in) :: times(:)    !! s
+            logical, intent(in) :: used         !! By the estimators
+
+            integer :: n
+
+            n = size(times)
+            call json%begin(on_one_line=.true.)
+            call json%member('instrument', name)
+            call json%member('used', used)
+            call json%member('samples', n)
+            if (interval > 0) then
+                call json%member('interval_s', interval)
+                call json%member('full', nint(observations%knowledge%duration/interval))
+            end if
+            if (n > 1) call json%member('longest_step_s', maxval(times(2:) - times(:n - 1)))
+            if (n > 0) then
+                call json%member('first_s', times(1))
+                call json%member('last_s', times(n))
+                call json%member('first_utc', utc_text(utc_plus(observations%knowledge%epoch, times(1))))
+                call json%member('last_utc', utc_text(utc_plus(observations%knowledge%epoch, times(n))))
+            end if
+            call json%end()
+        end subroutine put_samples
+    end subroutine put_observed
+
+    !> What the fit tells of itself.
+    subroutine put_fit(knowledge, record, diagnostics, json)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_record_t), intent(in) :: record
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        class(json_writer_t), intent(inout) :: json
+
+        integer :: axis, k
+
+        associate (d => diagnostics)
+            call json%begin('fit')
+            call json%member('sigma_known', d%sigma_known)
+            call json%begin('ellipsoid')
+            call json%member('semi_axes_m', d%ellipsoid%semi_axis)
+            call json%member('directions', transpose(d%ellipsoid%direction))
+            call json%end()
+            call json%member('correlation', d%correlation)
+            call json%member('information_share', d%information_share)
+            if (d%bound_known) call json%member('sigma_at_best_m', d%bound)
+            call json%member('source_share', d%source_share)
+            call json%begin_array('parameter_correlation')
+            do k = 1, size(d%parameter_correlation, 2)
+                call json%begin(on_one_line=.true.)
+                call json%member('name', trim(record%names(k + 3)))
+                call json%member('d', d%parameter_correlation(:, k))
+                call json%end()
+            end do
+            call json%end()
+            call json%begin_array('residuals')
+            do axis = 1, 3
+                associate (r => d%residuals(axis))
+                    call json%begin(on_one_line=.true.)
+                    call json%member('axis', AXES(axis))
+                    call json%member('rms_m_s2', r%rms)
+                    if (r%noise_known) then
+                        call json%member('expected_rms_m_s2', r%expected_rms)
+                        call json%member('whitened_rms', r%ratio)
+                        call json%member('whitened_rms_sigma', r%ratio_sigma)
+                        call json%member('lag_1_correlation', r%autocorrelation(1))
+                        call json%member('probability_white', r%probability)
+                    end if
+                    call json%member('largest_m_s2', r%worst)
+                    call json%member('largest_at_s', r%worst_time)
+                    call json%member('largest_at_utc', utc_text(utc_plus(knowledge%epoch, r%worst_time)))
+                    call json%end()
+                end associate
+            end do
+            call json%end()
+            call json%end()
+        end associate
+    end subroutine put_fit
+
+    !> Grade, findings, and what to do next; without an offset nothing is advised.
+    subroutine put_verdict(verdict, mass, solution, usable, json)
+        type(verdict_t), intent(in) :: verdict
+        real(dp), intent(in) :: mass                !! Of the satellite, kg
+        type(solution_t), intent(in) :: solution
+        logical, intent(in) :: usable               !! There is an offset that may be used
+        class(json_writer_t), intent(inout) :: json
+
+        integer :: i
+
+        call json%begin('verdict')
+        call json%member('grade', trim(GRADES(verdict%grade)))
+        call json%member('summary', verdict%summary)
+        call json%member('wanted_accuracy_m', WANTED_ACCURACY)
+        call json%begin_array('findings')
+        do i = 1, size(verdict%findings)
+            call json%begin()
+            call json%member('grade', trim(GRADES(verdict%findings(i)%grade)))
+            call json%member('subject', verdict%findings(i)%subject)
+            call json%member('text', verdict%findings(i)%text)
+            call json%end()
+        end do
+        call json%end()
+        call json%begin_array('next_steps')
+        if (usable) then
+            associate (advice => advice_of(verdict, mass, solution))
+                do i = 1, size(advice)
+                    call json%begin()
+                    call json%member('kind', trim(STEPS(verdict%next_steps(i)%kind)))
+                    call json%member('axes', pack(AXES, verdict%next_steps(i)%axes))
+                    call json%member('text', advice(i)%text)
+                    call json%end()
+                end do
+            end associate
+        end if
+        call json%end()
+        call json%end()
+    end subroutine put_verdict
+
+    !> The series behind the figures, by columns; a page's folder has each as CSV. Frequency 0 is left out of the spectra,
+    !> which are one-sided amplitudes.
+    subroutine put_fit_tables(knowledge, record, diagnostics, json)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_record_t), intent(in) :: record
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        class(json_writer_t), intent(inout) :: json
+
+        real(dp) :: time(size(record%epoch)), moment(3, size(record%epoch))
+        integer :: i
+
+        time = [(time_tag(record%epoch(i), record%interval), i=1, size(time))]
+        do i = 1, size(time)
+            moment(:, i) = dipole_moment(knowledge%rods, time(i))
+        end do
+        call json%begin('tables')
+        call json%begin('manoeuvre')
+        call json%member('time_s', time)
+        call put_columns(json, 'm', '_a_m2', moment)
+        call put_columns(json, 'wd', '_rad_s2', record%angular_acceleration)
+        call json%end()
+        call json%begin('residuals')
+        call json%member('time_s', time)
+        call put_columns(json, '', '_m_s2', record%residual)
+        call json%end()
+        associate (d => diagnostics)
+            call json%begin('spectrum')
+            call json%member('frequency_hz', d%frequency(2:))
+            call put_columns(json, '', '_m_s2_sqrt_hz', sqrt(2*d%density(:, 2:)))
+            call put_columns(json, 'expected_', '_m_s2_sqrt_hz', sqrt(2*d%expected_density(:, 2:)))
+            call json%end()
+            call json%begin('spectrum_bands')
+            call json%member('frequency_hz', d%band_frequency)
+            call put_columns(json, '', '_m_s2_sqrt_hz', sqrt(2*d%band_density))
+            call json%end()
+        end associate
+        call json%end()
+    end subroutine put_fit_tables
+end module gracecg_cli_calibration_json

@@ -1,0 +1,156 @@
+!> What the page of a Level-1 estimate shows beyond its results, as members of its JSON: rods, leakage, and the series
+!> behind the figures.
+module gracecg_level1_estimate_json
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
+    use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
+    use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
+    use gracecg_cli_results, only: results_t, put_columns
+    implicit none
+    private
+    public :: put_level1_details, put_level1_span, put_level1_tables
+
+    integer, parameter :: MOST_SPANS = 8        !! Whose currents are given
+    real(dp), parameter :: AROUND = 2           !! s, of the currents before and behind a span
+
+contains
+
+    !> What is beside the numbers: limits, leakage, rods, sources in words, notes.
+    subroutine put_level1_details(folder, calibration, setup, estimate, results)
+        character(*), intent(in) :: folder      !! Of the Level-1 files
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(results_t), intent(inout) :: results
+
+        integer :: i
+
+        call results%member('folder', folder)
+        call results%member('band_hz', setup%band)
+        call results%member('limit_mm', REQUIREMENT/MILLIMETRE)
+        call results%member('rod_driven', pack(AXES, estimate%rods%driven))
+        call results%member('rod_gain_said', setup%rod_gain*setup%rod_sign)
+        associate (first => estimate%solutions(1))
+            call results%member('remark', trim(offset_remark(first%offset)))
+            call results%member('leakage', trim(first%leakage))
+            call results%member('leakage_sigma_m_s2_ma', first%leak_sigma)
+            call results%member('leakage_rate_sigma_m_s_ma', first%leak_rate_sigma)
+            call results%member('determined_least', trim(first%weakest))
+        end associate
+        call results%begin_array('sources')
+        do i = 1, size(estimate%solutions)
+            associate (one => estimate%solutions(i))
+                call results%begin()
+                call results%member('source', trim(one%source))
+                call results%member('verdict', trim(VERDICTS(one%flag)))
+                call results%member('reason', trim(one%reason))
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call results%member('notes', [calibration%notes, estimate%remarks])
+    end subroutine put_level1_details
+
+    !> Of one span: samples left out, currents and residuals.
+    subroutine put_level1_span(calibration, estimate, number, results)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_estimate_t), intent(in) :: estimate
+        integer, intent(in) :: number
+        type(results_t), intent(inout) :: results
+
+        type(rod_lines_t) :: lines
+
+        associate (span => calibration%spans(number))
+            call find_rod_lines(calibration, span, lines)
+            call results%member('flagged', span%flagged)
+            call results%member('vetoed', span%vetoed)
+            call results%member('outliers', span%outliers)
+            call results%member('rod_frequency_hz', lines%frequency)
+            call results%member('rod_amplitude_ma', lines%amplitude)
+            call results%member('rod_phase_deg', lines%phase)
+            if (estimate%solutions(1)%span_sigma(1, number) > 0) &
+                call results%member('residual_rms_m_s2', estimate%solutions(1)%span_rms(:, number))
+        end associate
+    end subroutine put_level1_span
+
+    !> The series behind the figures, by columns.
+    subroutine put_level1_tables(calibration, estimate, results)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_estimate_t), intent(in) :: estimate
+        type(results_t), intent(inout) :: results
+
+        type(span_residuals_t) :: residuals
+        type(residual_spectrum_t) :: spectrum
+        integer, allocatable :: of_span(:), place(:)
+        integer :: i, k, number
+
+        call results%begin('tables')
+        allocate (of_span(0), place(0))
+        associate (t => calibration%current_time)
+            do i = 1, min(MOST_SPANS, size(calibration%spans))
+                associate (span => calibration%spans(i))
+                    place = [place, pack([(k, k=1, size(t))], t >= span%start - AROUND .and. t <= span%stop + AROUND)]
+                end associate
+                of_span = [of_span, [(i, k=size(of_span) + 1, size(place))]]
+            end do
+            call results%begin('currents')
+            call results%member('span', real(of_span, dp))
+            call results%member('time_s', t(place) - calibration%spans(of_span)%start)
+            call put_columns(results, 'rod_', '_ma', calibration%current(:, place))
+            call results%end()
+        end associate
+        call put_field(calibration, results)
+
+        number = findloc(calibration%spans%used, .true., 1)
+        call find_residuals(calibration%spans(number), estimate%motion(number), estimate%solutions(1), number, residuals)
+        call results%begin('fit')
+        call results%member('time_s', residuals%time)
+        call put_columns(results, 'observed_', '_m_s2', residuals%observed)
+        call put_columns(results, 'band_', '_m_s2', residuals%observed_band)
+        call put_columns(results, 'model_', '_m_s2', residuals%modelled_band)
+        call results%end()
+
+        call find_spectrum(calibration, estimate%motion, estimate%solutions(1), spectrum)
+        call results%begin('spectrum')
+        call results%member('frequency_hz', spectrum%frequency(2:))     ! 0 has no place on a logarithmic axis
+        call put_columns(results, '', '_m_s2_sqrt_hz', spectrum%density(:, 2:))
+        call results%end()
+        call results%begin('spectrum_bands')
+        call results%member('frequency_hz', spectrum%band_frequency)
+        call put_columns(results, '', '_m_s2_sqrt_hz', spectrum%band_density)
+        call results%end()
+        call results%end()
+    end subroutine put_level1_tables
+
+    !> The field over the spans.
+    subroutine put_field(calibration, results)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(results_t), intent(inout) :: results
+
+        real(dp), allocatable :: time(:), field(:, :)
+        integer, allocatable :: of_span(:)
+        integer :: i, k, n, used
+
+        n = sum([(size(calibration%spans(i)%attitude_time), i=1, size(calibration%spans))])
+        allocate (time(n), field(3, n), of_span(n))
+        used = 0
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                k = size(span%attitude_time)
+                time(used + 1:used + k) = span%attitude_time
+                field(:, used + 1:used + k) = span%field(:, :k)
+                of_span(used + 1:used + k) = i
+                used = used + k
+            end associate
+        end do
+        call results%begin('field')
+        call results%member('span', real(of_span, dp))
+        call results%member('time_min', (time - calibration%spans(1)%start)/60)
+        call put_columns(results, '', '_nt', field/NANOTESLA)
+        call results%end()
+    end subroutine put_field
+end module gracecg_level1_estimate_json

@@ -1,0 +1,14 @@
+"""python3 -m gracecg.pages RESULT.json PAGE.html"""
+import sys
+
+try:
+    from . import make_page
+except ModuleNotFoundError as missing:
+    sys.exit(f'{missing}: pages take the packages of gracecg[pages], got by pip install "gracecg[pages]"')
+
+if len(sys.argv) != 3:
+    sys.exit(__doc__)
+try:
+    make_page(sys.argv[1], sys.argv[2])
+except (OSError, ValueError) as error:
+    sys.exit(str(error))
