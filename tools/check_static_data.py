@@ -20,7 +20,7 @@ COMPILERS_OWN = re.compile(r"__(?:vtab|def_init|vtype|copy|final)_")
 # constant arrays.
 KNOWN = {"gracecg_interface_handles": {"slots", "nothing", "last_slot", "alive"},
          "gracecg_interface_c_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
-         "gracecg_base_coloured_noise": {"i_pole"},
+         "gracecg_base_coloured_noise": {"i_pole"}, "gracecg_base_controlled_steps": {"node"},
          "gracecg_interface_c_estimation": {"no_heads", "no_times", "no_values"}}
 
 

@@ -157,7 +157,7 @@ contains
 
     !> The sum of numbers that lie side by side, in pairs.
     pure real(dp) function total_of(x) result(total)
-        real(dp), intent(in) :: x(LANES)
+        real(dp), intent(in) :: x(LANES)    !! Numbers
 
         real(dp) :: four(4)
 
@@ -171,7 +171,7 @@ contains
     !> Sines and cosines of angles less their nearest whole turns, 6e-16 off at most.
     pure subroutine lanes_sines_cosines(turns, sines, cosines)
         real(dp), intent(in) :: turns(LANES)    !! Of 360 deg; less than 2^51
-        real(dp), intent(out) :: sines(LANES), cosines(LANES)
+        real(dp), intent(out) :: sines(LANES), cosines(LANES)   !! Of the angles
 
         real(dp), parameter :: NO_FRACTION = 1.5_dp*2.0_dp**52     ! numbers of this size are whole
         real(dp) :: angle(LANES)
@@ -183,8 +183,8 @@ contains
 
     !> The exponential function.
     pure subroutine lanes_exponentials(x, y)
-        real(dp), intent(in) :: x(LANES)
-        real(dp), intent(out) :: y(LANES)
+        real(dp), intent(in) :: x(LANES)    !! Any numbers
+        real(dp), intent(out) :: y(LANES)   !! exp(x)
 
         y = exp(x)
     end subroutine lanes_exponentials
@@ -192,15 +192,15 @@ contains
     !> The natural logarithm.
     pure subroutine lanes_logarithms(x, y)
         real(dp), intent(in) :: x(LANES)    !! Positive
-        real(dp), intent(out) :: y(LANES)
+        real(dp), intent(out) :: y(LANES)   !! log(x)
 
         y = log(x)
     end subroutine lanes_logarithms
 
     !> The complementary error function.
     pure subroutine lanes_erfc(x, y)
-        real(dp), intent(in) :: x(LANES)
-        real(dp), intent(out) :: y(LANES)
+        real(dp), intent(in) :: x(LANES)    !! Any numbers
+        real(dp), intent(out) :: y(LANES)   !! erfc(x)
 
         y = erfc(x)
     end subroutine lanes_erfc

@@ -102,8 +102,8 @@ contains
     !> C = A B^T: the sum of the products of columns. One order, on one thread.
     pure subroutine sum_of_products(m, n, count, a, b, c)
         integer, intent(in) :: m, n, count          !! Rows of A and of B, columns of both
-        real(dp), intent(in) :: a(m, count), b(n, count)
-        real(dp), intent(out) :: c(m, n)
+        real(dp), intent(in) :: a(m, count), b(n, count)    !! A and B
+        real(dp), intent(out) :: c(m, n)                    !! A B^T
 
         c = 0
         call add_products(m, n, count, a, b, c)

@@ -28,10 +28,10 @@ module gracecg_spacecraft_plates
         !! A closed convex body: its plates side by side, see `plate_t`; from `count` on their areas are 0
         integer :: count = 0                        !! Number of the plates
         real(dp) :: normal(MAX_PLATES, 3) = 0       !! Plate, axis
-        real(dp) :: area(MAX_PLATES) = 0
+        real(dp) :: area(MAX_PLATES) = 0            !! m^2
         real(dp) :: centre(MAX_PLATES, 3) = 0       !! Plate, axis
-        real(dp) :: specular(MAX_PLATES) = 0
-        real(dp) :: diffuse(MAX_PLATES) = 0
+        real(dp) :: specular(MAX_PLATES) = 0        !! Part of the light that is reflected specularly
+        real(dp) :: diffuse(MAX_PLATES) = 0         !! Part that is reflected diffusely
     contains
         procedure :: plate  !! One of the plates
     end type satellite_surface_t

@@ -818,24 +818,34 @@ contains
             ' % on average. The offset does not feel it: the star camera''s noise is hardly a part of its error (Figure 6.5).'
     end subroutine judge_stars
 
+    !> A number without what stands before and behind its digits. Before the functions whose length it tells.
+    pure function plain_field(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
+        character(16) :: text
+
+        integer :: last
+
+        write (text, form) value
+        text = adjustl(text)
+        last = len_trim(text)
+        if (index(text, '.') == last) text(last:) = ''
+    end function plain_field
+
     !> Millimetres with two significant digits and more.
     pure function mm_text(value) result(text)
         real(dp), intent(in) :: value               !! m
-        character(:), allocatable :: text
+        character(len_trim(plain_field(value/MILLIMETRE, '(f10.4)'))) :: text
 
-        text = plain_text(value/MILLIMETRE, '(f10.4)')
+        text = plain_field(value/MILLIMETRE, '(f10.4)')
     end function mm_text
 
     pure function plain_text(value, form) result(text)
         real(dp), intent(in) :: value
-        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
-        character(:), allocatable :: text
+        character(*), intent(in) :: form            !! As for plain_field
+        character(len_trim(plain_field(value, form))) :: text
 
-        character(16) :: digits
-
-        write (digits, form) value
-        text = trim(adjustl(digits))
-        if (index(text, '.') == len(text)) text = text(:len(text) - 1)
+        text = plain_field(value, form)
     end function plain_text
 
     !> The rows of statements. For people it has the columns that some row fills; what a row has not stays empty.

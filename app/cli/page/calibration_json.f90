@@ -30,7 +30,7 @@ contains
 
     !> The text of a file that the estimate was made with; nothing where it cannot be read.
     subroutine put_input(path, json)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path                !! Of the file; nothing is put where there is none
         class(json_writer_t), intent(inout) :: json     !! In an array
 
         type(text_file_t) :: file

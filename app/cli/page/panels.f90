@@ -122,9 +122,9 @@ contains
 
     !> Points at 1, 2, ... . A comma stands behind.
     function values_curve(values, colour, marker) result(json)
-        real(dp), intent(in) :: values(:)
-        integer, intent(in) :: colour
-        character(*), intent(in) :: marker
+        real(dp), intent(in) :: values(:)       !! One by one, at 1, 2, ..
+        integer, intent(in) :: colour           !! Number of the figure's colours
+        character(*), intent(in) :: marker      !! One letter, as matplotlib has it
         character(:), allocatable :: json
 
         integer :: i
@@ -138,8 +138,8 @@ contains
 
     !> A horizontal line. A comma stands behind.
     function level(value, colour) result(json)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: colour
+        real(dp), intent(in) :: value   !! Where it lies
+        integer, intent(in) :: colour   !! Number of the figure's colours
         character(:), allocatable :: json
 
         json = '{"level":'//real_text(value)//',"colour":'//integer_text(colour)//'},'

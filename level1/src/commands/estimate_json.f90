@@ -59,7 +59,7 @@ contains
     subroutine put_level1_span(calibration, estimate, number, results)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(in) :: estimate
-        integer, intent(in) :: number
+        integer, intent(in) :: number       !! Of the span
         type(results_t), intent(inout) :: results
 
         type(rod_lines_t) :: lines

@@ -96,7 +96,7 @@ contains
     subroutine finish_batch(partials, residuals, weights, correction, solution)
         real(dp), allocatable, intent(inout) :: partials(:, :)  !! Parameters x observations; no longer allocated at the end
         real(dp), intent(in) :: residuals(:)                    !! Before the last correction
-        real(dp), intent(in) :: weights(:)
+        real(dp), intent(in) :: weights(:)      !! Of the observations
         real(dp), intent(in) :: correction(:)                   !! The last one
         type(batch_solution_t), intent(inout) :: solution
 

@@ -325,7 +325,7 @@ contains
     !> Residuals at the problem's state, whose rotation is integrated without partials.
     subroutine compare_calibration(self, residuals)
         class(whitened_problem_t), intent(inout) :: self
-        real(dp), intent(out) :: residuals(:)
+        real(dp), intent(out) :: residuals(:)   !! As `linearise` gives them
 
         call integrate_trajectory(self%model, self%state, self%rotation, without_partials=.true.)
         call predict_accelerations(self%model, self%state, self%rotation, self%data%accelerometer_epoch, &
