@@ -20,8 +20,9 @@ LOOSE = {
     # The sigma of the drift by `optimal`, of normal equations of condition 4e7, of which a rounding of 2.2e-16 makes 9e-9.
     "sigma_alpha_#_m_s3": 5e-9,
     # The effect of beliefs that no test sees: of their information as little as 1e-10 is left when the parameters have
-    # taken theirs; rounding of 1e-15 of the whole is 1e-5 of that.
-    "undetected_#_mm": 2e-5}
+    # taken theirs; rounding of 1e-15 of the whole is 1e-5 of that, times what there are of roundings. OpenBLAS alone, told to take
+    # the kernels of another processor (OPENBLAS_CORETYPE), moves it by 4.2e-4, another build of ours by 7.6e-5.
+    "undetected_#_mm": 5e-4}
 UNSEEN = ("condition", "iterations")     # counts, and a number of which the size is of interest
 
 
