@@ -62,7 +62,7 @@ def unit_of(curve):
 for case in ("front-1", "back-1"):
     COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}_{unit_of(c)}" for c in CURVES for a in "xyz"])
 ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
-        "errors.csv": 15, "statements.csv": 76, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
+        "errors.csv": 15, "statements.csv": 106, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
          "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
 
 problems = []

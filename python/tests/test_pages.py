@@ -136,7 +136,7 @@ def test_level1(tmp_path):
     dates = ("2020-02-01", "2020-11-20")
     for date in dates:
         (tmp_path / "level1.nml").write_text(f"&level1_simulation\n spans = 2, epoch = '{date}'\n/\n")
-        run(tmp_path, "simulate", "front-1", "--format", "level1", "--level1", "level1.nml", "--out", date)
+        run(tmp_path, "level1", "simulate", "front-1", "--level1", "level1.nml", "--out", date)
         run(tmp_path, "level1", "estimate", date, "--setup", f"{date}/setup.nml", "--report", f"{date}.html")
     text = (tmp_path / f"{dates[0]}.html").read_text()
     Reader(text)

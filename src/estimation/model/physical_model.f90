@@ -779,7 +779,8 @@ contains
                 weight(:, 3 + i) = factor*by_rate(:, i)
                 weight(:, 6 + i) = factor*by_acceleration(:, i)
             end do
-            call combine_columns(trajectory%partials(:, :, k), weight, rotational)
+            ! a rotation without partials is enough for parameters that do not act on it
+            if (any(model%place > 0)) call combine_columns(trajectory%partials(:, :, k), weight, rotational)
             partials = 0
             if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
