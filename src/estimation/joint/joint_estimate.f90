@@ -16,7 +16,8 @@ module gracecg_estimation_joint_estimate
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_t, seconds_between
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
+    use gracecg_observations_parameters, only: parameter_names
+    use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, SHARED_GROUPS, &
         GROUP_OF_JOINED, GROUP_OF_BELIEF
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
@@ -233,7 +234,7 @@ contains
 
         names = 'change'
         do j = 1, JOINED_COUNT
-            if (layout%place(j) > 0) names(layout%place(j)) = PARAMETER_NAMES(JOINED(j))
+            if (layout%place(j) > 0) names(layout%place(j)) = parameter_names(JOINED(j))
         end do
         call solve_normal_equations(normal, rhs, value, covariance, condition, error, names)
     end subroutine solve_shared
@@ -288,7 +289,7 @@ contains
         do j = 1, JOINED_COUNT
             k = layout%own(j)
             if (k == 0) cycle
-            names(k) = PARAMETER_NAMES(JOINED(j))
+            names(k) = parameter_names(JOINED(j))
             if (run%prior_sigma(j) > 0) normal(n + k, n + k) = normal(n + k, n + k) + 1/run%prior_sigma(j)**2
         end do
         call solve_normal_equations(normal(n + 1:, n + 1:), rhs(n + 1:), equations%own, equations%inverse, condition, error, &

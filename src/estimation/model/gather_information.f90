@@ -5,7 +5,8 @@ module gracecg_estimation_gather_information
     use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas, JOINED
+    use gracecg_observations_parameters, only: parameter_names
+    use gracecg_estimation_parameters, only: a_priori_sigmas, JOINED
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, beliefs_of
     implicit none
@@ -118,7 +119,7 @@ contains
         call grouped_normal_equations(wider%groups, partials, residuals, normal, rhs)
         associate (own => rhs(JOINED_COUNT + 1:), cross => normal(:JOINED_COUNT, JOINED_COUNT + 1:))
             call solve_normal_equations(normal(JOINED_COUNT + 1:, JOINED_COUNT + 1:), own, own_step, inverse, condition, &
-                                        error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))
+                                        error, parameter_names(wider%model%estimated(JOINED_COUNT + 1:)))
             call add_context(error, 'information of the run')
             if (allocated(error)) return
             if (present(in_sigmas)) in_sigmas = maxval([(abs(own_step(i))/sqrt(inverse(i, i)), i=1, size(own_step))])

@@ -8,8 +8,8 @@ module gracecg_estimation_linearisation
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
-        FORCE_SHAPES, SCALE_FACTORS, FIELD_BIAS, PARAMETER_NAMES
+    use gracecg_observations_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
+        FORCE_SHAPES, SCALE_FACTORS, FIELD_BIAS, parameter_names
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         integrate_trajectory, predict_accelerations, star_angles, correct_state, turn_between, describe_model_state
     use gracecg_estimation_iteration, only: iteration_t, append_iteration, rms_of
@@ -115,7 +115,7 @@ contains
 
         associate (stars => given%data%stars)
             do i = 1, size(stars%time)
-                call star_angles(given%model, nominal%trajectory, stars%time(i), stars%head(i), &
+                call star_angles(given%model, nominal%state, nominal%trajectory, stars%time(i), stars%head(i), &
                                  stars%quaternion(:, i), angles, partials)
                 do j = 1, 3
                     problem%star(MODEL_FIRST:N_CONSTANTS, j, i) = partials(:, j)/given%star_sigma(j)
@@ -175,7 +175,7 @@ contains
         integer :: axis
 
         if (.not. nominal%keeps_history) return
-        note%names = PARAMETER_NAMES(ESTIMATED)
+        note%names = parameter_names(ESTIMATED)
         note%correction = correction(MODEL_FIRST:MODEL_FIRST + size(ESTIMATED) - 1)
         call describe_model_state(model, nominal%state, note)
         note%residual_names = [character(12) :: 'star_x', 'star_y', 'star_z', 'acc_x', 'acc_y', 'acc_z']
