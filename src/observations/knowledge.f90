@@ -70,7 +70,7 @@ module gracecg_observations_knowledge
         real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
         real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
         real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
-        integer :: camera = 1                           !! The head whose quaternions are used
+        integer :: camera = 1                           !! The head whose quaternions are used; 0: all heads'
         type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, m^2 s^-4/Hz
         real(dp) :: accelerometer_scale(3) = 1          !! Sample by acceleration, as far as it is known
         real(dp) :: accelerometer_delay = 0             !! Time tag minus time of its samples, s

@@ -20,6 +20,8 @@ module gracecg_observations_observation_set
         type(operator_knowledge_t) :: knowledge              !! What else the operator knows
         real(dp), allocatable :: accelerometer_time(:)  !! (n)
         real(dp), allocatable :: acceleration(:, :)     !! (3, n), body axes, m/s^2
+        real(dp), allocatable :: angular_acceleration(:, :)
+        !! (3, n), body axes, rad/s^2, where the accelerometer has angular channels
         real(dp), allocatable :: star_camera_time(:)    !! (p)
         integer, allocatable :: star_camera_head(:)     !! (p), 1..HEADS
         real(dp), allocatable :: quaternion(:, :)       !! (4, p), inertial to camera, scalar last
@@ -117,7 +119,7 @@ contains
         else if (.not. knowledge%duration <= MOST_EPOCHS*knowledge%accelerometer_interval) then
             call fail(error, 'duration = '//number_text(knowledge%duration)//' s is more than '// &
                       number_text(MOST_EPOCHS)//' sampling intervals of the accelerometer')
-        else if (knowledge%camera < 1 .or. knowledge%camera > HEADS) then
+        else if (knowledge%camera < 0 .or. knowledge%camera > HEADS) then
             call fail(error, 'star camera: head '//integer_text(knowledge%camera)//' does not exist')
         else
             call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia), error)

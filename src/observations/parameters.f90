@@ -24,11 +24,16 @@ module gracecg_observations_parameters
     public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
     public :: OF_ATTITUDE_ANGLES, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS, OF_DRAG_CURVATURE
     public :: OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE
-    public :: OF_FORCE_JUMP, OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY
-    public :: OF_ALL_RODS_FREQUENCY, OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS
-    public :: OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES
-    public :: OF_FIELD_SHEARS, OF_FIELD_DELAY, OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY
-    public :: OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS
+    public :: OF_FORCE_JUMP, OF_TORQUE_BENDS, OF_HEAD_DRIFT, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT, OF_ROD_GAINS
+    public :: OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
+    public :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
+    public :: OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS
+    public :: OF_FIELD_DELAY, OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY, OF_ROD_SWAPS, OF_FIELD_SWAPS
+    public :: OF_ACCELEROMETER_SWAPS, OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE, OF_CHANNEL_SCALES
+    public :: OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE
+    public :: OF_HEAD_DELAY, HEAD_DELAY, TORQUE_BENDS, HEAD_DRIFT, CHANNEL_BIAS, CHANNEL_DRIFT, SAMPLING_DELAY, LEAKAGE, &
+        LEAKAGE_RATE, CHANNEL_SCALES, &
+        CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE
     public :: BELIEFS, BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
 
     !> What a parameter acts on
@@ -43,12 +48,14 @@ module gracecg_observations_parameters
     enum, bind(c)
         enumerator :: OF_ATTITUDE_ANGLES = 1, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS
         enumerator :: OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY
-        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_FORCE_JUMP
+        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_FORCE_JUMP, OF_TORQUE_BENDS, OF_HEAD_DRIFT
+        enumerator :: OF_HEAD_DELAY, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT
         enumerator :: OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
         enumerator :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
         enumerator :: OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_DELAY
         enumerator :: OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY
         enumerator :: OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS
+        enumerator :: OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE, OF_CHANNEL_SCALES, OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE
     end enum
 
     !> A row of the table: what parameters of one kind have in common.
@@ -70,6 +77,9 @@ module gracecg_observations_parameters
 
     logical, parameter :: YES = .true., NO = .false.
     character(*), parameter :: XYZ = 'x y z', PAIRS = 'xy yz zx', PAIRS_IN_WORDS = 'x and y,y and z,z and x'
+    !> Elements of a matrix: the axis that shows it, and the rod or axis that makes it
+    character(*), parameter :: BY_ROD = 'xx xy xz yx yy yz zx zy zz'
+    character(*), parameter :: BY_ROD_IN_WORDS = 'x by x,x by y,x by z,y by x,y by y,y by z,z by x,z by y,z by z'
     real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
 
     type(parameter_kind_t), parameter :: KINDS(*) = [ &
@@ -87,6 +97,11 @@ module gracecg_observations_parameters
         parameter_kind_t(2, 'airflow_', 'y z', 'rad', ACCELERATION, 1e-1_dp, NO, 1.0_dp), &
         parameter_kind_t(2, 'side_', 'y z', 'm/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &
         parameter_kind_t(3, 'jump_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(6, 'torque_', 'x2 x3 y2 y3 z2 z3', 'N m', ROTATION, 1e-5_dp, NO, 0.01_dp), &
+        parameter_kind_t(3, 'head2_rate_', XYZ, 'rad/s', ATTITUDE, 1e-5_dp, NO, 1.0_dp), &
+        parameter_kind_t(1, 'head2_delay', '-', 's', ATTITUDE, 1.0_dp, NO, 10.0_dp), &
+        parameter_kind_t(3, 'ang_bias_', XYZ, 'rad/s^2', CHANNELS, 1e-4_dp, NO, 10.0_dp), &
+        parameter_kind_t(3, 'ang_drift_', XYZ, 'rad/s^3', CHANNELS, 1e-6_dp, YES, 1.0_dp), &
         parameter_kind_t(3, 'rod_gain_', XYZ, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'gain of rod @', largest=2.0_dp), &
         parameter_kind_t(1, 'rod_gain', '-', '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'gain of all rods', largest=2.0_dp), &
         parameter_kind_t(3, 'rod_delay_', XYZ, 's', ROTATION, 1.0_dp, NO, 10.0_dp, 'delay of rod @', '', 's', 1.0_dp, LATE), &
@@ -127,7 +142,18 @@ module gracecg_observations_parameters
         parameter_kind_t(3, 'field_swp_', PAIRS, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'interchange of magnetometer @', &
                          PAIRS_IN_WORDS), &
         parameter_kind_t(3, 'acc_swap_', PAIRS, '1', ACCELERATION, 1.0_dp, NO, 1.0_dp, 'interchange of accelerometer @', &
-                         PAIRS_IN_WORDS)]
+                         PAIRS_IN_WORDS), &
+        parameter_kind_t(1, 'acc_delay', '-', 's', ACCELERATION, 1.0_dp, NO, 10.0_dp, 'delay of the accelerometer', '', 's', &
+                         1.0_dp, LATE), &
+        parameter_kind_t(9, 'leak_', BY_ROD, 's^-2/Am', ACCELERATION, 1e-11_dp, NO, 1e-3_dp, 'leakage of rods @', &
+                         BY_ROD_IN_WORDS, '', 1.0_dp, 1e-9_dp), &
+        parameter_kind_t(9, 'leak_r_', BY_ROD, 's^-1/Am', ACCELERATION, 1e-11_dp, NO, 1e-3_dp, 'leakage of rods'' rates @', &
+                         BY_ROD_IN_WORDS, '', 1.0_dp, 1e-8_dp), &
+        parameter_kind_t(9, 'ang_scale_', BY_ROD, '1', CHANNELS, 1.0_dp, NO, 1.0_dp, 'angular channels: @', BY_ROD_IN_WORDS), &
+        parameter_kind_t(9, 'ang_leak_', BY_ROD, 'si', CHANNELS, 1e-9_dp, NO, 1.0_dp, 'leakage into the channels @', &
+                         BY_ROD_IN_WORDS, '', 1.0_dp, 1e-6_dp), &
+        parameter_kind_t(9, 'ang_lrate_', BY_ROD, 'si', CHANNELS, 1e-9_dp, NO, 1.0_dp, 'leakage of rates into the channels @', &
+                         BY_ROD_IN_WORDS, '', 1.0_dp, 1e-6_dp)]
 
     integer :: i_, j_       ! of the loops below, which make constants
     integer, parameter :: COUNTS(*) = KINDS%count
@@ -137,7 +163,7 @@ module gracecg_observations_parameters
     integer, parameter :: KIND_OF(PARAMETERS) = [((i_, j_=1, COUNTS(i_)), i_=1, size(COUNTS))]
     integer, parameter :: MEMBER_OF(PARAMETERS) = [((j_, j_=1, COUNTS(i_)), i_=1, size(COUNTS))]
     !> All parameters of which an operator believes something, in the order in which they are shown
-    integer, parameter :: BELIEFS(*) = pack(EVERY, KIND_OF >= OF_ROD_GAINS)
+    integer, parameter :: BELIEFS(*) = pack(EVERY, KIND_OF >= OF_ROD_GAINS .and. KIND_OF <= OF_ACCELEROMETER_SWAPS)
 
     !> Places, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = pack(EVERY, KIND_OF == OF_ATTITUDE_ANGLES)   !! zeta at the epoch
@@ -188,6 +214,20 @@ module gracecg_observations_parameters
     integer, parameter :: ROD_SWAPS(3) = pack(EVERY, KIND_OF == OF_ROD_SWAPS)
     integer, parameter :: FIELD_SWAPS(3) = pack(EVERY, KIND_OF == OF_FIELD_SWAPS)
     integer, parameter :: ACCELEROMETER_SWAPS(3) = pack(EVERY, KIND_OF == OF_ACCELEROMETER_SWAPS)
+
+    !> What arcs of Level-1 data have besides: torques that bend (Legendre's polynomials of degree 2, 3 over the arc), the drift of
+    !> gyros that count as head 2, angular channels S J^-1 T + bias + drift + leakage, leakage of the rods' moments and rates
+    integer, parameter :: TORQUE_BENDS(6) = pack(EVERY, KIND_OF == OF_TORQUE_BENDS)
+    integer, parameter :: HEAD_DRIFT(3) = pack(EVERY, KIND_OF == OF_HEAD_DRIFT)
+    integer, parameter :: HEAD_DELAY = findloc(KIND_OF, OF_HEAD_DELAY, 1)           !! Of the tags of head 2
+    integer, parameter :: CHANNEL_BIAS(3) = pack(EVERY, KIND_OF == OF_CHANNEL_BIAS)
+    integer, parameter :: CHANNEL_DRIFT(3) = pack(EVERY, KIND_OF == OF_CHANNEL_DRIFT)
+    integer, parameter :: SAMPLING_DELAY = findloc(KIND_OF, OF_SAMPLING_DELAY, 1)   !! Of all tags of the accelerometer
+    integer, parameter :: LEAKAGE(9) = pack(EVERY, KIND_OF == OF_LEAKAGE)           !! (axis, rod), the rod first
+    integer, parameter :: LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_LEAKAGE_RATE)
+    integer, parameter :: CHANNEL_SCALES(9) = pack(EVERY, KIND_OF == OF_CHANNEL_SCALES) !! S minus 1
+    integer, parameter :: CHANNEL_LEAKAGE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE)
+    integer, parameter :: CHANNEL_LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE_RATE)
 
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time

@@ -27,6 +27,7 @@ module gracecg_estimation_fitting_data
         real(dp) :: interval = 0                        !! h, s
         integer, allocatable :: accelerometer_epoch(:)  !! k of each accelerometer sample, increasing
         real(dp), allocatable :: acceleration(:, :)     !! (3, samples), m/s^2
+        real(dp), allocatable :: angular(:, :)          !! (3, samples), rad/s^2; of size 0 without angular channels
         integer, allocatable :: attitude_epoch(:)       !! k of each attitude pseudo-observation
         real(dp), allocatable :: quaternion(:, :)       !! (4, pseudo-observations), inertial to body
         type(interpolation_t), allocatable :: attitude_source(:)    !! Where each comes from
@@ -162,6 +163,8 @@ contains
             end if
         end associate
         data%acceleration = observations%acceleration
+        allocate (data%angular(3, 0))
+        if (allocated(observations%angular_acceleration)) data%angular = observations%angular_acceleration
     end subroutine take_accelerations
 
     !> The interpolation (4-38), (4-40), (4-42), (4-44) of the quaternions.

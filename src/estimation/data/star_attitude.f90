@@ -65,8 +65,8 @@ contains
 
         associate (times => observations%star_camera_time, head => observations%star_camera_head, &
                    knowledge => observations%knowledge)
-            used = pack([(i, i=1, size(times))], head == knowledge%camera)
-            other = pack([(i, i=1, size(times))], head /= knowledge%camera)
+            used = pack([(i, i=1, size(times))], head == knowledge%camera .or. knowledge%camera == 0)
+            other = pack([(i, i=1, size(times))], .not. (head == knowledge%camera .or. knowledge%camera == 0))
             used_times = times(used)
             allocate (order(size(times)))
             n = 0
@@ -93,6 +93,7 @@ contains
 
         integer :: first, last
 
+        if (camera == 0) return
         first = 1
         do while (first <= size(stars%head))
             last = first

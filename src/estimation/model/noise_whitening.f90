@@ -17,11 +17,12 @@ module gracecg_estimation_noise_whitening
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
+    use gracecg_base_autoregression, only: autoregression_t
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_base_lanes, only: lanes_filter
     implicit none
     private
-    public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
+    public :: whitener_t, new_whitener, autoregressive_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
     public :: row_state_t, ROW
     public :: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
 
@@ -39,6 +40,8 @@ module gracecg_estimation_noise_whitening
         real(dp), allocatable, private :: decay(:, :)           !! To the next epoch, (N_POLES, samples)
         real(dp), allocatable, private :: inverse_deviation(:)  !! Of the innovations
         logical, allocatable, private :: used(:)                !! False: left out
+        type(autoregression_t), allocatable, private :: model   !! Of noise of any spectrum, in place of the filter
+        integer, allocatable, private :: before(:)              !! Samples without a gap before each, (samples)
     contains
         procedure :: whiten    !! Whitens several series in place
         procedure :: whiten_series    !! Whitens one series in place
@@ -142,6 +145,46 @@ contains
         whitener%decay(:, n) = 0
         call orthonormal_line(epoch, whitener)
     end subroutine new_whitener
+
+    !> The whitener of noise of any spectrum: innovations of an autoregressive sequence. Behind a gap, and a sample that is
+    !> not kept, it begins anew.
+    pure subroutine autoregressive_whitener(model, epoch, kept, whitener)
+        type(autoregression_t), intent(in) :: model
+        integer, intent(in) :: epoch(:)             !! Of the samples, increasing
+        logical, intent(in) :: kept(:)              !! (samples)
+        type(whitener_t), intent(out) :: whitener
+
+        integer :: i
+
+        whitener%samples = size(epoch)
+        whitener%kept = count(kept)
+        whitener%used = kept
+        whitener%model = model
+        allocate (whitener%before(size(epoch)), source=0)
+        do i = 1, size(epoch)
+            if (i > 1) then
+                if (kept(i - 1) .and. epoch(i) == epoch(i - 1) + 1) &
+                    whitener%before(i) = min(model%order, whitener%before(i - 1) + 1)
+            end if
+            if (kept(i)) whitener%log_determinant = whitener%log_determinant + 2*log(model%deviation(whitener%before(i)))
+        end do
+    end subroutine autoregressive_whitener
+
+    !> What is left of some samples behind what those before let expect, in standard deviations.
+    pure subroutine whiten_autoregressive(self, series)
+        class(whitener_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:, :)     !! (series, samples)
+
+        integer :: i, k, n
+
+        do i = size(series, 2), 1, -1               ! what stands before a sample is as it was
+            n = self%before(i)
+            do k = 1, n
+                series(:, i) = series(:, i) - self%model%predictor(k, n)*series(:, i - k)
+            end do
+            series(:, i) = series(:, i)/self%model%deviation(n)
+        end do
+    end subroutine whiten_autoregressive
 
     !> The whiteners of the accelerometer's axes from their spectra. Fails, naming the axis, as new_whitener
     !> does and where a level is not positive.
@@ -267,8 +310,15 @@ contains
         integer, intent(in), optional :: from
         !! Number of the first of these samples; the series are zero before it. Absent: 1
 
-        integer :: first
+        integer :: first, i
 
+        if (allocated(self%model)) then
+            call whiten_autoregressive(self, series)
+            do i = 1, self%samples
+                if (.not. self%used(i)) series(:, i) = 0
+            end do
+            return
+        end if
         first = 1
         if (present(from)) first = from
         call lanes_filter(nonzero_rows(series), self%used(first:), .false., spread(1.0_dp, 1, N_POLES), self%gain(:, first:), &
@@ -281,9 +331,15 @@ contains
         real(dp), intent(inout) :: series(:)            !! (samples)
 
         type(whitening_state_t) :: state
-        real(dp) :: whitened
+        real(dp) :: whitened, row(1, size(series))
         integer :: i
 
+        if (allocated(self%model)) then
+            row(1, :) = series
+            call self%whiten(row)
+            series = row(1, :)
+            return
+        end if
         do i = 1, self%samples
             call self%step(i, state, series(i), whitened)
             series(i) = whitened
@@ -298,9 +354,15 @@ contains
         real(dp) :: normalised(size(series))
 
         type(whitening_state_t) :: state
-        real(dp) :: whitened
+        real(dp) :: whitened, row(1, size(series))
         integer :: i
 
+        if (allocated(self%model)) then
+            row(1, :) = series
+            call whiten_autoregressive(self, row)
+            normalised = row(1, :)
+            return
+        end if
         do i = 1, self%samples
             normalised(i) = (series(i) - sum(state%predicted))*self%inverse_deviation(i)
             call self%step(i, state, series(i), whitened)

@@ -36,7 +36,7 @@ module gracecg_estimation_physical_model
     private
     public :: describe_model_state
     public :: physical_model_t, model_state_t, model_trajectory_t
-    public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
+    public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, predict_channels, star_angles
     public :: correct_state, turned_by, turn_between, sinc
     public :: airflow_at
 
@@ -50,6 +50,9 @@ module gracecg_estimation_physical_model
         real(dp) :: inertia(3, 3) = 0                   !! Nominal J, kg m^2
         real(dp), allocatable :: magnetic_torque(:, :)  !! m x B, nominal, (3, 0:2n), N m
         real(dp), allocatable :: dipole(:, :)           !! m, (3, 0:2n), A m^2
+        real(dp), allocatable :: moment(:, :), moment_rate(:, :)
+        !! Of the rods along themselves, (3, 0:n), A m^2, and its mean change over a sample, A m^2/s; of size 0 unless leakage is
+        !! asked for
         real(dp), allocatable :: rate_squared(:)        !! mu/r^3, (0:2n), 1/s^2; 0 without an orbit
         real(dp), allocatable :: upwards(:, :)          !! r/|r|, inertial, (3, 0:2n)
         real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
@@ -124,6 +127,7 @@ contains
         model%shaped = pack(model%rotational, has_shape(model%rotational))
         allocate (model%shape(3, 0:2*n, size(model%shaped)), source=0.0_dp)
         if (size(model%shaped) > 0) call take_torque_shapes(knowledge, data, model)
+        call take_moments(knowledge, model)
     end subroutine prepare_model
 
     !> Is the torque linear in a parameter, by what it does to rods or field?
@@ -132,7 +136,7 @@ contains
 
         select case (KIND_OF(parameter))
         case (OF_ROD_GAINS, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY, OF_ROD_TURNS, &
-              OF_ROD_SWAPS)
+              OF_ROD_SWAPS, OF_TORQUE_BENDS)
             has_shape = .true.
         case default
             has_shape = is_of_field(parameter)
@@ -206,6 +210,7 @@ contains
         end do
         do i = 1, size(model%shaped)
             if (is_of_field(model%shaped(i))) call take_field_shape(data, model, i)
+            if (KIND_OF(model%shaped(i)) == OF_TORQUE_BENDS) call take_bent_torque(model, i)
         end do
 
     contains
@@ -256,6 +261,49 @@ contains
             end do
         end subroutine add
     end subroutine take_torque_shapes
+
+    !> A torque along Legendre's polynomial of degree 2 or 3 over the arc.
+    pure subroutine take_bent_torque(model, place)
+        type(physical_model_t), intent(inout) :: model
+        integer, intent(in) :: place            ! Among model%shaped
+
+        real(dp) :: x
+        integer :: axis, j
+
+        axis = (MEMBER_OF(model%shaped(place)) + 1)/2
+        do j = 0, 2*model%steps
+            x = real(j, dp)/model%steps - 1
+            model%shape(axis, j, place) = merge((3*x**2 - 1)/2, (5*x**3 - 3*x)/2, mod(MEMBER_OF(model%shaped(place)), 2) == 1)
+        end do
+    end subroutine take_bent_torque
+
+    !> The moments of the rods where their leakage is asked for, and how they change over a sample.
+    subroutine take_moments(knowledge, model)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(physical_model_t), intent(inout) :: model
+
+        type(torque_rods_t) :: rods
+        integer :: k, n
+
+        n = -1
+        if (any(is_leakage(model%estimated))) n = model%steps
+        allocate (model%moment(3, 0:n), model%moment_rate(3, 0:n))
+        rods = knowledge%rods
+        rods%delay = rods%delay + knowledge%accelerometer_delay
+        do k = 0, n
+            associate (t => k*model%interval, half => model%interval/2)
+                model%moment(:, k) = rod_moments(rods, t)
+                model%moment_rate(:, k) = (rod_moments(rods, t + half) - rod_moments(rods, t - half))/model%interval
+            end associate
+        end do
+    end subroutine take_moments
+
+    !> Does a parameter act by the moments of the rods beside their torque?
+    elemental logical function is_leakage(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        is_leakage = any(KIND_OF(parameter) == [OF_LEAKAGE, OF_LEAKAGE_RATE, OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE])
+    end function is_leakage
 
     !> The torque by a change of the field by 1 of a parameter, m x dB/dp. Samples that are tagged late show the field of an
     !> earlier time: that at t stands at t + delay.
@@ -730,6 +778,64 @@ contains
         end do
     end subroutine predict_accelerations
 
+    !> What the angular channels would show at the samples' epochs, S d omega/dt + bias + drift t + L m + K dm/dt, and the
+    !> partials of the estimated parameters.
+    pure subroutine predict_channels(model, state, trajectory, epoch, predicted, partials)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory      !! Of this state
+        integer, intent(in) :: epoch(:)                         !! k of each sample
+        real(dp), intent(out) :: predicted(:, :)                !! (3, samples), rad/s^2
+        real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
+
+        real(dp) :: scales(3, 3), weight(3, 9), slope(3), rotational(size(model%rotational), 3), partial(3)
+        integer :: i, j, k, axis, from, before, after
+
+        scales = transpose(reshape(state%value(CHANNEL_SCALES), [3, 3]))
+        do i = 1, 3
+            scales(i, i) = scales(i, i) + 1
+        end do
+        weight = 0
+        weight(:, 7:9) = scales
+        do j = 1, size(epoch)
+            k = epoch(j)
+            before = max(0, k - 1)
+            after = min(model%steps, k + 1)
+            slope = (trajectory%omega_dot(:, after) - trajectory%omega_dot(:, before))/((after - before)*model%interval)
+            predicted(:, j) = times(scales, trajectory%omega_dot(:, k) - state%value(SAMPLING_DELAY)*slope) + &
+                              state%value(CHANNEL_BIAS) + state%value(CHANNEL_DRIFT)*(k*model%interval)
+            if (size(model%moment) > 0) predicted(:, j) = predicted(:, j) + &
+                matmul(model%moment(:, k), reshape(state%value(CHANNEL_LEAKAGE), [3, 3])) + &
+                matmul(model%moment_rate(:, k), reshape(state%value(CHANNEL_LEAKAGE_RATE), [3, 3]))
+            if (.not. present(partials)) cycle
+            if (any(model%place > 0)) call combine_columns(trajectory%partials(:, :, k), weight, rotational)
+            do i = 1, size(model%estimated)
+                associate (p => model%estimated(i))
+                    partial = 0
+                    axis = (MEMBER_OF(p) + 2)/3
+                    from = mod(MEMBER_OF(p) - 1, 3) + 1
+                    select case (KIND_OF(p))
+                    case (OF_CHANNEL_BIAS)
+                        partial(from) = 1
+                    case (OF_CHANNEL_DRIFT)
+                        partial(from) = k*model%interval
+                    case (OF_CHANNEL_SCALES)
+                        partial(axis) = trajectory%omega_dot(from, k)
+                    case (OF_CHANNEL_LEAKAGE)
+                        partial(axis) = model%moment(from, k)
+                    case (OF_CHANNEL_LEAKAGE_RATE)
+                        partial(axis) = model%moment_rate(from, k)
+                    case (OF_SAMPLING_DELAY)
+                        partial = -times(scales, slope)
+                    case default
+                        if (model%place(i) > 0) partial = rotational(model%place(i), :)
+                    end select
+                    partials(i, :, j) = partial
+                end associate
+            end do
+        end do
+    end subroutine predict_channels
+
     !> A~ + G at k h.
     pure function acceleration_matrix(model, trajectory, k) result(matrix)
         type(physical_model_t), intent(in) :: model
@@ -883,7 +989,8 @@ contains
     elemental logical function is_of_instrument(parameter)
         integer, intent(in) :: parameter        !! Its place
 
-        is_of_instrument = any(KIND_OF(parameter) == [OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS])
+        is_of_instrument = any(KIND_OF(parameter) == [OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS, &
+                                                      OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE])
     end function is_of_instrument
 
     !> What the accelerometer shows by 1 of such a parameter.
@@ -911,6 +1018,12 @@ contains
         case (OF_ACCELEROMETER_SWAPS)
             partial(axis) = factor(other)*unscaled(other) - factor(axis)*unscaled(axis)
             partial(other) = -partial(axis)
+        case (OF_SAMPLING_DELAY)
+            partial = -factor*acceleration_slope(model, state, trajectory, k)
+        case (OF_LEAKAGE)
+            partial((axis + 2)/3) = model%moment(mod(axis - 1, 3) + 1, k)
+        case (OF_LEAKAGE_RATE)
+            partial((axis + 2)/3) = model%moment_rate(mod(axis - 1, 3) + 1, k)
         end select
     end function instrument_partial
 
@@ -985,7 +1098,7 @@ contains
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i))
                     if (.not. is_of_camera(p)) cycle
-                    if (abs(state%value(p)) > 0) angles = angles - state%value(p)*camera_partial(p, head, camera, rate)
+                    if (abs(state%value(p)) > 0) angles = angles - state%value(p)*camera_partial(p, head, camera, rate, time)
                 end associate
             end do
             if (.not. present(partials)) return
@@ -1003,7 +1116,7 @@ contains
                     if (r > 0) then
                         partials(i, :) = rotational(r, :)
                     else if (is_of_camera(p)) then
-                        partials(i, :) = camera_partial(p, head, camera, rate)
+                        partials(i, :) = camera_partial(p, head, camera, rate, time)
                     end if
                 end associate
             end do
@@ -1018,17 +1131,22 @@ contains
     end function is_of_camera
 
     !> The angles that a head shows by 1 of such a parameter.
-    pure function camera_partial(parameter, head, camera, rate) result(partial)
+    pure function camera_partial(parameter, head, camera, rate, time) result(partial)
         integer, intent(in) :: parameter        !! Its place
         integer, intent(in) :: head
         real(dp), intent(in) :: camera(3, 3)    !! Camera from body
         real(dp), intent(in) :: rate(3)         !! Of the body, rad/s
+        real(dp), intent(in) :: time            !! s
         real(dp) :: partial(3)                  !! Camera axes, rad by its unit
 
         partial = 0
         select case (KIND_OF(parameter))
         case (OF_MOUNTING_1, OF_MOUNTING_2)
             if (KIND_OF(parameter) - OF_MOUNTING_1 + 1 == head) partial = camera(:, MEMBER_OF(parameter))
+        case (OF_HEAD_DRIFT)
+            if (head == 2) partial = camera(:, MEMBER_OF(parameter))*time
+        case (OF_HEAD_DELAY)
+            if (head == 2) partial = -times(camera, rate)
         case (OF_STAR_CAMERA_DELAY)
             partial = -times(camera, rate)
         end select

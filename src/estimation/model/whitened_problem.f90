@@ -29,6 +29,9 @@ module gracecg_estimation_whitened_problem
     type :: assumed_noise_t
         type(noise_spectrum_t) :: accelerometer(3)  !! (3-2), m^2 s^-4/Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
+        real(dp) :: second_head_sigma(3) = 0    !! The same of head 2, where it has another; 0: it has not
+    contains
+        procedure :: of_head                    !! The sigma of a head
     end type assumed_noise_t
 
     !> Where a fit has got to, without its samples: from this and them the problem is there again.
@@ -42,7 +45,8 @@ module gracecg_estimation_whitened_problem
         !! Numbers of the star-camera samples, and places in (3, accelerometer samples)
     end type fit_point_t
 
-    !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), a priori.
+    !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), its angular channels (3 a sample,
+    !> where their bias is estimated), a priori.
     type, extends(batch_problem_t) :: whitened_problem_t
         type(physical_model_t) :: model    !! With the parameters that are estimated
         type(model_state_t) :: state    !! About which the problem is linearised
@@ -51,6 +55,7 @@ module gracecg_estimation_whitened_problem
         integer, allocatable :: groups(:, :)
         !! Observations that depend on the same parameters: first, last, step; see `grouped_normal_equations`
         type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
+        type(whitener_t) :: channel_whiteners(3)    !! Of the angular channels
         type(noise_spectrum_t), private :: whitened_noise(3)        !! The noise that they are for
         logical, allocatable, private :: whitened_samples(:, :)     !! The samples kept that they are for
         logical, allocatable :: star_kept(:)            !! (star-camera samples)
@@ -58,7 +63,8 @@ module gracecg_estimation_whitened_problem
         real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
         real(dp), allocatable :: acceleration_residual(:, :)        !! Accelerometer, observed minus computed, m/s^2
         real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
-        integer :: star_rows = 0, acceleration_rows = 0
+        real(dp), allocatable :: channel_residual(:, :) !! Angular channels, observed minus computed, rad/s^2
+        integer :: star_rows = 0, acceleration_rows = 0, channel_rows = 0
         !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
         type(model_trajectory_t) :: trajectory    !! The rotation at the last linearisation
         type(model_trajectory_t), private :: rotation   !! At a later state, without partials
@@ -74,6 +80,8 @@ module gracecg_estimation_whitened_problem
         procedure :: correct => correct_calibration
         procedure :: describe_residuals => residuals_of_calibration
         procedure :: describe_state => state_of_calibration
+        procedure :: forget_prior                      !! Of the first parameters
+        procedure :: sample_rows                       !! Number of observations that are no a-priori knowledge
     end type whitened_problem_t
 
 contains
@@ -130,14 +138,19 @@ contains
         associate (stars => size(data%stars%time), samples => size(data%accelerometer_epoch))
             problem%star_rows = 3*stars
             problem%acceleration_rows = 3*samples
+            if (any(estimated == CHANNEL_BIAS(1))) problem%channel_rows = 3*size(data%angular, 2)
+            allocate (problem%channel_residual(3, problem%channel_rows/3))
             allocate (problem%star_kept(stars), problem%acceleration_kept(3, samples), source=.true.)
             allocate (problem%star_angles(3, stars), problem%acceleration_residual(3, samples))
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
-        problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
-        associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
+        problem%observations = problem%sample_rows() + size(problem%known)
+        associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows, &
+                   samples => problem%sample_rows())
             problem%groups = reshape([1, stars, 1, stars + 1, last, 3, stars + 2, last, 3, stars + 3, last, 3, &
-                                      last + 1, problem%observations, 1], [3, 5])
+                                      samples + 1, problem%observations, 1], [3, 5])
+            if (samples > last) problem%groups = reshape([problem%groups, last + 1, samples, 3, last + 2, samples, 3, &
+                                                          last + 3, samples, 3], [3, 8])
         end associate
         problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
@@ -168,7 +181,7 @@ contains
         other%whiteners = problem%whiteners
         other%whitened_noise = problem%whitened_noise
         if (allocated(problem%whitened_samples)) other%whitened_samples = problem%whitened_samples
-        if (present(partials)) other%partials_before = partials(:, :problem%star_rows + problem%acceleration_rows)
+        if (present(partials)) other%partials_before = partials(:, :problem%sample_rows())
     end subroutine with_parameters
 
     !> Where a problem is.
@@ -273,9 +286,57 @@ contains
                 call self%whiteners(axis)%whiten(rows)
             end associate
         end do
+        call linearise_channels(self, partials)
         call know_beforehand(self, partials)
         call whiten_residuals(self, self%trajectory, residuals)
     end subroutine linearise_calibration
+
+    !> Partials of the angular channels, whitened.
+    subroutine linearise_channels(self, partials)
+        class(whitened_problem_t), intent(inout) :: self
+        real(dp), contiguous, intent(inout) :: partials(:, :)
+
+        real(dp), allocatable :: by(:, :, :)
+        integer :: axis, first
+
+        if (self%channel_rows == 0) return
+        allocate (by(size(partials, 1), 3, self%channel_rows/3))
+        call predict_channels(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, self%channel_residual, by)
+        first = self%star_rows + self%acceleration_rows
+        do axis = 1, 3
+            associate (rows => partials(:, first + axis:self%sample_rows():3))
+                rows = by(:, axis, :)
+                call self%channel_whiteners(axis)%whiten(rows)
+            end associate
+        end do
+    end subroutine linearise_channels
+
+    !> Leaves out what is known beforehand of the first parameters, which someone else counts.
+    pure subroutine forget_prior(self, first)
+        class(whitened_problem_t), intent(inout) :: self
+        integer, intent(in) :: first                !! So many
+
+        self%known_sigma = pack(self%known_sigma, self%known > first)
+        self%known = pack(self%known, self%known > first)
+        self%observations = self%sample_rows() + size(self%known)
+        self%groups(:2, 5) = [self%sample_rows() + 1, self%observations]
+    end subroutine forget_prior
+
+    !> The number of observations that are no a-priori knowledge.
+    pure integer function sample_rows(self)
+        class(whitened_problem_t), intent(in) :: self
+
+        sample_rows = self%star_rows + self%acceleration_rows + self%channel_rows
+    end function sample_rows
+
+    !> The standard deviations of a star-camera head about its axes, rad.
+    pure function of_head(self, head) result(sigma)
+        class(assumed_noise_t), intent(in) :: self
+        integer, intent(in) :: head
+        real(dp) :: sigma(3)
+
+        sigma = merge(self%second_head_sigma, self%star_camera_sigma, head == 2 .and. self%second_head_sigma > 0)
+    end function of_head
 
     !> The partials from before, once, with those of the added parameters at the problem's state.
     subroutine inherit_partials(self, partials, residuals, inherited)
@@ -292,7 +353,7 @@ contains
         if (.not. inherited) return
         call self%compare(residuals)
         n = size(self%partials_before, 1)
-        last = self%star_rows + self%acceleration_rows
+        last = self%sample_rows()
         model = self%model
         model%estimated = self%model%estimated(n + 1:)
         model%place = self%model%place(n + 1:)
@@ -303,7 +364,9 @@ contains
         end do
         partials(:n, :last) = self%partials_before
         partials(n + 1:, :self%star_rows) = 0
-        partials(n + 1:, self%star_rows + 1:last) = reshape(added, [size(added, 1), self%acceleration_rows])
+        partials(n + 1:, self%star_rows + 1:) = 0
+        partials(n + 1:, self%star_rows + 1:self%star_rows + self%acceleration_rows) = &
+            reshape(added, [size(added, 1), self%acceleration_rows])
         call know_beforehand(self, partials)
         deallocate (self%partials_before)
     end subroutine inherit_partials
@@ -315,7 +378,7 @@ contains
 
         integer :: i
 
-        associate (first => self%star_rows + self%acceleration_rows)
+        associate (first => self%sample_rows())
             partials(:, first + 1:) = 0
             do i = 1, size(self%known)
                 partials(self%known(i), first + i) = 1/self%known_sigma(i)
@@ -348,7 +411,7 @@ contains
             do i = 1, size(stars%time)
                 call star_angles(self%model, self%state, rotation, stars%time(i), stars%head(i), stars%quaternion(:, i), &
                                  self%star_angles(:, i))
-                if (self%star_kept(i)) residuals(3*i - 2:3*i) = self%star_angles(:, i)/self%noise%star_camera_sigma
+                if (self%star_kept(i)) residuals(3*i - 2:3*i) = self%star_angles(:, i)/self%noise%of_head(stars%head(i))
             end do
         end associate
         first = self%star_rows
@@ -360,6 +423,17 @@ contains
             end associate
         end do
         first = first + self%acceleration_rows
+        if (self%channel_rows > 0) then
+            call predict_channels(self%model, self%state, rotation, self%data%accelerometer_epoch, self%channel_residual)
+            self%channel_residual = self%data%angular - self%channel_residual
+        end if
+        do axis = 1, merge(3, 0, self%channel_rows > 0)
+            associate (observed => residuals(first + axis:self%sample_rows():3))
+                observed = self%channel_residual(axis, :)
+                call self%channel_whiteners(axis)%whiten_series(observed)
+            end associate
+        end do
+        first = self%sample_rows()
         do i = 1, size(self%known)
             residuals(first + i) = -self%state%value(self%model%estimated(self%known(i)))/self%known_sigma(i)
         end do
@@ -369,15 +443,17 @@ contains
         class(whitened_problem_t), intent(inout) :: self
         real(dp), intent(inout) :: partials(:, :)
 
+        real(dp) :: sigma(3)
         integer :: i, axis
 
         associate (stars => self%data%stars)
             do i = 1, size(stars%time)
                 if (.not. self%star_kept(i)) cycle
+                sigma = self%noise%of_head(stars%head(i))
                 call star_angles(self%model, self%state, self%trajectory, stars%time(i), stars%head(i), &
                                  stars%quaternion(:, i), self%star_angles(:, i), self%star_partials)
                 do axis = 1, 3
-                    partials(:, 3*i - 3 + axis) = self%star_partials(:, axis)/self%noise%star_camera_sigma(axis)
+                    partials(:, 3*i - 3 + axis) = self%star_partials(:, axis)/sigma(axis)
                 end do
             end do
         end associate

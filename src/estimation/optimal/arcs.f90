@@ -1,0 +1,414 @@
+!> One fit of several arcs: least squares of the physical model in all of them, what they share estimated once.
+!>
+!> Each arc is a whitened problem of its own (gracecg_estimation_whitened_problem) with an attitude, rate, torque, bias and
+!> drift of its own. Its own parameters are eliminated from its normal equations, and what is left about the shared ones is
+!> added up: the work grows with the number of arcs. Arcs that alone determine nothing count with the others.
+!>
+!> Noise is autoregressive, of one spectrum for all arcs, found from the residuals in turn with the fit. Delays act on the
+!> model in proportion; what is found of them is put into what is believed, and the fit is done anew, until it stays.
+module gracecg_estimation_arcs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_parameters
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_noise_whitening, only: autoregressive_whitener
+    use gracecg_estimation_outlier_editing, only: leave_out_worst
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
+    implicit none
+    private
+    public :: arcs_fit_t, estimate_arcs
+
+    integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
+    integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
+    integer, parameter :: MOST_STEPS = 10           !! Of Gauss and Newton
+    integer, parameter :: NOISE_ROUNDS = 3          !! Of noise and editing within a fit
+    real(dp), parameter :: SETTLED = 1e-2_dp        !! Largest step of a shared parameter at the end, standard deviations
+    real(dp), parameter :: SAME_DELAY = 2e-5_dp     !! s
+    real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations
+    real(dp), parameter :: MEDIAN_OF_ONE = 0.67449_dp, MEDIAN_OF_THREE = 1.53817_dp
+    real(dp), parameter :: FIRST_LEVEL = 2e-9_dp, FIRST_ANGULAR = 1e-7_dp, FIRST_ANGLE = 1e-6_dp
+    !! Standard deviations to begin with, m/s^2, rad/s^2, rad
+
+    !> An arc in the fit.
+    type :: arc_t
+        type(whitened_problem_t) :: problem
+        integer, allocatable :: own(:)              !! Its own parameters, places among all
+        real(dp), allocatable :: reduced(:, :), rhs(:)      !! Normal equations of the shared parameters
+        real(dp), allocatable :: inverse(:, :), gain(:, :), best(:)
+        !! Of its own: inverse normal matrix, how they follow the shared ones, their correction where those stay
+        real(dp) :: squares = 0                     !! Of its whitened residuals
+    end type arc_t
+
+    !> The result.
+    type :: arcs_fit_t
+        integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
+        real(dp), allocatable :: value(:)           !! Of them, SI units: errors of what was believed
+        real(dp), allocatable :: covariance(:, :)
+        real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, m
+        real(dp), allocatable :: arc_covariance(:, :, :)
+        real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
+        integer :: degrees = 0                      !! Of freedom of it
+        real(dp) :: condition = 0                   !! Of the normal matrix of the shared parameters
+        real(dp) :: rms(3) = 0, angular_rms(3) = 0  !! Of the residuals, m/s^2, rad/s^2
+        real(dp) :: innovation(3) = 0               !! Standard deviation of a sample when its predecessors are known, m/s^2
+        real(dp) :: star_sigma(3) = 0, second_sigma(3) = 0  !! Found of the two heads, rad
+        integer :: samples = 0, edited(3) = 0       !! Of the accelerometer; left out of accelerometer, heads, channels
+        integer :: rounds = 0                       !! Fits
+        logical :: converged = .false.
+        type(string_t), allocatable :: warnings(:)
+    end type arcs_fit_t
+
+contains
+
+    !> Fits all arcs. Fails when an arc is refused or the shared parameters are not determined.
+    subroutine estimate_arcs(sets, options, shared, prior, own, result, error)
+        type(observation_set_t), intent(in) :: sets(:)      !! The arcs: samples, and what is believed
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: shared(:)            !! Places of shared parameters, the offset first
+        real(dp), intent(in) :: prior(:)            !! Their a-priori standard deviations, SI units; 0: none
+        integer, intent(in) :: own(:)               !! Places of the others, each arc's own
+        type(arcs_fit_t), intent(out) :: result
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t), allocatable :: believed(:)
+        type(arc_t), allocatable :: arcs(:)
+        real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
+        integer :: i, round
+
+        allocate (result%warnings(0))
+        result%shared = shared
+        believed = sets
+        moved = 0
+        allocate (arcs(size(sets)))
+        allocate (result%value(size(shared)), source=0.0_dp)
+        do round = 1, MOST_ROUNDS
+            result%rounds = round
+            do i = 1, size(arcs)
+                call prepare_arc(believed(i), options, shared, own, arcs(i), error)
+                call add_context(error, 'arc '//integer_text(i))
+                if (allocated(error)) return
+            end do
+            call fit(arcs, prior, moved, result, error)
+            if (allocated(error)) return
+            call move_delays(arcs, shared, believed, moved, result%converged)
+            if (result%converged) exit
+        end do
+        result%value = moved + arcs(1)%problem%state%value(shared)
+        call look_at_arcs(arcs, result)
+    end subroutine estimate_arcs
+
+    !> The problem of an arc; at the state where it was, if it had been there before.
+    subroutine prepare_arc(set, options, shared, own, arc, error)
+        type(observation_set_t), intent(in) :: set
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: shared(:), own(:)
+        type(arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        type(whitened_problem_t) :: before
+        type(fitting_data_t) :: data
+        logical :: again
+
+        again = allocated(arc%own)
+        if (again) before = arc%problem
+        call preprocess(set, options, data, error)
+        if (allocated(error)) return
+        call prepare_calibration(set%knowledge, options, data, [shared, own], arc%problem)
+        call arc%problem%forget_prior(size(shared))
+        arc%own = own
+        associate (noise => arc%problem%noise, at => arc%problem)
+            noise%star_camera_sigma = FIRST_ANGLE
+            noise%second_head_sigma = [1.0_dp, FIRST_ANGLE, 1.0_dp]
+            noise%accelerometer%level = 2*at%model%interval*FIRST_LEVEL**2
+            noise%accelerometer%corner = 0
+            if (.not. again) then
+                call set_noise(at, error)
+                call take_noise(at, white(FIRST_LEVEL, 3), white(FIRST_ANGULAR, 3))
+                return
+            end if
+            at%state = before%state
+            at%noise = before%noise
+            at%star_kept = before%star_kept
+            at%acceleration_kept = before%acceleration_kept
+            at%whiteners = before%whiteners
+            at%channel_whiteners = before%channel_whiteners
+        end associate
+    end subroutine prepare_arc
+
+    !> White noise.
+    pure function white(deviation, axes) result(models)
+        real(dp), intent(in) :: deviation
+        integer, intent(in) :: axes
+        type(autoregression_t) :: models(axes)
+
+        type(autocovariances_t) :: sums
+        integer :: axis
+
+        call sums%begin(1)
+        sums%sums(0) = deviation**2
+        do axis = 1, axes
+            models(axis) = predictors_of(sums, 1.0_dp)
+        end do
+    end function white
+
+    !> Whiteners of an arc for the noise of the axes.
+    subroutine take_noise(problem, linear, angular)
+        type(whitened_problem_t), intent(inout) :: problem
+        type(autoregression_t), intent(in) :: linear(3), angular(3)
+
+        integer :: axis
+
+        do axis = 1, 3
+            call autoregressive_whitener(linear(axis), problem%data%accelerometer_epoch, problem%acceleration_kept(axis, :), &
+                                         problem%whiteners(axis))
+            if (problem%channel_rows > 0) &
+                call autoregressive_whitener(angular(axis), problem%data%accelerometer_epoch, &
+                                             problem%acceleration_kept(axis, :), problem%channel_whiteners(axis))
+        end do
+    end subroutine take_noise
+
+    !> Fits with the beliefs as they are: steps of Gauss and Newton, noise, editing.
+    subroutine fit(arcs, prior, moved, result, error)
+        type(arc_t), intent(inout) :: arcs(:)
+        real(dp), intent(in) :: prior(:), moved(:)
+        type(arcs_fit_t), intent(inout) :: result
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: largest
+        integer :: round, step, i
+        logical :: changed
+
+        do round = 1, NOISE_ROUNDS
+            do step = 1, MOST_STEPS
+                do i = 1, size(arcs)
+                    call reduce_arc(arcs(i), size(prior), error)
+                    if (allocated(error)) return
+                end do
+                call step_all(arcs, prior, moved, result, largest, error)
+                if (allocated(error)) return
+                if (largest < SETTLED) exit
+            end do
+            changed = .false.
+            do i = 1, size(arcs)
+                call refresh_and_edit(arcs(i)%problem, changed)
+            end do
+            call find_noise(arcs, result)
+            if (round > 1 .and. .not. changed .and. step == 1) exit
+        end do
+    end subroutine fit
+
+    !> The normal equations of an arc without its own parameters.
+    subroutine reduce_arc(arc, n, error)
+        type(arc_t), intent(inout) :: arc
+        integer, intent(in) :: n                    !! Number of shared parameters
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), rhs(:)
+        real(dp) :: condition
+        integer :: all
+
+        associate (problem => arc%problem)
+            all = n + size(arc%own)
+            allocate (partials(all, problem%observations), residuals(problem%observations), weights(problem%observations), &
+                      normal(all, all), rhs(all))
+            call problem%linearise(partials, residuals, weights, error)
+            if (allocated(error)) return
+            call grouped_normal_equations(problem%groups, partials, residuals, normal, rhs)
+            if (allocated(arc%best)) deallocate (arc%best, arc%inverse)
+            allocate (arc%best(all - n), arc%inverse(all - n, all - n))
+            call solve_normal_equations(normal(n + 1:, n + 1:), rhs(n + 1:), arc%best, arc%inverse, condition, error, &
+                                        problem%names(n + 1:))
+            if (allocated(error)) return
+            arc%gain = matmul(arc%inverse, normal(n + 1:, :n))
+            arc%reduced = normal(:n, :n) - matmul(transpose(normal(n + 1:, :n)), arc%gain)
+            arc%reduced = (arc%reduced + transpose(arc%reduced))/2
+            arc%rhs = rhs(:n) - matmul(rhs(n + 1:), arc%gain)
+            arc%squares = sum(residuals**2)
+        end associate
+    end subroutine reduce_arc
+
+    !> A step of all parameters.
+    subroutine step_all(arcs, prior, moved, result, largest, error)
+        type(arc_t), intent(inout) :: arcs(:)
+        real(dp), intent(in) :: prior(:), moved(:)
+        type(arcs_fit_t), intent(inout) :: result
+        real(dp), intent(out) :: largest            !! Of the shared ones, standard deviations
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: normal(size(prior), size(prior)), rhs(size(prior)), step(size(prior))
+        real(dp), allocatable :: correction(:)
+        integer :: i, k, n
+
+        n = size(prior)
+        normal = 0
+        rhs = 0
+        do i = 1, size(arcs)
+            normal = normal + arcs(i)%reduced
+            rhs = rhs + arcs(i)%rhs
+        end do
+        associate (now => arcs(1)%problem%state%value(result%shared) + moved)
+            do k = 1, n
+                if (.not. prior(k) > 0) cycle
+                normal(k, k) = normal(k, k) + 1/prior(k)**2
+                rhs(k) = rhs(k) - now(k)/prior(k)**2
+            end do
+        end associate
+        if (.not. allocated(result%covariance)) allocate (result%covariance(n, n))
+        call solve_normal_equations(normal, rhs, step, result%covariance, result%condition, error, &
+                                    parameter_names(result%shared))
+        call add_context(error, 'what the arcs share')
+        if (allocated(error)) return
+        largest = maxval([(abs(step(k))/sqrt(result%covariance(k, k)), k=1, n)])
+        do i = 1, size(arcs)
+            correction = [step, arcs(i)%best - matmul(arcs(i)%gain, step)]
+            call arcs(i)%problem%correct(correction)
+        end do
+    end subroutine step_all
+
+    !> Residuals at the state, and what does not belong to the fit left out.
+    subroutine refresh_and_edit(problem, changed)
+        type(whitened_problem_t), intent(inout) :: problem
+        logical, intent(inout) :: changed
+
+        real(dp) :: residuals(problem%observations), normalised(size(problem%star_kept))
+        logical :: kept(size(problem%acceleration_kept, 2))
+        integer :: axis, i
+
+        call problem%compare(residuals)
+        kept = .true.
+        do axis = 1, 3
+            call leave_out_worst(abs(problem%whiteners(axis)%innovations(problem%acceleration_residual(axis, :))), LIMIT, &
+                                 MEDIAN_OF_ONE, problem%acceleration_kept(axis, :), changed)
+            kept = kept .and. problem%acceleration_kept(axis, :)
+        end do
+        do axis = 1, 3
+            problem%acceleration_kept(axis, :) = kept
+        end do
+        do i = 1, size(normalised)
+            normalised(i) = norm2(problem%star_angles(:, i)/problem%noise%of_head(problem%data%stars%head(i)))
+        end do
+        call leave_out_worst(normalised, LIMIT, MEDIAN_OF_THREE, problem%star_kept, changed)
+    end subroutine refresh_and_edit
+
+    !> The noise of all arcs together.
+    subroutine find_noise(arcs, result)
+        type(arc_t), intent(inout) :: arcs(:)
+        type(arcs_fit_t), intent(inout) :: result
+
+        type(autocovariances_t) :: linear(3), angular(3)
+        type(autoregression_t) :: linear_noise(3), angular_noise(3)
+        real(dp) :: taken
+        integer :: axis, i
+
+        do axis = 1, 3
+            call linear(axis)%begin(ORDER)
+            call angular(axis)%begin(ORDER)
+            taken = 0
+            do i = 1, size(arcs)
+                associate (p => arcs(i)%problem)
+                    call linear(axis)%add(p%data%accelerometer_epoch, p%acceleration_residual(axis, :), &
+                                          p%acceleration_kept(axis, :))
+                    taken = taken + count(KINDS(KIND_OF(arcs(i)%own))%acts_on == ACCELERATION)/3.0_dp
+                    if (p%channel_rows > 0) call angular(axis)%add(p%data%accelerometer_epoch, p%channel_residual(axis, :), &
+                                                                   p%acceleration_kept(axis, :))
+                end associate
+            end do
+            linear_noise(axis) = predictors_of(linear(axis), linear(axis)%count - taken)
+            result%rms(axis) = linear_noise(axis)%deviation(0)
+            result%innovation(axis) = linear_noise(axis)%deviation(ORDER)
+            angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - 3.0_dp*size(arcs))
+            result%angular_rms(axis) = angular_noise(axis)%deviation(0)
+            result%star_sigma(axis) = sigma_of_head(1, axis)
+            result%second_sigma(axis) = sigma_of_head(2, axis)
+        end do
+        do i = 1, size(arcs)
+            arcs(i)%problem%noise%star_camera_sigma = max(1e-10_dp, result%star_sigma)
+            arcs(i)%problem%noise%second_head_sigma = result%second_sigma
+            call take_noise(arcs(i)%problem, linear_noise, angular_noise)
+        end do
+
+    contains
+
+        !> The noise of a head about an axis, rad; 0: it has no samples.
+        real(dp) function sigma_of_head(head, about) result(sigma)
+            integer, intent(in) :: head, about
+
+            real(dp) :: squares, free
+            integer :: k, own
+
+            sigma = 1
+            if (head == 2 .and. about /= 2) return      ! gyros know their own axis best
+            squares = 0
+            free = 0
+            do k = 1, size(arcs)
+                associate (p => arcs(k)%problem)
+                    if (count(p%star_kept .and. p%data%stars%head == head) == 0) cycle
+                    own = count(is_rotational(arcs(k)%own) .and. KIND_OF(arcs(k)%own) /= OF_FIELD_BIAS)/3
+                    if (head == 2) own = 2
+                    squares = squares + sum(p%star_angles(about, :)**2, mask=p%star_kept .and. p%data%stars%head == head)
+                    free = free + count(p%star_kept .and. p%data%stars%head == head) - own
+                end associate
+            end do
+            sigma = 0
+            if (free > 0) sigma = sqrt(squares/free)
+        end function sigma_of_head
+    end subroutine find_noise
+
+    !> Puts the delays that were found into what is believed, and takes them from the state.
+    subroutine move_delays(arcs, shared, believed, moved, settled)
+        type(arc_t), intent(inout) :: arcs(:)
+        integer, intent(in) :: shared(:)
+        type(observation_set_t), intent(inout) :: believed(:)
+        real(dp), intent(inout) :: moved(:)
+        logical, intent(out) :: settled
+
+        real(dp) :: value
+        integer :: i, k
+
+        settled = .true.
+        do k = 1, size(shared)
+            if (.not. any(shared(k) == [ALL_RODS_DELAY, SAMPLING_DELAY])) cycle
+            value = arcs(1)%problem%state%value(shared(k))
+            if (abs(value) < SAME_DELAY) cycle
+            settled = .false.
+            moved(k) = moved(k) + value
+            do i = 1, size(arcs)
+                arcs(i)%problem%state%value(shared(k)) = 0
+                if (shared(k) == ALL_RODS_DELAY) then
+                    believed(i)%knowledge%rods%delay = believed(i)%knowledge%rods%delay + value
+                else
+                    believed(i)%knowledge%accelerometer_delay = believed(i)%knowledge%accelerometer_delay + value
+                end if
+            end do
+        end do
+    end subroutine move_delays
+
+    !> The offset by each arc, and how far they are from each other.
+    subroutine look_at_arcs(arcs, result)
+        type(arc_t), intent(in) :: arcs(:)
+        type(arcs_fit_t), intent(inout) :: result
+
+        type(error_t), allocatable :: singular
+        real(dp) :: change(3), condition
+        integer :: i
+
+        allocate (result%arc_offset(3, size(arcs)), result%arc_covariance(3, 3, size(arcs)), source=0.0_dp)
+        do i = 1, size(arcs)
+            result%samples = result%samples + count(arcs(i)%problem%acceleration_kept)/3
+            result%edited(1) = result%edited(1) + count(.not. arcs(i)%problem%acceleration_kept)
+            result%edited(2) = result%edited(2) + count(.not. arcs(i)%problem%star_kept)
+            call solve_normal_equations(arcs(i)%reduced(:3, :3), arcs(i)%rhs(:3), change, result%arc_covariance(:, :, i), &
+                                        condition, singular)
+            result%arc_offset(:, i) = result%value(:3) + change
+            if (allocated(singular)) cycle
+            result%chi_square = result%chi_square + dot_product(change, matmul(arcs(i)%reduced(:3, :3), change))
+            result%degrees = result%degrees + 3
+        end do
+        result%degrees = max(0, result%degrees - 3)
+    end subroutine look_at_arcs
+end module gracecg_estimation_arcs
