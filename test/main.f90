@@ -64,6 +64,7 @@ program tester
     use test_preprocessing, only: collect_preprocessing
     use test_square_root_information, only: collect_square_root_information
     use test_gauss_markov, only: collect_gauss_markov
+    use test_autoregression, only: collect_autoregression
     use test_parallel, only: collect_parallel
     use test_statistics, only: collect_statistics
     use test_spike_screen, only: collect_spike_screen
@@ -194,6 +195,7 @@ program tester
              new_testsuite('preprocessing', collect_preprocessing), &
              new_testsuite('square-root-information', collect_square_root_information), &
              new_testsuite('gauss-markov', collect_gauss_markov), &
+             new_testsuite('autoregression', collect_autoregression), &
              new_testsuite('parallel', collect_parallel), &
              new_testsuite('statistics', collect_statistics), &
              new_testsuite('spike-screen', collect_spike_screen), &

@@ -132,7 +132,7 @@ def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str
         Start (GPS s past 2000-01-01 12:00:00) and duration (s) of the sub-manoeuvres; those of the SOE file in the
         folder, or by the currents.
     source : str, optional
-        "torque+cal" (default), "torque", "acc-cal", "acc-raw", "sca" or "imu".
+        "torque+cal" (default), "torque", "acc-cal", "acc-raw", "sca", "imu" or "optimal".
     day : str, optional
         The manoeuvre that this day, as "2020-02-01", has part of, with the days before and behind it; of all files.
     """

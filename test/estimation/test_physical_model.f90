@@ -12,7 +12,7 @@ module test_physical_model
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
-        prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, &
+        prepare_model, integrate_trajectory, predict_accelerations, predict_channels, star_angles, turned_by, &
         turn_between, correct_state
     use test_estimators, only: example, OMEGA_0, Q_0
     use fixture, only: check_passes
@@ -103,7 +103,7 @@ contains
             step = 1e-6_dp
         case (OF_ATTITUDE_ANGLES)
             step = 1e-4_dp
-        case (OF_TORQUE, OF_TORQUE_CHANGE)
+        case (OF_TORQUE, OF_TORQUE_CHANGE, OF_TORQUE_BENDS)
             step = 1e-5_dp
         case (OF_DRIFT)
             step = 1e-9_dp
@@ -125,7 +125,7 @@ contains
         type(model_state_t) :: state, changed
         type(model_trajectory_t) :: trajectory, other
         type(fitting_data_t) :: data
-        real(dp), allocatable :: partials(:, :, :), predicted(:, :, :)
+        real(dp), allocatable :: partials(:, :, :), predicted(:, :, :), of_channels(:, :, :), shown(:, :, :)
         real(dp) :: star_partials(PARAMETERS, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
         real(dp) :: change(PARAMETERS)
         integer :: p, i, side, n
@@ -134,9 +134,10 @@ contains
         if (allocated(error)) return
         state = general_state()
         n = size(data%accelerometer_epoch)
-        allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2))
+        allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2), of_channels(PARAMETERS, 3, n), shown(3, n, 2))
         call integrate_trajectory(model, state, trajectory)
         call predict_accelerations(model, state, trajectory, data%accelerometer_epoch, predicted(:, :, 1), partials)
+        call predict_channels(model, state, trajectory, data%accelerometer_epoch, shown(:, :, 1), of_channels)
         do i = 1, size(STAR_TIMES)
             call star_angles(model, state, trajectory, STAR_TIMES(i), 2, trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
                              angles(:, i, 1), star_partials(:, :, i))
@@ -149,6 +150,7 @@ contains
                 call correct_state(model, change, changed)
                 call integrate_trajectory(model, changed, other)
                 call predict_accelerations(model, changed, other, data%accelerometer_epoch, predicted(:, :, side))
+                call predict_channels(model, changed, other, data%accelerometer_epoch, shown(:, :, side))
                 do i = 1, size(STAR_TIMES)          ! computed minus nominal
                     call star_angles(model, changed, other, STAR_TIMES(i), 2, &
                                      trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), angles(:, i, side))
@@ -156,6 +158,9 @@ contains
             end do
             predicted(:, :, 1) = (predicted(:, :, 1) - predicted(:, :, 2))/(2*step_of(p))
             call check_close(partials(p, :, :), predicted(:, :, 1), 2e-6_dp, ', accelerometer')
+            if (allocated(error)) return
+            shown(:, :, 1) = (shown(:, :, 1) - shown(:, :, 2))/(2*step_of(p))
+            call check_close(of_channels(p, :, :), shown(:, :, 1), 2e-5_dp, ', angular channels')
             if (allocated(error)) return
             angles(:, :, 1) = -(angles(:, :, 1) - angles(:, :, 2))/(2*step_of(p))
             call check_close(star_partials(p, :, :), angles(:, :, 1), 2e-4_dp, ', star camera')

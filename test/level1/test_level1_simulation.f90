@@ -1021,7 +1021,7 @@ contains
             associate (solution => estimate%solutions(i))
                 off = abs(solution%offset - truth%offset)
                 sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
-                if (solution%source == 'torque+cal' .or. solution%source == 'acc-cal') then
+                if (any(solution%source == ['torque+cal', 'acc-cal   ', 'optimal   '])) then
                     call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
                                solution%flag == 0, solution%source)
                 else

@@ -12,6 +12,7 @@ module gracecg_level1_sources
     use gracecg_level1_drive, only: level1_drive_t
     use gracecg_level1_firings, only: SAMPLE
     use gracecg_level1_gyros, only: gyro_attitude
+    use gracecg_level1_optimal_source, only: solve_optimal
     use gracecg_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset, &
         modelled_acceleration
     use gracecg_level1_outcome, only: level1_estimate_t
@@ -21,8 +22,8 @@ module gracecg_level1_sources
     public :: LEVEL1_SOURCES, solve_by_source, drop_outliers
 
     !> The sources; the first is the recommended one
-    character(10), parameter :: LEVEL1_SOURCES(6) = [character(10) :: 'torque+cal', 'torque', 'acc-cal', 'acc-raw', 'sca', &
-                                                     'imu']
+    character(10), parameter :: LEVEL1_SOURCES(7) = [character(10) :: 'torque+cal', 'torque', 'acc-cal', 'acc-raw', 'sca', &
+                                                     'imu', 'optimal']
 
 contains
 
@@ -66,7 +67,7 @@ contains
             associate (span => calibration%spans(i), motion => estimate%motion(i))
                 if (.not. span%used) cycle
                 select case (source)
-                case ('torque+cal')
+                case ('torque+cal', 'optimal')
                     series(i)%acceleration = motion%torque
                 case ('torque')
                     series(i)%acceleration = motion%torque
@@ -94,6 +95,11 @@ contains
                 if (allocated(error)) return
             end associate
         end do
+        if (source == 'optimal') then
+            call solve_optimal(calibration, setup, estimate%gyros, leakage, estimate%steps, solution, error)
+            call move_alloc(series, solution%series)
+            return
+        end if
         call list_considered(calibration, setup, estimate, source, series, considered)
         call solve_offset(calibration, estimate%motion, series, considered, estimate%rods%driven, leakage, &
                           setup%leakage_prior, setup%scale_sigma, solution, error, setup%proportional_leakage)

@@ -11,7 +11,7 @@ module gracecg_level1_to_observations
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_estimation_physical_model, only: turned_by
-    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, field_sigma
     use gracecg_level1_gyros, only: gyro_axes_t, gyro_attitude
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
@@ -19,6 +19,7 @@ module gracecg_level1_to_observations
     public :: arcs_of_spans
 
     real(dp), parameter :: SHORTEST = 15        !! Of an arc, s
+    real(dp), parameter :: BEFORE = 0.3_dp, AFTER = 1.0_dp  !! Left out about a firing, s
     real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s
 
 contains
@@ -40,11 +41,11 @@ contains
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 if (.not. span%used) cycle
-                cuts = [span%start + ENDS, pack(span%firings, span%firings > span%start .and. span%firings < span%stop), &
-                        span%stop - ENDS]
+                cuts = [span%start + ENDS - AFTER, pack(span%firings, span%firings > span%start .and. &
+                                                        span%firings < span%stop), span%stop - ENDS + BEFORE]
                 do k = 1, size(cuts) - 1
                     if (cuts(k + 1) - cuts(k) < SHORTEST) cycle
-                    call make_arc(calibration, setup, axes, span, cuts(k), cuts(k + 1), set, error)
+                    call make_arc(calibration, setup, axes, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, set, error)
                     call add_context(error, 'span '//integer_text(i))
                     if (allocated(error)) return
                     sets = [sets, set]
@@ -91,7 +92,7 @@ contains
             knowledge%camera = 0
             knowledge%accelerometer_noise%sides = ONE_SIDED
             knowledge%accelerometer_delay = setup%accelerometer_delay
-            knowledge%a_priori%sigma_magnetometer_bias = setup%field_sigma
+            knowledge%a_priori%sigma_magnetometer_bias = field_sigma(calibration, setup)
             knowledge%a_priori%sigma_torque = 1e-4_dp       ! a line of torque is the arc's own, of any size
             wanted = pack([(k, k=1, size(calibration%current_time))], &
                           calibration%current_time >= span%start .and. calibration%current_time <= span%stop)

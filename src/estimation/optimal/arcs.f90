@@ -49,12 +49,14 @@ module gracecg_estimation_arcs
         integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
         real(dp), allocatable :: value(:)           !! Of them, SI units: errors of what was believed
         real(dp), allocatable :: covariance(:, :)
+        real(dp), allocatable :: information(:, :)  !! Of the samples about them, without a-priori knowledge
         real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, m
         real(dp), allocatable :: arc_covariance(:, :, :)
         real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
         integer :: degrees = 0                      !! Of freedom of it
         real(dp) :: condition = 0                   !! Of the normal matrix of the shared parameters
         real(dp) :: rms(3) = 0, angular_rms(3) = 0  !! Of the residuals, m/s^2, rad/s^2
+        type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
         real(dp) :: innovation(3) = 0               !! Standard deviation of a sample when its predecessors are known, m/s^2
         real(dp) :: star_sigma(3) = 0, second_sigma(3) = 0  !! Found of the two heads, rad
         integer :: samples = 0, edited(3) = 0       !! Of the accelerometer; left out of accelerometer, heads, channels
@@ -92,6 +94,7 @@ contains
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
                 call add_context(error, 'arc '//integer_text(i))
                 if (allocated(error)) return
+                if (round > 1) call take_noise(arcs(i)%problem, result%linear_noise, result%angular_noise)
             end do
             call fit(arcs, prior, moved, result, error)
             if (allocated(error)) return
@@ -135,8 +138,6 @@ contains
             at%noise = before%noise
             at%star_kept = before%star_kept
             at%acceleration_kept = before%acceleration_kept
-            at%whiteners = before%whiteners
-            at%channel_whiteners = before%channel_whiteners
         end associate
     end subroutine prepare_arc
 
@@ -251,6 +252,7 @@ contains
             normal = normal + arcs(i)%reduced
             rhs = rhs + arcs(i)%rhs
         end do
+        result%information = normal
         associate (now => arcs(1)%problem%state%value(result%shared) + moved)
             do k = 1, n
                 if (.not. prior(k) > 0) cycle
@@ -301,7 +303,6 @@ contains
         type(arcs_fit_t), intent(inout) :: result
 
         type(autocovariances_t) :: linear(3), angular(3)
-        type(autoregression_t) :: linear_noise(3), angular_noise(3)
         real(dp) :: taken
         integer :: axis, i
 
@@ -318,18 +319,18 @@ contains
                                                                    p%acceleration_kept(axis, :))
                 end associate
             end do
-            linear_noise(axis) = predictors_of(linear(axis), linear(axis)%count - taken)
-            result%rms(axis) = linear_noise(axis)%deviation(0)
-            result%innovation(axis) = linear_noise(axis)%deviation(ORDER)
-            angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - 3.0_dp*size(arcs))
-            result%angular_rms(axis) = angular_noise(axis)%deviation(0)
+            result%linear_noise(axis) = predictors_of(linear(axis), linear(axis)%count - taken)
+            result%rms(axis) = result%linear_noise(axis)%deviation(0)
+            result%innovation(axis) = result%linear_noise(axis)%deviation(ORDER)
+            result%angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - 3.0_dp*size(arcs))
+            result%angular_rms(axis) = result%angular_noise(axis)%deviation(0)
             result%star_sigma(axis) = sigma_of_head(1, axis)
             result%second_sigma(axis) = sigma_of_head(2, axis)
         end do
         do i = 1, size(arcs)
             arcs(i)%problem%noise%star_camera_sigma = max(1e-10_dp, result%star_sigma)
             arcs(i)%problem%noise%second_head_sigma = result%second_sigma
-            call take_noise(arcs(i)%problem, linear_noise, angular_noise)
+            call take_noise(arcs(i)%problem, result%linear_noise, result%angular_noise)
         end do
 
     contains
