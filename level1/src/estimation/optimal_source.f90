@@ -3,10 +3,10 @@
 module gracecg_level1_optimal_source
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
+    use gracecg_estimation_information, only: information_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
@@ -85,7 +85,7 @@ contains
         own = OF_ARC
         shared = OF_ALL
         prior = [spread(0.0_dp, 1, 3), spread(setup%scale_sigma, 1, 3), spread(setup%gain_sigma, 1, 3), ANY_DELAY, &
-                 spread(times*by_moment(setup%leakage_prior(1)), 1, 9), spread(times*by_moment(setup%leakage_prior(2)), 1, 9)]
+                 spread(times*by_moment(setup, setup%leakage_prior(1)), 1, 9), spread(times*by_moment(setup, setup%leakage_prior(2)), 1, 9)]
         if (calibration%has_angular) then
             own = [own, CHANNEL_BIAS, CHANNEL_DRIFT]
             shared = [shared, OF_CHANNELS]
@@ -97,16 +97,15 @@ contains
             prior = [prior, ANY_DELAY]
         end if
         call estimate_arcs(sets, estimation_options_t(), shared, prior, own, fit, error)
-
-    contains
-
-        !> Leakage by the moment of the weakest rod, from that by its current.
-        real(dp) function by_moment(by_current)
-            real(dp), intent(in) :: by_current
-
-            by_moment = max(by_current, tiny(by_current))/minval(setup%rod_gain)
-        end function by_moment
     end subroutine fit_spans
+
+    !> Leakage by the moment of the weakest rod, from that by its current.
+    pure real(dp) function by_moment(setup, by_current)
+        type(level1_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: by_current          !! m/s^2/mA, or m/s^2/(mA/s)
+
+        by_moment = max(by_current, tiny(by_current))/minval(setup%rod_gain)
+    end function by_moment
 
     pure function sigmas(fit)
         type(arcs_fit_t), intent(in) :: fit
@@ -123,29 +122,27 @@ contains
         type(level1_setup_t), intent(in) :: setup
         real(dp), intent(out) :: sigma(3)
 
-        real(dp), allocatable :: normal(:, :), covariance(:, :), step(:)
-        real(dp) :: condition
+        type(information_t) :: information
         type(error_t), allocatable :: singular
+        real(dp) :: step(size(fit%shared)), covariance(size(fit%shared), size(fit%shared))
         integer :: k
 
-        normal = fit%information
-        allocate (covariance, mold=normal)
-        allocate (step(size(normal, 1)))
-        do k = 1, size(step)
+        information = fit%information
+        do k = 1, size(fit%shared)
             select case (KIND_OF(fit%shared(k)))
             case (OF_OFFSET)
                 continue
             case (OF_LEAKAGE)
-                normal(k, k) = normal(k, k) + (minval(setup%rod_gain)/max(setup%leakage_prior(1), tiny(1.0_dp)))**2
+                call information%expect(k, by_moment(setup, setup%leakage_prior(1)))
             case (OF_LEAKAGE_RATE)
-                normal(k, k) = normal(k, k) + (minval(setup%rod_gain)/max(setup%leakage_prior(2), tiny(1.0_dp)))**2
+                call information%expect(k, by_moment(setup, setup%leakage_prior(2)))
             case (OF_SCALE_FACTORS)
-                normal(k, k) = normal(k, k) + 1/setup%scale_sigma**2
+                call information%expect(k, setup%scale_sigma)
             case default
-                normal(k, k) = normal(k, k) + 1
+                call information%expect(k, ANY_CHANNEL)
             end select
         end do
-        call solve_normal_equations(normal, 0*step, step, covariance, condition, singular)
+        call information%solve(step, covariance, singular)
         sigma = 0
         if (.not. allocated(singular)) sigma = sqrt([(covariance(k, k), k=1, 3)])
     end subroutine sigma_with_prior
@@ -165,7 +162,7 @@ contains
         solution%formal = solution%covariance
         solution%rms = fit%rms
         solution%samples = fit%samples
-        solution%condition = fit%condition
+        solution%condition = 0                      ! not looked at: the a-priori knowledge keeps it sound
         solution%whiteness = 1                      ! the noise has the spectrum of the residuals
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees

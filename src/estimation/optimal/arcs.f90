@@ -10,10 +10,11 @@ module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
+    use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_noise_whitening, only: autoregressive_whitener
@@ -38,10 +39,8 @@ module gracecg_estimation_arcs
     type :: arc_t
         type(whitened_problem_t) :: problem
         integer, allocatable :: own(:)              !! Its own parameters, places among all
-        real(dp), allocatable :: reduced(:, :), rhs(:)      !! Normal equations of the shared parameters
-        real(dp), allocatable :: inverse(:, :), gain(:, :), best(:)
-        !! Of its own: inverse normal matrix, how they follow the shared ones, their correction where those stay
-        real(dp) :: squares = 0                     !! Of its whitened residuals
+        type(information_t) :: information          !! About corrections of the shared parameters
+        type(eliminated_t) :: eliminated            !! Corrections of its own
     end type arc_t
 
     !> The result.
@@ -49,12 +48,11 @@ module gracecg_estimation_arcs
         integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
         real(dp), allocatable :: value(:)           !! Of them, SI units: errors of what was believed
         real(dp), allocatable :: covariance(:, :)
-        real(dp), allocatable :: information(:, :)  !! Of the samples about them, without a-priori knowledge
+        type(information_t) :: information          !! Of the samples about their corrections, without a-priori knowledge
         real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, m
         real(dp), allocatable :: arc_covariance(:, :, :)
         real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
         integer :: degrees = 0                      !! Of freedom of it
-        real(dp) :: condition = 0                   !! Of the normal matrix of the shared parameters
         real(dp) :: rms(3) = 0, angular_rms(3) = 0  !! Of the residuals, m/s^2, rad/s^2
         type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
         real(dp) :: innovation(3) = 0               !! Standard deviation of a sample when its predecessors are known, m/s^2
@@ -209,27 +207,18 @@ contains
         integer, intent(in) :: n                    !! Number of shared parameters
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), rhs(:)
-        real(dp) :: condition
+        real(dp), allocatable :: partials(:, :), residuals(:), weights(:)
         integer :: all
 
         associate (problem => arc%problem)
             all = n + size(arc%own)
-            allocate (partials(all, problem%observations), residuals(problem%observations), weights(problem%observations), &
-                      normal(all, all), rhs(all))
+            allocate (partials(all, problem%observations), residuals(problem%observations), weights(problem%observations))
             call problem%linearise(partials, residuals, weights, error)
             if (allocated(error)) return
-            call grouped_normal_equations(problem%groups, partials, residuals, normal, rhs)
-            if (allocated(arc%best)) deallocate (arc%best, arc%inverse)
-            allocate (arc%best(all - n), arc%inverse(all - n, all - n))
-            call solve_normal_equations(normal(n + 1:, n + 1:), rhs(n + 1:), arc%best, arc%inverse, condition, error, &
-                                        problem%names(n + 1:))
-            if (allocated(error)) return
-            arc%gain = matmul(arc%inverse, normal(n + 1:, :n))
-            arc%reduced = normal(:n, :n) - matmul(transpose(normal(n + 1:, :n)), arc%gain)
-            arc%reduced = (arc%reduced + transpose(arc%reduced))/2
-            arc%rhs = rhs(:n) - matmul(rhs(n + 1:), arc%gain)
-            arc%squares = sum(residuals**2)
+            arc%information = no_information(all)
+            call grouped_normal_equations(problem%groups, partials, residuals, arc%information%matrix, arc%information%rhs)
+            arc%information%squares = sum(residuals**2)
+            call arc%information%eliminate(n, arc%eliminated, error, problem%names(n + 1:))
         end associate
     end subroutine reduce_arc
 
@@ -241,33 +230,29 @@ contains
         real(dp), intent(out) :: largest            !! Of the shared ones, standard deviations
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: normal(size(prior), size(prior)), rhs(size(prior)), step(size(prior))
+        type(information_t) :: all
+        real(dp) :: step(size(prior)), now(size(prior))
         real(dp), allocatable :: correction(:)
         integer :: i, k, n
 
         n = size(prior)
-        normal = 0
-        rhs = 0
+        all = no_information(n)
         do i = 1, size(arcs)
-            normal = normal + arcs(i)%reduced
-            rhs = rhs + arcs(i)%rhs
+            call all%add(arcs(i)%information)
         end do
-        result%information = normal
-        associate (now => arcs(1)%problem%state%value(result%shared) + moved)
-            do k = 1, n
-                if (.not. prior(k) > 0) cycle
-                normal(k, k) = normal(k, k) + 1/prior(k)**2
-                rhs(k) = rhs(k) - now(k)/prior(k)**2
-            end do
-        end associate
+        result%information = all
+        now = arcs(1)%problem%state%value(result%shared) + moved
+        do k = 1, n
+            call all%expect(k, prior(k))
+            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - now(k)/prior(k)**2
+        end do
         if (.not. allocated(result%covariance)) allocate (result%covariance(n, n))
-        call solve_normal_equations(normal, rhs, step, result%covariance, result%condition, error, &
-                                    parameter_names(result%shared))
+        call all%solve(step, result%covariance, error, parameter_names(result%shared))
         call add_context(error, 'what the arcs share')
         if (allocated(error)) return
         largest = maxval([(abs(step(k))/sqrt(result%covariance(k, k)), k=1, n)])
         do i = 1, size(arcs)
-            correction = [step, arcs(i)%best - matmul(arcs(i)%gain, step)]
+            correction = [step, arcs(i)%eliminated%value_at(step)]
             call arcs(i)%problem%correct(correction)
         end do
     end subroutine step_all
@@ -395,7 +380,8 @@ contains
         type(arcs_fit_t), intent(inout) :: result
 
         type(error_t), allocatable :: singular
-        real(dp) :: change(3), condition
+        type(information_t) :: alone
+        real(dp) :: change(3)
         integer :: i
 
         allocate (result%arc_offset(3, size(arcs)), result%arc_covariance(3, 3, size(arcs)), source=0.0_dp)
@@ -403,11 +389,12 @@ contains
             result%samples = result%samples + count(arcs(i)%problem%acceleration_kept)/3
             result%edited(1) = result%edited(1) + count(.not. arcs(i)%problem%acceleration_kept)
             result%edited(2) = result%edited(2) + count(.not. arcs(i)%problem%star_kept)
-            call solve_normal_equations(arcs(i)%reduced(:3, :3), arcs(i)%rhs(:3), change, result%arc_covariance(:, :, i), &
-                                        condition, singular)
+            alone%matrix = arcs(i)%information%matrix(:3, :3)
+            alone%rhs = arcs(i)%information%rhs(:3)
+            call alone%solve(change, result%arc_covariance(:, :, i), singular)
             result%arc_offset(:, i) = result%value(:3) + change
             if (allocated(singular)) cycle
-            result%chi_square = result%chi_square + dot_product(change, matmul(arcs(i)%reduced(:3, :3), change))
+            result%chi_square = result%chi_square + dot_product(change, matmul(alone%matrix, change))
             result%degrees = result%degrees + 3
         end do
         result%degrees = max(0, result%degrees - 3)
