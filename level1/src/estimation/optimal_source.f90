@@ -85,7 +85,8 @@ contains
         own = OF_ARC
         shared = OF_ALL
         prior = [spread(0.0_dp, 1, 3), spread(setup%scale_sigma, 1, 3), spread(setup%gain_sigma, 1, 3), ANY_DELAY, &
-                 spread(times*by_moment(setup, setup%leakage_prior(1)), 1, 9), spread(times*by_moment(setup, setup%leakage_prior(2)), 1, 9)]
+                 spread(times*by_moment(setup, setup%leakage_prior(1)), 1, 9), &
+                 spread(times*by_moment(setup, setup%leakage_prior(2)), 1, 9)]
         if (calibration%has_angular) then
             own = [own, CHANNEL_BIAS, CHANNEL_DRIFT]
             shared = [shared, OF_CHANNELS]
