@@ -40,8 +40,8 @@ contains
                                 'SOE file in the folder (CMCAL), from --spans or --span, or from the currents. Angular '// &
                                 'acceleration comes from sources that check each other: the rods'' torque with gains from '// &
                                 'the attitude (torque+cal, recommended) or as said (torque), the accelerometer''s angular '// &
-                                'channels calibrated by the torque (acc-cal) or raw (acc-raw), star cameras (sca), gyros (imu). '// &
-                                'The source optimal is one fit of all of them and of all spans.', &
+                                'channels calibrated by the torque (acc-cal) or raw (acc-raw), star cameras (sca), gyros '// &
+                                '(imu). The source optimal is one fit of all of them and of all spans.', &
                                 'gracecg level1 estimate day --setup setup.nml')
         call declare_data_options(arguments)
         call arguments%add_option('--source', 'SOURCE', 'one of the sources, or all (default); the first is the result', &
