@@ -587,7 +587,7 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        real(dp), parameter :: NEAR(5) = [0.5_dp, 20.0_dp, 0.5_dp, 0.5_dp, 5.0_dp]*MICROMETRE
+        real(dp), parameter :: NEAR(6) = [0.5_dp, 20.0_dp, 0.5_dp, 0.5_dp, 5.0_dp, 0.5_dp]*MICROMETRE
         integer :: i
 
         call estimate_day('l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate, failure)

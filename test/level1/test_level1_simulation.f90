@@ -960,7 +960,7 @@ contains
 
         type(level1_settings_t) :: settings
 
-        call check_estimate(settings, 'l1s_estimate', .false., 6, error)
+        call check_estimate(settings, 'l1s_estimate', .false., 7, error)
     end subroutine test_estimate
 
     !> The same of GRACE, binary: no gyros, no GNI1B.
@@ -971,7 +971,7 @@ contains
 
         settings%satellite = 'B'
         settings%span%duration = 90
-        call check_estimate(settings, 'l1s_grace', .true., 5, error)
+        call check_estimate(settings, 'l1s_grace', .true., 6, error)
     end subroutine test_grace
 
     !> GRACE with held currents, whose steps alone tell the delay of the accelerometer: by angular and linear channels
