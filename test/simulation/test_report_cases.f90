@@ -6,7 +6,7 @@ module test_report_cases
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: seconds_between, gmst_1982
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_spacecraft_torque_rods, only: report_pattern, dipole_moment
+    use gracecg_spacecraft_torque_rods, only: rod_pattern, dipole_moment
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY
@@ -149,7 +149,7 @@ contains
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
-            pattern = report_pattern(acting%field)
+            pattern = rod_pattern('y-z', acting%field)
             associate (moment => dipole_moment(case%satellite%rods, 2.5_dp))
                 call check(error, min(maxval(abs(moment - 30*pattern)), &
                                       maxval(abs(moment + 30*pattern))), 0.0_dp, &

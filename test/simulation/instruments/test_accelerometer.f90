@@ -8,8 +8,7 @@ module test_accelerometer
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_from_axis_angle
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t
-    use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration, &
-        WARNING_LENGTH
+    use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
     use statistics, only: Z_999, mean, correlation
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -34,7 +33,6 @@ contains
                     new_unittest('gravity-gradient-by-difference', test_gravity_gradient), &
                     new_unittest('polynomial', test_polynomial), &
                     new_unittest('noise-of-each-axis', test_noise), &
-                    new_unittest('limits-of-the-specification', test_limits), &
                     new_unittest('rejects-bad-settings', test_settings), &
                     new_unittest('full-scale-and-resolution', test_digits)]
     end subroutine collect_accelerometer
@@ -192,36 +190,6 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_noise
-
-    !> The scale factors of section 5.2 are all three beyond the 1 % of section 3.2.1, nothing else.
-    subroutine test_limits(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(accelerometer_t) :: accelerometer
-        character(WARNING_LENGTH), allocatable :: warnings(:)
-
-        warnings = accelerometer%exceeded_limits()
-        call check(error, size(warnings), 3)
-        if (allocated(error)) return
-        call check(error, all(index(warnings, 'scale1') > 0), warnings(1))
-        if (allocated(error)) return
-        accelerometer%scale1 = 1
-        warnings = accelerometer%exceeded_limits()
-        call check(error, size(warnings), 0)
-        if (allocated(error)) return
-        accelerometer%bias(1) = 3e-6_dp
-        accelerometer%scale2(2) = -51
-        accelerometer%scale3(3) = ieee_value(1.0_dp, ieee_quiet_nan)
-        warnings = accelerometer%exceeded_limits()
-        call check(error, size(warnings), 3)
-        if (allocated(error)) return
-        accelerometer%quantised = .true.
-        accelerometer%resolution = 2e-10_dp
-        accelerometer%limited = .true.
-        warnings = accelerometer%exceeded_limits()
-        call check(error, size(warnings), 4)
-        if (allocated(error)) return
-        call check(error, warnings(4), 'accelerometer resolution: 2.000000E-10 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
-    end subroutine test_limits
 
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error

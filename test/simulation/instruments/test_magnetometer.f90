@@ -3,7 +3,6 @@ module test_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_magnetometer, only: magnetometer_t
     use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
@@ -28,8 +27,7 @@ contains
                     new_unittest('resolution', test_resolution), &
                     new_unittest('rejects-bad-settings', test_settings), &
                     new_unittest('linearity', test_linearity), &
-                    new_unittest('bandwidth', test_bandwidth), &
-                    new_unittest('limits-of-the-specification', test_limits)]
+                    new_unittest('bandwidth', test_bandwidth)]
     end subroutine collect_magnetometer
 
     !> The departure from the straight line is odd, 0 in the middle and at the ends of the range, and at most the
@@ -89,35 +87,6 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_bandwidth
-
-    !> The report's own performance keeps its limits; each value beyond one has its sentence.
-    subroutine test_limits(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(magnetometer_t) :: magnetometer
-        type(string_t), allocatable :: warnings(:)
-
-        call magnetometer%exceeded_limits(warnings)
-        call check(error, size(warnings), 0)
-        if (allocated(error)) return
-        magnetometer%bias(2) = -101e-9_dp
-        magnetometer%linearity = 26e-9_dp
-        magnetometer%noise = 4e-9_dp
-        call magnetometer%exceeded_limits(warnings)
-        call check(error, size(warnings), 3)
-        if (allocated(error)) return
-        call check(error, index(warnings(1)%text, 'bias, y axis') > 0 .and. index(warnings(2)%text, 'linearity') > 0 &
-                   .and. index(warnings(3)%text, 'noise') > 0)
-        if (allocated(error)) return
-        magnetometer%range = 60e-6_dp
-        magnetometer%resolution = 30e-9_dp
-        call magnetometer%exceeded_limits(warnings)
-        call check(error, size(warnings), 3, 'neither is in force')
-        if (allocated(error)) return
-        magnetometer%limited = .true.
-        magnetometer%quantised = .true.
-        call magnetometer%exceeded_limits(warnings)
-        call check(error, size(warnings), 5)
-    end subroutine test_limits
 
     subroutine take_samples(magnetometer, measured)
         type(magnetometer_t), intent(in) :: magnetometer

@@ -21,7 +21,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
-        earth_flux_acceleration, air_on_surface, sunlight_on_surface, earth_radiation_load, gas_t, wall_t, &
+        earth_flux_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_simulation_attitude_control, only: attitude_control_t
@@ -259,9 +259,11 @@ contains
             return
         end if
         ! molecular oxygen, below 1 % of the mass above 300 km, is left out of the mean molar mass
-        call air_on_surface(self%surface, self%centre_of_mass, &
-                            gas_t(air%density, air%temperature, mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
-                            self%wall, velocity_in_air, self%mass, self%drag_coefficient, load, acting%drag)
+        load = aerodynamic_load(self%surface, self%centre_of_mass, &
+                                gas_t(air%density, air%temperature, mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
+                                self%wall, velocity_in_air)
+        acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, air%density, velocity_in_air, &
+                                        load%projected_area)
         if (self%forces_by_plates) acting%drag = load%force/self%mass
         if (with_torques) acting%torque_aero = load%torque
     end subroutine air_loads
@@ -309,8 +311,9 @@ contains
             illumination = conical_shadow(place, sun)
             to_sun = transformed(acting%body_from_inertial, sun - place)
             if (with_torques .or. self%forces_by_plates) then
-                call sunlight_on_surface(self%surface, self%centre_of_mass, self%solar_irradiance, illumination, to_sun, &
-                                         self%mass, self%reflectivity_sun, load, acting%srp)
+                load = solar_radiation_load(self%surface, self%centre_of_mass, self%solar_irradiance, illumination, to_sun)
+                acting%srp = solar_radiation_acceleration(self%surface, self%mass, self%reflectivity_sun, &
+                                                          self%solar_irradiance, illumination, to_sun, load%projected_area)
                 if (self%forces_by_plates) acting%srp = load%force/self%mass
                 if (with_torques) acting%torque_solar = load%torque
             else
