@@ -17,7 +17,7 @@ module test_report_cases
     use gracecg_simulation_case_library, only: find_case, is_built_in, expanded_cases
     use gracecg_base_text, only: string_t
     use gracecg_files_file, only: remove_file
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
+    use fixture, only: check, FOLDER, make_file, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -79,8 +79,7 @@ contains
 
         do i = 1, 6
             call find_case(PRINTED_CASE_NAMES(i), printed, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call check(error, printed%satellite%reflectivity_sun == 0.45_dp .and. printed%density_scale == 1 .and. &
                        printed%wind_model == 'hwm93' .and. printed%earth_radiation_constants == 'report' .and. &
                        printed%satellite%drag_coefficient == 2 .and. printed%satellite%reflectivity_earth == 0.5_dp, &
@@ -139,8 +138,7 @@ contains
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call build_dynamics(case, dynamics, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
             pattern = rod_pattern('y-z', acting%field)
             associate (moment => dipole_moment(case%satellite%rods, 2.5_dp))
@@ -244,13 +242,11 @@ contains
             call get(to, later, error)
             if (allocated(error)) return
             call build_dynamics(first, dynamics, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             dynamics%with_rods = .false.
             steps = nint(time/20)
             call propagate_arc(dynamics, initial_state(first), time/steps, steps, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             expected = later%position
             if (to == 'front-2') expected(2) = -expected(2)
             call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
@@ -274,13 +270,11 @@ contains
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call case_text(case, text, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call make_file(error, 'case.nml', text)
             if (allocated(error)) return
             call read_case(FOLDER//'case.nml', again, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call check_same(case, again)
             if (allocated(error)) return
             again%quaternion = case%quaternion      ! normalised again: another last digit

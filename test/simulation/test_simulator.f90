@@ -21,7 +21,7 @@ module test_simulation
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_files_file, only: file_exists, remove_file
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -43,9 +43,7 @@ contains
                     new_unittest('files-are-those-of-the-whole', test_files), &
                     new_unittest('used-head-alone', test_used_head), &
                     new_unittest('observables-from-the-truth', test_observables), &
-                    new_unittest('accelerometer-noise', test_accelerometer_noise), &
-                    new_unittest('magnetometer-noise', test_magnetometer_noise), &
-                    new_unittest('star-camera-noise', test_star_camera_noise), &
+                    new_unittest('noise-of-each-instrument', test_noise), &
                     new_unittest('density-wave-in-the-acceleration', test_wave), &
                     new_unittest('drawn-wave', test_drawn_wave), &
                     new_unittest('wave-in-the-dynamics', test_wave_in_dynamics), &
@@ -96,15 +94,13 @@ contains
         if (.not. allocated(failure)) call observe(whole, SEED, 2, all_samples, failure)
         if (.not. allocated(failure)) call begin_flight(case, flight, simulator, failure)
         if (.not. allocated(failure)) call begin_noise(simulator, SEED, 2, noise, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         at = 0
         do i = 1, size(LENGTHS)
             call flight%go_on(LENGTHS(i), simulator, failure)
             if (.not. allocated(failure)) &
                 call observe_piece(simulator, operator_of_run(case, case%operator, SEED, 2), noise, piece, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             if (i == 4) cycle   ! no new epoch: nothing is drawn, the epoch where it stands has no sample twice
             n = [size(piece%accelerometer_time), size(piece%magnetometer_time), size(piece%star_camera_time), &
                  size(piece%orbit_time)]
@@ -145,8 +141,7 @@ contains
         if (.not. allocated(failure)) call new_simulator(order%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, order%seed, order%run, expected, failure)
         if (.not. allocated(failure)) call read_observations(FOLDER, found, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, all(summary%rows == [44, 16, 4, 6, 0]) .and. summary%moves_rods)
         call check(error, all(abs(found%acceleration - expected%acceleration) <= 0) .and. &
                    all(abs(found%field - expected%field) <= 0) .and. &
@@ -172,8 +167,7 @@ contains
         simulator%case%satellite%magnetometer%limited = .true.
         call observe(simulator, SEED, 1, observations, failure)
         if (.not. allocated(failure)) call check_observations(observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         simulator%case%satellite%accelerometer%range = 2e-5_dp      ! bias y -2.28e-5 m/s^2
         call observe(simulator, SEED, 1, observations, failure)
         call check(error, abs(maxval(abs(observations%acceleration)) - 2e-5_dp) <= 0)
@@ -181,8 +175,7 @@ contains
         call check_fails(error, message_of(failure), PARTS)
         observations%knowledge%accelerometer_range = 0              ! an operator who does not know it
         call check_observations(observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         simulator%case%satellite%accelerometer%range = 5e-5_dp
         simulator%case%satellite%magnetometer%range = 2e-5_dp       ! the field has 2.4e-5 T along x
         call observe(simulator, SEED, 1, observations, failure)
@@ -257,36 +250,24 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
-        integer :: i
+        integer :: i, head
 
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
-                   all(shape(observations%quaternion) == [4, 240]) .and. &
-                   all(shape(observations%field) == [3, 60]))
+                   all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))
         if (allocated(error)) return
-        call check(error, maxval(abs(observations%accelerometer_time - [(i/10.0_dp, i=1, 600)])), &
-                   0.0_dp, thr=1e-13_dp)
-        call check(error, maxval(abs(observations%magnetometer_time - [(i, i=1, 60)])), 0.0_dp, &
-                   thr=1e-13_dp)
-        do i = 1, 2
-            call check(error, count(observations%star_camera_head == i), 120)
-            call check_star_times(pack(observations%star_camera_time, &
-                                       observations%star_camera_head == i))
+        call check(error, maxval(abs(observations%accelerometer_time - [(i/10.0_dp, i=1, 600)])), 0.0_dp, thr=1e-13_dp)
+        call check(error, maxval(abs(observations%magnetometer_time - [(i, i=1, 60)])), 0.0_dp, thr=1e-13_dp)
+        do head = 1, 2
+            call check(error, count(observations%star_camera_head == head), 120)
             if (allocated(error)) return
+            associate (times => pack(observations%star_camera_time, observations%star_camera_head == head))
+                call check(error, maxval(abs(times - [(i/2.0_dp, i=1, 120)])), 0.0_dp, thr=1e-13_dp)
+            end associate
         end do
-
-    contains
-
-        subroutine check_star_times(times)
-            real(dp), intent(in) :: times(:)
-            integer :: k
-
-            call check(error, maxval(abs(times - [(k/2.0_dp, k=1, 120)])), 0.0_dp, thr=1e-13_dp)
-        end subroutine check_star_times
     end subroutine test_epochs
 
     !> Greatest differences of accelerations, quaternions and field, in that order.
@@ -310,8 +291,7 @@ contains
         call prepare(another, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 7, first, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call observe(simulator, SEED, 3, between, failure)
         call observe(simulator, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
@@ -330,8 +310,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 7, reference, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         other = simulator
         call observe(other, SEED, 8, changed, failure)
         call check_changed('run')
@@ -370,11 +349,9 @@ contains
         do head = 1, 2
             simulator%case%operator%head = head
             call observe(simulator, SEED, 4, full, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call check(error, all(alone%star_camera_head == head) .and. &
                        size(alone%star_camera_head) == 120)
             if (allocated(error)) return
@@ -419,25 +396,23 @@ contains
                            thr=1e-19_dp)
             end do
             do i = 1, 120
-                call check(error, rotation_angle_between( &
-                           observations%quaternion(:, i), quaternion_product( &
-                           simulator%case%satellite%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), &
-                               0.0_dp, &
-                           thr=1e-14_dp)
+                call check(error, rotation_angle_between(observations%quaternion(:, i), quaternion_product( &
+                           simulator%case%satellite%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), 0.0_dp, thr=1e-14_dp)
             end do
         end associate
     end subroutine test_observables
 
-    !> White noise of (3-2) with the corner at 0: variance = two-sided level times 10 Hz. Variance
-    !> by chi-square, mean by the normal distribution, both with 99.9 % limits.
-    subroutine test_accelerometer_noise(error)
+    !> White noise of (3-2) with the corner at 0, whose variance is the two-sided level times 10 Hz; 3 nT of the
+    !> magnetometer; turns about the star camera's axes as the operator is told, most about the boresight. Variance by
+    !> chi-square, mean by the normal distribution, both with 99.9 % limits.
+    subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: SIGMA(3) = [3.16227766e-10_dp, 3.16227766e-9_dp, 3.16227766e-10_dp]
         type(simulator_t) :: simulator
         type(observation_set_t) :: clean, noisy
         type(error_t), allocatable :: failure
-        real(dp) :: squares(3), total(3)
-        integer :: run
+        real(dp) :: squares(3, 3), total(3, 3), turn(4)     ! of accelerometer, magnetometer, star camera
+        integer :: run, i
 
         call prepare(simulator, error)
         if (allocated(error)) return
@@ -446,70 +421,32 @@ contains
         total = 0
         do run = 1, RUNS
             call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
-            squares = squares + sum((noisy%acceleration - clean%acceleration)**2, 2)
-            total = total + sum(noisy%acceleration - clean%acceleration, 2)
-        end do
-        call check_white(squares/SIGMA**2, total/SIGMA, 600*RUNS, error)
-    end subroutine test_accelerometer_noise
-
-    !> 3 nT on every axis.
-    subroutine test_magnetometer_noise(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(simulator_t) :: simulator
-        type(observation_set_t) :: clean, noisy
-        type(error_t), allocatable :: failure
-        real(dp) :: squares(3), total(3)
-        integer :: run
-
-        call prepare(simulator, error)
-        if (allocated(error)) return
-        call observe_without_noise(simulator, density_wave_t(), clean)
-        squares = 0
-        total = 0
-        do run = 1, RUNS
-            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
-            squares = squares + sum((noisy%field - clean%field)**2, 2)
-            total = total + sum(noisy%field - clean%field, 2)
-        end do
-        call check_white(squares/3e-9_dp**2, total/3e-9_dp, 60*RUNS, error)
-    end subroutine test_magnetometer_noise
-
-    !> Turns about the camera's axes have the noise that the operator is told.
-    subroutine test_star_camera_noise(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(simulator_t) :: simulator
-        type(observation_set_t) :: clean, noisy
-        type(error_t), allocatable :: failure
-        real(dp) :: squares(3), total(3), turn(4)
-        integer :: run, i
-
-        call prepare(simulator, error)
-        if (allocated(error)) return
-        call observe_without_noise(simulator, density_wave_t(), clean)
-        squares = 0
-        total = 0
-        do run = 1, RUNS
-            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call add(1, noisy%acceleration - clean%acceleration)
+            call add(2, noisy%field - clean%field)
             do i = 1, 120
-                turn = quaternion_product(noisy%quaternion(:, i), &
-                                          conjugate_quaternion(clean%quaternion(:, i)))
-                turn = 2*sign(1.0_dp, turn(4))*turn
-                squares = squares + turn(1:3)**2
-                total = total + turn(1:3)
+                turn = quaternion_product(noisy%quaternion(:, i), conjugate_quaternion(clean%quaternion(:, i)))
+                call add(3, reshape(2*sign(1.0_dp, turn(4))*turn(:3), [3, 1]))
             end do
         end do
-        associate (sigma => noisy%knowledge%star_camera_sigma)
-            call check(error, sigma(3) > 3*max(sigma(1), sigma(2)))     ! boresight: the weak axis
-            call check_white(squares/sigma**2, total/sigma, 120*RUNS, error)
+        associate (camera => noisy%knowledge%star_camera_sigma)
+            call check_white(squares(:, 1)/SIGMA**2, total(:, 1)/SIGMA, 600*RUNS, error)
+            call check_white(squares(:, 2)/3e-9_dp**2, total(:, 2)/3e-9_dp, 60*RUNS, error)
+            call check_white(squares(:, 3)/camera**2, total(:, 3)/camera, 120*RUNS, error)
+            call check(error, camera(3) > 3*max(camera(1), camera(2)))
         end associate
-    end subroutine test_star_camera_noise
+
+    contains
+
+        subroutine add(instrument, noise)
+            integer, intent(in) :: instrument
+            real(dp), intent(in) :: noise(:, :)
+
+            squares(:, instrument) = squares(:, instrument) + sum(noise**2, 2)
+            total(:, instrument) = total(:, instrument) + sum(noise, 2)
+        end subroutine add
+    end subroutine test_noise
 
     subroutine check_white(squares, total, n, error)
         real(dp), intent(in) :: squares(3), total(3)    !! Sums of n numbers in units of sigma
@@ -593,8 +530,7 @@ contains
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
         call new_simulator(case, fixed, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
         call observe_without_noise(drawn, case%density_wave, b)
         call observe_without_noise(drawn, density_wave_t(), calm)

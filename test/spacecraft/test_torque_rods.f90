@@ -6,7 +6,7 @@ module test_torque_rods
     use gracecg_base_error, only: error_t, message_of
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, series_moments, check_moments_cover
     use gracecg_spacecraft_torque_rods
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -131,8 +131,7 @@ contains
                              waveform=TAPERED, taper=5.0_dp), &
             rod_activation_t(axis=3, amplitude=25.0_dp, frequency=0.05_dp, start=0.0_dp, stop=600.0_dp, &
                              waveform=SQUARE, rise_time=1.0_dp)], failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         rods%gain = [1.02_dp, 0.97_dp, 1.0_dp]
         rods%misalignment(3:4) = [1e-3_dp, -2e-3_dp]
         rods%delay = [0.0_dp, 0.03_dp, 0.01_dp]
@@ -162,8 +161,7 @@ contains
                              waveform=TAPERED), &
             rod_activation_t(axis=3, amplitude=30.0_dp, frequency=0.2_dp, start=10.25_dp, stop=20.25_dp, rise_time=1.0_dp, &
                              waveform=SQUARE, phase=0.6_dp*PI)], failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         rods%delay(3) = 0.25_dp
         t = 0
         do i = 1, size(EXPECTED)
@@ -187,8 +185,7 @@ contains
         integer :: i
 
         call new_harmonic_manoeuvre(rods, [0, 1, -1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         do i = 0, 600
             call check(error, maxval(abs(dipole_moment(rods, i/10.0_dp) - &
                                          [0, 1, -1]*30*sin(2*PI*0.1_dp*i/10))) < 1e-12_dp)
@@ -210,8 +207,7 @@ contains
                               rod_activation_t(1, -4.0_dp, 0.25_dp, 0.0_dp, 0.0_dp, 20.0_dp), &
                               rod_activation_t(3, 7.0_dp, 0.0_dp, PI/2, 10.0_dp, 12.0_dp)], &
                              failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, maxval(abs(dipole_moment(rods, 11.0_dp) - &
                                      [10*sin(0.2_dp*PI*6 + 0.3_dp) - 4*sin(0.5_dp*PI*11), &
                                       0.0_dp, 7.0_dp])) < 1e-13_dp)
@@ -264,8 +260,7 @@ contains
         if (allocated(error)) return
         pair(2)%start = 31
         call new_torque_rods(rods, pair, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         pair(2)%start = 20
         pair(2)%axis = 2
         call new_torque_rods(rods, pair, failure)
@@ -390,8 +385,7 @@ contains
 
         good = rod_activation_t(2, 1.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 60.0_dp, SQUARE, 0.0_dp, 5.0_dp)
         call new_torque_rods(rods, [good], failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         bad = good
         bad%waveform = 5
         call check_refused(error, [bad], 'waveform = 5')
@@ -573,8 +567,7 @@ contains
         moment = 1
         call new_moment_series(series, time, moment, failure)
         call check_moments_cover(series, 20.0_dp, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check_moments_cover(series, 60.0_dp, failure)
         call check_fails(error, message_of(failure), [character(30) :: 'from 0 s to 19 s', 'arc from 0 to 60 s'])
 
