@@ -233,8 +233,9 @@ contains
             call without%at(real(k, dp), other)
             largest = max(largest, maxval(abs(point%sensed - other%sensed)))
         end do
-        call check(error, abs(largest/(case%density_wave%amplitude/case%density_scale*maxval(abs(other%acting%drag))) - 1) < 0.05_dp, &
-                   'its amplitude')
+        associate (part => case%density_wave%amplitude/case%density_scale)      ! of the drag
+            call check(error, abs(largest/(part*maxval(abs(other%acting%drag))) - 1) < 0.05_dp, 'its amplitude')
+        end associate
     end subroutine test_wave
 
     !> The same seed and run give the same flight; another seed another.
