@@ -225,7 +225,7 @@ contains
         type(truth_arc_t) :: whole, piece, sparse, beside(4)
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
-        logical :: failed(4)
+        logical :: stopped(4)
         integer :: i, way
 
         call example(dynamics, start, error)
@@ -248,11 +248,11 @@ contains
             !$omp parallel do num_threads(2) private(failure)
             do i = 1, 4
                 call propagate(0.1_dp, 600, beside(i), failure)
-                failed(i) = allocated(failure)
+                stopped(i) = allocated(failure)
             end do
             !$omp end parallel do
             do i = 1, 4
-                call check(error, .not. failed(i))
+                call check(error, .not. stopped(i))
                 call check(error, maxval(abs(beside(i)%state - whole%state)), 0.0_dp, 'threads')
             end do
         end do
