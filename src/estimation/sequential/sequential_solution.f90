@@ -11,8 +11,7 @@ module gracecg_estimation_sequential_solution
     use gracecg_estimation_physical_model, only: model_state_t, correct_state
     use gracecg_estimation_square_root_information, only: constants_t
     use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, run_through_time
-    use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, OFFSET_PLACES, MODEL_FIRST, &
-        N_CONSTANTS
+    use gracecg_estimation_linearisation, only: calibration_filter_t, ESTIMATED, OFFSET_PLACES, MODEL_FIRST, N_CONSTANTS
     use gracecg_estimation_disturbance_search, only: disturbances_t
     use gracecg_estimation_outlier_editing, only: report_edited
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
@@ -39,13 +38,10 @@ contains
 
     !> The last estimate with its covariance, and what is to be said of it. Fails when the samples do not
     !> determine the offset.
-    subroutine store_solution(knowledge, edit_sigma, given, nominal, problem, disturbances, filtered, solution, &
-                              error, record)
+    subroutine store_solution(knowledge, edit_sigma, problem, disturbances, filtered, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
         real(dp), intent(in) :: edit_sigma      !! Limit of editing, standard deviations
-        type(given_t), intent(in) :: given
-        type(nominal_t), intent(in) :: nominal
-        type(filter_problem_t), intent(in) :: problem
+        type(calibration_filter_t), intent(in) :: problem
         type(disturbances_t), intent(in) :: disturbances
         type(filtered_t), intent(in) :: filtered
         type(solution_t), intent(inout) :: solution
@@ -58,11 +54,11 @@ contains
         integer :: places(size(OF_STATE)), i
 
         allocate (solution%running)
-        call run_through_time(problem, filtered%remainder, nominal%state%value(OFFSET), constants, solution%running)
+        call run_through_time(problem, filtered%remainder, problem%state%value(OFFSET), constants, solution%running)
         y = constants%solution()
         root = constants%inverse_root()
-        final = nominal%state
-        call correct_state(given%model, y(MODEL_FIRST:), final)
+        final = problem%state
+        call correct_state(problem%model, y(MODEL_FIRST:), final)
         solution%offset = final%value(OFFSET)
         solution%drift = final%value(DRIFT)
         solution%bias = final%value(BIAS)
@@ -87,11 +83,11 @@ contains
         places = [(constant_of(OF_STATE(i)), i=1, size(OF_STATE))]
         solution%state_covariance = matmul(root(places, :), transpose(root(places, :)))
         call allow_for_misfit(problem, constants%squares, solution)
-        call report_edited(given%data, transpose(problem%kept), problem%star_kept, edit_sigma, 1.0_dp, &
+        call report_edited(problem%data, transpose(problem%kept), problem%star_kept, edit_sigma, 1.0_dp, &
                            solution%edited, solution%warnings, error)
-        call report_disturbances(disturbances, given%white_sigma, solution%warnings)
+        call report_disturbances(disturbances, problem%white_sigma, solution%warnings)
         if (present(record)) &
-            call record_fit(given, nominal, problem, filtered, disturbances%leading > 0, root, &
+            call record_fit(problem, filtered, disturbances%leading > 0, root, &
                             solution%covariance(1, 1)/sum(root(constant_of(OFFSET(1)), :)**2), record)
     end subroutine store_solution
 
@@ -105,10 +101,8 @@ contains
     !> Puts the fit into a record. The whitened observations have unit noise, so with the covariance
     !> P = U U^T of the constants the observations of a source, with the partials g, bring
     !> U (sum U^T g g^T U) U^T to it; all sources together make it whole.
-    subroutine record_fit(given, nominal, problem, filtered, with_shared, root, misfit, record)
-        type(given_t), intent(in) :: given
-        type(nominal_t), intent(in) :: nominal
-        type(filter_problem_t), intent(in) :: problem
+    subroutine record_fit(problem, filtered, with_shared, root, misfit, record)
+        type(calibration_filter_t), intent(in) :: problem
         type(filtered_t), intent(in) :: filtered
         logical, intent(in) :: with_shared          !! A disturbance is shared by the axes
         real(dp), intent(in) :: root(:, :)          !! U
@@ -120,8 +114,8 @@ contains
         character(12), allocatable :: names(:)
         integer :: i, axis
 
-        call record_samples(given%data, all(problem%kept, 2), filtered%residual, &
-                            nominal%partials(OFFSET_PLACES, :, :), nominal%trajectory%omega_dot, record)
+        call record_samples(problem%data, all(problem%kept, 2), filtered%residual, &
+                            problem%partials(OFFSET_PLACES, :, :), problem%trajectory%omega_dot, record)
         names = PARAMETER_NAMES(ESTIMATED)
         places = [(MODEL_FIRST - 1 + i, i=1, size(ESTIMATED))]
         if (with_shared) then
@@ -183,7 +177,7 @@ contains
 
     !> Enlarges the covariance by the variance of the innovations where that is significantly above 1.
     subroutine allow_for_misfit(problem, squares, solution)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         real(dp), intent(in) :: squares         !! Sum of the squared innovations
         type(solution_t), intent(inout) :: solution
 
