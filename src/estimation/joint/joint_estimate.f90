@@ -17,7 +17,8 @@ module gracecg_estimation_joint_estimate
     use gracecg_base_vectors, only: identity
     use gracecg_environment_time, only: utc_t, seconds_between
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information, squares_of
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
+    use gracecg_observations_parameters, only: parameter_names
+    use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, SHARED_GROUPS, &
         GROUP_OF_JOINED, GROUP_OF_BELIEF
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
@@ -183,7 +184,7 @@ contains
                     layout%change = reshape([layout%change, i, j], [2, size(layout%change, 2) + 1])
             end do
         end do
-        layout%names = [character(12) :: PARAMETER_NAMES(JOINED(layout%shared)), &
+        layout%names = [character(12) :: parameter_names(JOINED(layout%shared)), &
                         spread('change', 1, size(layout%change, 2))]
         layout%count = size(layout%names)
     end subroutine lay_out
@@ -249,7 +250,7 @@ contains
         do k = 1, size(layout%own)
             call part%information%expect(layout%count + k, run%prior_sigma(layout%own(k)))
         end do
-        names = [character(12) :: PARAMETER_NAMES(JOINED(layout%own)), spread('offset', 1, merge(3, 0, free))]
+        names = [character(12) :: parameter_names(JOINED(layout%own)), spread('offset', 1, merge(3, 0, free))]
         call part%information%eliminate(layout%count, part%own, error, names)
     end subroutine take_part
 

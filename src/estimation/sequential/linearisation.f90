@@ -8,8 +8,8 @@ module gracecg_estimation_linearisation
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
-        FORCE_SHAPES, SCALE_FACTORS, FIELD_BIAS, PARAMETER_NAMES
+    use gracecg_observations_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
+        FORCE_SHAPES, SCALE_FACTORS, FIELD_BIAS, parameter_names
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         integrate_trajectory, predict_accelerations, star_angles, correct_state, turn_between, describe_model_state
     use gracecg_estimation_iteration, only: iteration_t, append_iteration, rms_of
@@ -108,8 +108,8 @@ contains
 
         associate (stars => self%data%stars)
             do i = 1, size(stars%time)
-                call star_angles(self%model, self%trajectory, stars%time(i), stars%head(i), stars%quaternion(:, i), &
-                                 angles, partials)
+                call star_angles(self%model, self%state, self%trajectory, stars%time(i), stars%head(i), &
+                                 stars%quaternion(:, i), angles, partials)
                 do j = 1, 3
                     self%star(MODEL_FIRST:, j, i) = [partials(:, j), angles(j)]/self%star_sigma(j)
                 end do
@@ -166,7 +166,7 @@ contains
         type(iteration_t) :: note
         integer :: axis, last
 
-        note%names = PARAMETER_NAMES(ESTIMATED)
+        note%names = parameter_names(ESTIMATED)
         note%correction = correction(MODEL_FIRST:)
         call describe_model_state(problem%model, problem%state, note)
         last = merge(3, 6, fit == FIRST_FIT)    ! the first leaves the accelerometer aside

@@ -19,8 +19,8 @@ module gracecg_estimation_sequential
     use gracecg_estimation_sequential_options, only: sequential_options_t, ADAPTIVE, STRAIGHT_LINE, &
         GIVEN_PROCESS => GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters, only: PARAMETERS, OFFSET, RATE, FORCE_SHAPES, loose_sigmas, &
-        a_priori_sigmas
+    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, loose_sigmas
+    use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, airflow_at
     use gracecg_estimation_square_root_information, only: constants_t
     use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, whiten, gather, smooth_axis, &

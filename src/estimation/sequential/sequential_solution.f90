@@ -6,7 +6,7 @@ module gracecg_estimation_sequential_solution
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: append, string_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, PARAMETER_UNITS, TORQUE, OFFSET, DRIFT, &
+    use gracecg_observations_parameters, only: parameter_names, parameter_units, TORQUE, OFFSET, DRIFT, &
         BIAS, RATE, ATTITUDE_ANGLES
     use gracecg_estimation_physical_model, only: model_state_t, correct_state
     use gracecg_estimation_square_root_information, only: constants_t
@@ -66,9 +66,9 @@ contains
         solution%angular_velocity = final%value(RATE)
         solution%residual_rms = filtered%residual_rms
         solution%condition = condition_of(constants)
-        solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(TORQUE(i)), final%value(TORQUE(i)), &
+        solution%parameters = [(estimated_parameter_t(parameter_names(TORQUE(i)), final%value(TORQUE(i)), &
                                                       norm2(root(constant_of(TORQUE(i)), :)), &
-                                                      PARAMETER_UNITS(TORQUE(i))), i=1, 3)]
+                                                      parameter_units(TORQUE(i))), i=1, 3)]
         solution%noise_level = knowledge%accelerometer_noise%level
         solution%noise_corner = knowledge%accelerometer_noise%corner
         solution%star_camera_sigma = knowledge%star_camera_sigma
@@ -116,7 +116,7 @@ contains
 
         call record_samples(problem%data, all(problem%kept, 2), filtered%residual, &
                             problem%partials(OFFSET_PLACES, :, :), problem%trajectory%omega_dot, record)
-        names = PARAMETER_NAMES(ESTIMATED)
+        names = parameter_names(ESTIMATED)
         places = [(MODEL_FIRST - 1 + i, i=1, size(ESTIMATED))]
         if (with_shared) then
             names = [character(12) :: names, 'shared_1', 'shared_2', 'frequency']
