@@ -32,8 +32,7 @@ contains
                     new_unittest('filter-follows-process-and-samples', test_filter), &
                     new_unittest('equals-gaussian-posterior', test_posterior), &
                     new_unittest('every-sample-against-all-others', test_deletion), &
-                    new_unittest('survives-ill-conditioning', test_ill_conditioned), &
-                    new_unittest('undetermined-is-said', test_undetermined)]
+                    new_unittest('survives-ill-conditioning', test_ill_conditioned)]
     end subroutine collect_square_root_information
 
     !> A wander, an oscillation and exponentially correlated noise.
@@ -391,16 +390,4 @@ contains
         y = constants%solution()
         call check(error, maxval(abs(y - [2.0_dp, -1.0_dp])) < 1e-5_dp)
     end subroutine test_ill_conditioned
-
-    subroutine test_undetermined(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(constants_t) :: constants
-
-        constants = new_constants(2)
-        call constants%fold_in([1.0_dp, 0.5_dp, 3.0_dp])
-        call check(error, .not. constants%is_determined(), 'one observation of two constants')
-        if (allocated(error)) return
-        call constants%fold_in([1.0_dp, -0.5_dp, 3.0_dp])
-        call check(error, constants%is_determined(), 'two observations of two constants')
-    end subroutine test_undetermined
 end module test_square_root_information
