@@ -530,7 +530,7 @@ contains
             call check(error, allocated(failure) .or. shorter%worst > request%target)
         end associate
         request%target = MICROMETRE/10
-        calibration%case%duration = 2*STEP
+        calibration%case%duration = 3*STEP
         call prepare_plan(calibration, request, plan, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
