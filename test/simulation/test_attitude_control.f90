@@ -268,6 +268,7 @@ contains
 
             place = index(text, line)
             call check(error, place > 0, line)
+            if (allocated(error)) return
             call case_from_text(text(:place - 1)//changed//text(place + len(line):), 'a case', again, failure)
             call check_fails(error, message_of(failure), parts)
         end subroutine refused
