@@ -100,7 +100,7 @@ contains
 
     !> Puts the fit into a record. The whitened observations have unit noise, so with the covariance
     !> P = U U^T of the constants the observations of a source, with the partials g, bring
-    !> U (sum U^T g g^T U) U^T to it; all sources together make it whole.
+    !> P (sum g g^T) P to it; all sources together make it whole.
     subroutine record_fit(problem, filtered, with_shared, root, misfit, record)
         type(calibration_filter_t), intent(in) :: problem
         type(filtered_t), intent(in) :: filtered
@@ -109,8 +109,8 @@ contains
         real(dp), intent(in) :: misfit              !! Factor by which the covariance is enlarged
         type(fit_record_t), intent(inout) :: record
 
-        real(dp) :: by(3, 3, NOISE_SOURCES)
-        integer, allocatable :: places(:)
+        real(dp) :: by(3, 3, NOISE_SOURCES), to_offset(3, N_CONSTANTS)
+        integer, allocatable :: places(:), kept(:)
         character(12), allocatable :: names(:)
         integer :: i, axis
 
@@ -122,36 +122,29 @@ contains
             names = [character(12) :: names, 'shared_1', 'shared_2', 'frequency']
             places = [places, SHARED, FREQUENCY]
         end if
-        by = 0
-        do i = 1, N_CONSTANTS
-            call add(problem%prior(:N_CONSTANTS, i), by(:, :, A_PRIORI_KNOWLEDGE))
-        end do
-        do i = 1, size(problem%star_time)
-            if (.not. problem%star_kept(i)) cycle
-            do axis = 1, 3
-                call add(problem%star(:N_CONSTANTS, axis, i), by(:, :, STAR_CAMERA_NOISE))
-            end do
-        end do
+        to_offset = matmul(root(MODEL_FIRST - 1 + OFFSET_PLACES, :), transpose(root))
+        by(:, :, A_PRIORI_KNOWLEDGE) = brought_by(problem%prior)
+        kept = pack([(i, i=1, size(problem%star_kept))], problem%star_kept)
+        by(:, :, STAR_CAMERA_NOISE) = brought_by(reshape(problem%star(:, :, kept), [N_CONSTANTS + 1, 3*size(kept)]))
         do axis = 1, 3
-            do i = 1, size(problem%epoch)
-                if (problem%kept(i, axis)) call add(filtered%remainder(:N_CONSTANTS, i, axis), by(:, :, axis))
-            end do
+            kept = pack([(i, i=1, size(problem%epoch))], problem%kept(:, axis))
+            by(:, :, axis) = brought_by(filtered%remainder(:, kept, axis))
         end do
         call record_covariance(names, misfit*matmul(root(places, :), transpose(root(places, :))), OFFSET_PLACES, &
                                by, record)
 
     contains
 
-        !> Adds what one whitened observation brings to the covariance of the offset.
-        pure subroutine add(g, covariance)
-            real(dp), intent(in) :: g(N_CONSTANTS)
-            real(dp), intent(inout) :: covariance(3, 3)     ! m^2
+        !> What whitened observations bring to the covariance of the offset.
+        pure function brought_by(rows) result(covariance)
+            real(dp), intent(in) :: rows(:, :)      ! [g, r], (N_CONSTANTS + 1, observations)
+            real(dp) :: covariance(3, 3)            ! m^2
 
-            real(dp) :: gain(3)
+            real(dp) :: gain(3, size(rows, 2))
 
-            gain = matmul(root(MODEL_FIRST - 1 + OFFSET_PLACES, :), matmul(g, root))
-            covariance = covariance + misfit*spread(gain, 2, 3)*spread(gain, 1, 3)
-        end subroutine add
+            gain = matmul(to_offset, rows(:N_CONSTANTS, :))
+            covariance = misfit*matmul(gain, transpose(gain))
+        end function brought_by
     end subroutine record_fit
 
     !> Condition number (1-norm) of the normal matrix with unit diagonal.
