@@ -5,7 +5,7 @@ module test_estimators
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: ARCSECOND, TWO_PI
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: unit, inverse_3x3
+    use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -15,6 +15,7 @@ module test_estimators
         take_measured_moments
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
@@ -205,9 +206,8 @@ contains
         type(observation_set_t) :: observations
 
         call example(observations, error)
-        if (allocated(error)) return
         call recover(observations, 1e-11_dp, error)
-        if (.not. allocated(error)) call recover(observations, 1e-11_dp, error, options=report_options('front-1'))
+        call recover(observations, 1e-11_dp, error, options=report_options('front-1'))
     end subroutine test_exact
 
     !> Section 4.6: with the angular velocity from other means ASSEST needs no star camera. What its error does to
@@ -302,7 +302,6 @@ contains
         type(observation_set_t) :: observations
 
         call example(observations, error, star_camera_interval=0.5_dp)
-        if (allocated(error)) return
         call recover(observations, 1e-9_dp, error)
     end subroutine test_interpolated
 
@@ -335,7 +334,6 @@ contains
         type(estimation_options_t) :: options
 
         call example(observations, error, interval=0.2_dp, quaternion=Q)
-        if (allocated(error)) return
         call recover(observations, 1e-11_dp, error, Q)
         options%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
         call recover(observations, 1e-11_dp, error, Q, options)
@@ -382,7 +380,6 @@ contains
         type(estimation_options_t) :: options
 
         call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
         options%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
         options%star_camera_weight = 1e10_dp
         call recover(observations, 1e-11_dp, error, options=options)
@@ -424,7 +421,6 @@ contains
         type(random_stream_t) :: stream
 
         call example(clean, error, interval=0.5_dp)
-        if (allocated(error)) return
         clean%knowledge%accelerometer_noise%level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
         clean%knowledge%accelerometer_noise%corner = [0.005_dp, 0.1_dp, 0.005_dp]
         clean%knowledge%star_camera_sigma = 0
@@ -459,7 +455,6 @@ contains
         type(random_stream_t) :: stream
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=1.0_dp)
-        if (allocated(error)) return
         clean%knowledge%accelerometer_noise%level = 0
         clean%knowledge%star_camera_sigma = SIGMA
         stream = new_stream(20, 1, 1, 1, 4)
@@ -499,7 +494,7 @@ contains
         type(observation_set_t) :: observations
         type(solution_t) :: reference, solution
         type(error_t), allocatable :: failure
-        real(dp) :: weight(3, 3), deviation(3), total, limits(2)
+        real(dp) :: total, limits(2)
         character(80) :: found
         integer :: run, i
 
@@ -508,7 +503,6 @@ contains
             call estimate_offset(trim(REPORT_ESTIMATORS(i)), clean, estimation_options_t(), reference, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            weight = inverse(reference%covariance)
             total = 0
             do run = 1, RUNS
                 call draw(observations)
@@ -516,25 +510,13 @@ contains
                                      estimation_options_t(covariance=.false.), solution, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
-                deviation = solution%offset - reference%offset
-                total = total + dot_product(deviation, matmul(weight, deviation))
+                total = total + squares_of(solution%offset - reference%offset, reference%covariance)
             end do
             write (found, '(2a, f9.2, a, 2f9.2)') REPORT_ESTIMATORS(i), ': chi-square', total, &
                 ', limits', limits
             call check(error, total > limits(1) .and. total < limits(2), trim(found))
         end do
     end subroutine check_normalised_errors
-
-    !> Of a covariance whose axes differ by orders of magnitude: scaled to a unit diagonal first.
-    pure function inverse(covariance) result(weight)
-        real(dp), intent(in) :: covariance(3, 3)
-        real(dp) :: weight(3, 3), sigma(3), outer(3, 3)
-        integer :: i
-
-        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
-        outer = spread(sigma, 1, 3)*spread(sigma, 2, 3)
-        weight = inverse_3x3(covariance/outer)/outer
-    end function inverse
 
     subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
@@ -568,7 +550,6 @@ contains
         integer :: i, k
 
         call example(commanded, error, star_camera_interval=0.5_dp)
-        if (allocated(error)) return
         options%covariance = .false.
         do i = 1, size(ESTIMATOR_NAMES)
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), commanded, options, expected, failure)

@@ -341,6 +341,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
         real(dp) :: q(4, 120)
+        integer :: i
 
         call example(good, q, error)
         if (allocated(error)) return
@@ -349,15 +350,22 @@ contains
         call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', &
                      '30 s follows 30.1 s'], error)
         bad%accelerometer_time(301) = bad%accelerometer_time(300)
-        call refused(bad, good, [character(W) :: 'accelerometer', 'must increase'], error)
+        call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', '30 s follows 30 s with another value'], error)
+        bad%accelerometer_time(300:) = bad%accelerometer_time(300:) - 1
+        call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', '29 s follows 29.9 s'], error)
         bad%magnetometer_time(7) = 6
-        call refused(bad, good, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s'], error)
+        call refused(bad, good, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s with another value'], error)
         bad%magnetometer_time(7) = 5.5_dp
         call refused(bad, good, [character(W) :: 'magnetometer', 'must increase', '5.5 s follows 6 s'], error)
         bad%accelerometer_time(7) = 0.6001_dp
         call refused(bad, good, [character(W) :: 'accelerometer', 'two samples near 0.6001 s'], error)
         bad%star_camera_time(7) = 2
         call refused(bad, good, [character(W) :: 'star camera 1', 'must increase'], error)
+        bad%star_camera_time(9) = bad%star_camera_time(8)
+        call refused(bad, good, [character(W) :: 'star camera 1', '4 s follows 4 s with another value'], error)
+        bad%star_camera_head(9:10) = 2
+        bad%star_camera_time(10) = bad%star_camera_time(9)
+        call refused(bad, good, [character(W) :: 'star camera 2', '4.5 s follows 4.5 s with another value'], error)
         bad%accelerometer_time(300) = 30.03_dp
         call refused(bad, good, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], error)
         bad%accelerometer_time(600) = 60.1_dp
@@ -366,6 +374,12 @@ contains
         call refused(bad, good, [character(W) :: 'accelerometer', '-0.1 s', 'outside'], error)
         bad%star_camera_time(4) = ieee_value(1.0_dp, ieee_quiet_nan)
         call refused(bad, good, [character(W) :: 'star camera', 'NaN'], error)
+        bad%accelerometer_time(3) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(bad, good, [character(W) :: 'accelerometer', 'time tag 3', 'NaN'], error)
+        bad%orbit_time = [(1.0_dp*i, i=0, 60)]
+        bad%orbit_time(30:) = bad%orbit_time(30:) - 1.5_dp
+        bad%orbit_position = spread([7e6_dp, 0.0_dp, 0.0_dp], 2, 61)
+        call refused(bad, good, [character(W) :: 'orbit', 'must increase', '27.5 s follows 28 s'], error)
     end subroutine test_times
 
     subroutine test_values(error)
@@ -377,7 +391,9 @@ contains
         if (allocated(error)) return
         bad = good
         bad%acceleration(2, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
-        call refused(bad, good, [character(W) :: 'accelerometer', 'NaN'], error)
+        call refused(bad, good, [character(W) :: 'accelerometer', 'at 1.7 s', 'NaN', 'leave it out'], error)
+        bad%field(1, 60) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(bad, good, [character(W) :: 'magnetometer', 'at 60 s', 'NaN'], error)
         bad%field(3, 17) = ieee_value(1.0_dp, ieee_positive_inf)
         call refused(bad, good, [character(W) :: 'magnetometer', 'infinite'], error)
         bad%field = 1e9_dp*bad%field
@@ -385,7 +401,7 @@ contains
         bad%acceleration(2, 17) = 1e300_dp
         call refused(bad, good, [character(W) :: 'accelerometer', 'have to be in m/s^2'], error)
         bad%quaternion(1, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
-        call refused(bad, good, [character(W) :: 'star camera', 'NaN'], error)
+        call refused(bad, good, [character(W) :: 'star camera 1', 'at 8.5 s', 'NaN'], error)
         bad%quaternion(:, 17) = 1.01_dp*bad%quaternion(:, 17)
         call refused(bad, good, [character(W) :: 'star camera', 'unit length'], error)
         bad%quaternion(:, 17) = 0
