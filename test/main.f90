@@ -48,7 +48,6 @@ program tester
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
     use test_batch_processor, only: collect_batch_processor
-    use test_simplified_newton, only: collect_simplified_newton
     use test_offset_model, only: collect_offset_model
     use test_random, only: collect_random
     use test_coloured_noise, only: collect_coloured_noise
@@ -177,7 +176,6 @@ program tester
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &
              new_testsuite('batch-processor', collect_batch_processor), &
-             new_testsuite('simplified-newton', collect_simplified_newton), &
              new_testsuite('offset-model', collect_offset_model), &
              new_testsuite('random', collect_random), &
              new_testsuite('coloured-noise', collect_coloured_noise), &

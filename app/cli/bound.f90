@@ -7,7 +7,7 @@ module gracecg_cli_bound
     use gracecg_base_text, only: join, integer_text, rounded_text
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_run_information, only: run_information_t
@@ -227,21 +227,21 @@ contains
         call console%line(trim(line))
         call results%begin_array('reliability')
         do i = 1, size(report%values)
-            associate (test => report%values(i), belief => BELIEFS(report%values(i)%belief))
+            associate (test => report%values(i), belief => report%values(i)%belief)
                 detectable = 'none'
-                smallest = test%detectable/belief%size
+                smallest = test%detectable/belief_size(belief)
                 if (test%detectable > test%largest) smallest = 0
                 if (smallest > 0) write (detectable, '(es10.2)') smallest
-                write (line, '(t3, a, t42, a10, t54, a, t60, 3f11.5)') trim(belief%subject), adjustr(detectable), &
-                    belief%unit, abs(test%effect)/MILLIMETRE
+                write (line, '(t3, a, t42, a10, t54, a, t60, 3f11.5)') trim(belief_subject(belief)), adjustr(detectable), &
+                    belief_unit(belief), abs(test%effect)/MILLIMETRE
                 if (any(abs(test%effect) > report%wanted)) then
                     shown = shown + 1
                     call console%line(trim(line))
                 end if
                 call results%begin(on_one_line=.true.)
-                call results%member('belief', trim(belief%subject))
+                call results%member('belief', trim(belief_subject(belief)))
                 call results%member('detectable', smallest)
-                call results%member('unit', trim(belief%unit))
+                call results%member('unit', trim(belief_unit(belief)))
                 call results%member('effect_mm', abs(test%effect)/MILLIMETRE)
                 call results%end()
             end associate

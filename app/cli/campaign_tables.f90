@@ -205,14 +205,14 @@ contains
         character(160) :: row
         integer :: a, i, n
 
-        if (.not. any(campaign%entries%normalised > 0)) return
+        if (.not. any(campaign%entries%mean_normalised > 0)) return
         n = size(campaign%algorithms)
         call console%line('')
         write (row, '(a, f0.2, a)') 'mean of the errors squared in units of the estimates'' own covariances (3 if '// &
             'those are honest; one sigma ', sqrt(6.0_dp/most_runs(campaign)), ')'
         call console%paragraph(row)
         do i = 1, size(campaign%cases)
-            write (row, '(t17, *(a12))') (or_dash(campaign%entries(a, i)%normalised), a=1, n)
+            write (row, '(t17, *(a12))') (or_dash(campaign%entries(a, i)%mean_normalised), a=1, n)
             call console%line(wide(trim(campaign%cases(i)%name), width)//trim(row))
         end do
     end subroutine show_honesty
@@ -263,8 +263,8 @@ contains
             call results%member('true_offset_mm', campaign%cases(i)%offset)
             call results%begin('normalised')
             do a = 1, size(campaign%algorithms)
-                if (campaign%entries(a, i)%normalised > 0) &
-                    call results%member(trim(campaign%algorithms(a)), campaign%entries(a, i)%normalised)
+                if (campaign%entries(a, i)%mean_normalised > 0) &
+                    call results%member(trim(campaign%algorithms(a)), campaign%entries(a, i)%mean_normalised)
             end do
             call results%end()
             call results%end()

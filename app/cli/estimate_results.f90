@@ -9,7 +9,7 @@ module gracecg_cli_estimate_results
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
         say_contradiction
@@ -448,15 +448,15 @@ contains
         call results%member('critical_score', report%critical)
         call results%begin_array('values')
         do i = 1, size(report%values)
-            associate (t => report%values(i), b => BELIEFS(report%values(i)%belief))
+            associate (t => report%values(i), unit => belief_size(report%values(i)%belief))
                 call results%begin(on_one_line=.true.)
-                call results%member('subject', trim(b%subject))
+                call results%member('subject', trim(belief_subject(t%belief)))
                 call results%member('state', trim(STATES(t%state)))
                 call results%member('score', t%score)
-                call results%member('value', t%value/b%size)
-                call results%member('sigma', t%sigma/b%size)
-                call results%member('detectable', t%detectable/b%size)
-                call results%member('unit', trim(b%unit))
+                call results%member('value', t%value/unit)
+                call results%member('sigma', t%sigma/unit)
+                call results%member('detectable', t%detectable/unit)
+                call results%member('unit', trim(belief_unit(t%belief)))
                 call results%member('effect_mm', t%effect/MILLIMETRE)
                 call results%end()
             end associate

@@ -14,7 +14,8 @@ module gracecg_cli_joint
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: read_changes
     use gracecg_estimation_options, only: estimation_options_t, read_options
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, PARAMETER_UNITS, JOINED
+    use gracecg_observations_parameters, only: parameter_names, parameter_units
+    use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
     use gracecg_estimation_saved_estimate, only: read_information
     use gracecg_cli_arguments, only: arguments_t
@@ -230,9 +231,9 @@ contains
         call others%column('unit', 'a', 'unit')
         do j = 1, JOINED_COUNT
             if (.not. solution%parameter_sigma(j) > 0) cycle
-            call others%add(trim(PARAMETER_NAMES(JOINED(j))))
+            call others%add(trim(parameter_names(JOINED(j))))
             call others%add([solution%parameter(j), solution%parameter_sigma(j)])
-            call others%add(trim(PARAMETER_UNITS(JOINED(j))))
+            call others%add(trim(parameter_units(JOINED(j))))
         end do
         call console%table(others)
     end subroutine show_joint
@@ -285,10 +286,10 @@ contains
         do j = 1, JOINED_COUNT
             if (.not. solution%parameter_sigma(j) > 0) cycle
             call results%begin(on_one_line=.true.)
-            call results%member('name', trim(PARAMETER_NAMES(JOINED(j))))
+            call results%member('name', trim(parameter_names(JOINED(j))))
             call results%member('value', solution%parameter(j))
             call results%member('sigma', solution%parameter_sigma(j))
-            call results%member('unit', trim(PARAMETER_UNITS(JOINED(j))))
+            call results%member('unit', trim(parameter_units(JOINED(j))))
             call results%end()
         end do
         call results%end()

@@ -5,7 +5,6 @@ module gracecg_cli_montecarlo
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_progress, only: tell
-    use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
     use gracecg_files_file, only: check_writable, file_exists, is_device
     use gracecg_observations_observation_set, only: observation_set_t
@@ -152,7 +151,6 @@ contains
 
         campaign = new_campaign(padded(request%algorithms), size(calibrations), request%seed, request%runs, &
                                 request%shard, request%shards)
-        campaign%version = VERSION
         allocate (simulators(size(calibrations)))
         do i = 1, size(calibrations)
             call new_switched_simulator(calibrations(i)%case, request%switches, simulators(i), error)
@@ -216,12 +214,7 @@ contains
         end if
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                associate (entry => campaign%entries(a, i), kept => former%entries(a, i))
-                    entry%run = kept%run
-                    entry%offset = kept%offset
-                    entry%converged = kept%converged
-                    entry%normalised_run = kept%normalised_run
-                end associate
+                campaign%entries(a, i)%monte_carlo_t = former%entries(a, i)%monte_carlo_t
             end do
         end do
         call console%message(found//' has '//integer_text(runs_done(campaign))//' of '// &

@@ -3,7 +3,7 @@ module gracecg_cli_reliable_manoeuvre
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_observations_parameters, only: belief_subject
     use gracecg_estimation_belief_words, only: say_undetected
     use gracecg_planning_reliable_design, only: reliable_design_t
     use gracecg_cli_console, only: console_t
@@ -52,7 +52,7 @@ contains
             call results%member('effect_mm', reliable%effect(axis)/MILLIMETRE)
             associate (place => reliable%report%largest(axis))
                 if (place > 0) &
-                    call results%member('belief', trim(BELIEFS(reliable%report%values(place)%belief)%subject))
+                    call results%member('belief', trim(belief_subject(reliable%report%values(place)%belief)))
             end associate
             call results%end()
         end do

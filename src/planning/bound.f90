@@ -11,8 +11,9 @@ module gracecg_planning_bound
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters, only: PARAMETERS, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
-        FIELD_BIAS, INERTIA, TORQUE_CHANGE, a_priori_sigmas
+    use gracecg_observations_parameters, only: PARAMETERS, parameter_names, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
+        FIELD_BIAS, INERTIA, TORQUE_CHANGE
+    use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_physical_model, only: model_state_t
     use gracecg_estimation_gather_information, only: gather_information
     use gracecg_estimation_run_information, only: run_information_t
@@ -166,7 +167,7 @@ contains
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)
         sigma = a_priori_sigmas(observations%knowledge)
-        call bound_offset(information, PARAMETER_NAMES(estimated), OFFSET, &
+        call bound_offset(information, parameter_names(estimated), OFFSET, &
                           sigma(considered), bound%offset_bound_t, error)
         if (allocated(error)) return
         do i = 1, size(considered)
@@ -245,7 +246,7 @@ contains
             call set_noise(problem, error)
             if (allocated(error)) return
             call information_matrix(problem, information, rhs, residuals)
-            call solve_normal_equations(information, rhs, step, covariance, condition, error, PARAMETER_NAMES(estimated))
+            call solve_normal_equations(information, rhs, step, covariance, condition, error, parameter_names(estimated))
             if (allocated(error) .or. .not. advance) return
             call problem%correct(step)
             state = problem%state

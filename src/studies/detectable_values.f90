@@ -14,7 +14,8 @@ module gracecg_studies_detectable_values
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_belief, only: BELIEFS, apply_value
+    use gracecg_observations_parameters, only: largest_error
+    use gracecg_estimation_belief, only: apply_value
     use gracecg_estimation_belief_report, only: belief_report_t, POWER
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_solution, only: solution_t
@@ -95,7 +96,7 @@ contains
         search%options = calibration%options
         search%options%covariance = .true.
         search%wrong = list
-        search%largest = BELIEFS(list%place)%largest*BELIEFS(list%place)%size
+        search%largest = largest_error(list%place)
         allocate (search%found(size(list)), source=.false.)
         call expect_pieces(progress, size(list), 'beliefs')
         call run_parallel(search, size(list), threads, error, progress)
@@ -147,7 +148,7 @@ contains
         do phase = 1, size(self%sound)
             do sign_of = -1, 1, 2
                 observations = self%sound(phase)
-                call apply_value(BELIEFS(self%wrong(i)%place)%parameter, sign_of*self%wrong(i)%value, observations)
+                call apply_value(self%wrong(i)%place, sign_of*self%wrong(i)%value, observations)
                 call estimate_optimal(observations, self%options, solution, failure)
                 if (allocated(failure) .or. .not. allocated(solution%beliefs)) then
                     reached = reached + 1

@@ -13,8 +13,8 @@ module gracecg_studies_wrong_beliefs
     use gracecg_base_text, only: rounded_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters
-    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, is_interchange
+    use gracecg_observations_parameters
+    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, POWER, OF_VALUE, OF_ALTERATION, OF_NOISE, &
         NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
@@ -37,7 +37,7 @@ module gracecg_studies_wrong_beliefs
     !> A belief that is wrong, and by how much.
     type :: wrong_belief_t
         integer :: kind = SOUND         !! SOUND, OF_VALUE, OF_ALTERATION or OF_NOISE
-        integer :: place = 0            !! In BELIEFS, ALTERATIONS, NOISE_SUBJECTS
+        integer :: place = 0            !! A parameter, or in ALTERATIONS, NOISE_SUBJECTS
         real(dp) :: value = 0           !! SI units; of a noise the level believed, standard deviation, by the true one
     end type wrong_belief_t
 
@@ -89,8 +89,8 @@ contains
 
         list = [wrong_belief_t()]
         do i = 1, size(BELIEFS)
-            if (is_interchange(BELIEFS(i)%parameter)) cycle     ! among the alterations
-            list = [list, [(wrong_belief_t(OF_VALUE, i, size_of(BELIEFS(i)%parameter, k)*BELIEFS(i)%size), k=1, SIZES)]]
+            if (is_interchange(BELIEFS(i))) cycle     ! among the alterations
+            list = [list, [(wrong_belief_t(OF_VALUE, BELIEFS(i), size_of(BELIEFS(i), k)*belief_size(BELIEFS(i))), k=1, SIZES)]]
         end do
         list = [list, [(wrong_belief_t(OF_ALTERATION, i, 1.0_dp), i=1, size(ALTERATIONS))]]
         do i = 1, 6
@@ -98,7 +98,7 @@ contains
         end do
     end function all_wrong_beliefs
 
-    !> Sizes that are tried: small, middle, large, in the unit of BELIEFS.
+    !> Sizes that are tried: small, middle, large, in the unit in which it is shown.
     pure real(dp) function size_of(parameter, k) result(wrong)
         integer, intent(in) :: parameter        !! Its place
         integer, intent(in) :: k                !! 1 to SIZES
@@ -109,21 +109,20 @@ contains
         real(dp), parameter :: TORQUES(SIZES) = [5e-6_dp, 2e-5_dp, 1e-4_dp]         ! N m
         real(dp), parameter :: GAINS(SIZES) = [0.05_dp, 0.2_dp, 0.5_dp]
 
-        select case (parameter)
-        case (ROD_DELAYS(1):ROD_DELAYS(3), ALL_RODS_DELAY, ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3), STAR_CAMERA_DELAY)
+        select case (KIND_OF(parameter))
+        case (OF_ROD_DELAYS, OF_ALL_RODS_DELAY, OF_ACCELEROMETER_DELAYS, OF_STAR_CAMERA_DELAY)
             wrong = DELAYS(k)
-        case (ROD_FREQUENCIES(1):ROD_FREQUENCIES(3), ALL_RODS_FREQUENCY)
+        case (OF_ROD_FREQUENCIES, OF_ALL_RODS_FREQUENCY)
             wrong = FREQUENCIES(k)
-        case (ROD_TURNS(1):ROD_TURNS(6), FIELD_TURN(1):FIELD_TURN(3), ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3), &
-              INERTIA(1):INERTIA(6))
+        case (OF_ROD_TURNS, OF_FIELD_TURN, OF_ACCELEROMETER_TURN, OF_INERTIA)
             wrong = TURNS(k)
-        case (MOUNTING_1(1):MOUNTING_2(3))
+        case (OF_MOUNTING_1, OF_MOUNTING_2)
             wrong = TURNS(k)/20
-        case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+        case (OF_TORQUE_CHANGE)
             wrong = TORQUES(k)
-        case (FIELD_BIAS(1):FIELD_BIAS(3))
+        case (OF_FIELD_BIAS)
             wrong = 500*TURNS(k)
-        case (FIELD_DELAY)
+        case (OF_FIELD_DELAY)
             wrong = 10*GAINS(k)
         case default
             wrong = GAINS(k)
@@ -285,7 +284,7 @@ contains
         associate (knowledge => observations%knowledge)
             select case (wrong%kind)
             case (OF_VALUE)
-                call apply_value(BELIEFS(wrong%place)%parameter, sign_of*wrong%value, observations)
+                call apply_value(wrong%place, sign_of*wrong%value, observations)
             case (OF_ALTERATION)
                 call apply_alteration(wrong%place, observations)
             case (OF_NOISE)
@@ -337,9 +336,9 @@ contains
                 if (e%kind == wrong%kind) then
                     named = named .or. e%place == wrong%place .or. e%kind == OF_NOISE
                 else if (e%kind == OF_VALUE .and. wrong%kind == OF_ALTERATION) then
-                    named = named .or. as_value(wrong%place) == BELIEFS(e%place)%parameter
+                    named = named .or. as_value(wrong%place) == e%place
                 else if (e%kind == OF_ALTERATION .and. wrong%kind == OF_VALUE) then
-                    named = named .or. as_value(e%place) == BELIEFS(wrong%place)%parameter
+                    named = named .or. as_value(e%place) == wrong%place
                 end if
             end associate
         end do
@@ -370,7 +369,7 @@ contains
 
         select case (wrong%kind)
         case (OF_VALUE)
-            text = BELIEFS(wrong%place)%subject
+            text = belief_subject(wrong%place)
         case (OF_ALTERATION)
             text = ALTERATIONS(wrong%place)
         case (OF_NOISE)
@@ -387,7 +386,7 @@ contains
 
         text = ''
         if (wrong%kind == OF_VALUE) then
-            text = rounded_text(wrong%value/BELIEFS(wrong%place)%size, 3)//' '//BELIEFS(wrong%place)%unit
+            text = rounded_text(wrong%value/belief_size(wrong%place), 3)//' '//belief_unit(wrong%place)
         else if (wrong%kind == OF_NOISE) then
             text = rounded_text(wrong%value, 3)//' times'
         end if

@@ -10,9 +10,7 @@ module test_physical_model
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters, only: ESTIMABLE, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, &
-        OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, &
-        WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE, FORCE_JUMP
+    use gracecg_observations_parameters
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, &
         turn_between, correct_state
@@ -24,16 +22,6 @@ module test_physical_model
     public :: collect_physical_model, add_orbit
 
     real(dp), parameter :: STAR_TIMES(4) = [0.26_dp, 17.0_dp, 33.33_dp, 59.9_dp]    ! s; steps of 0.2 s
-    !> What a change of a parameter to measure its effect may be
-    real(dp), parameter :: SIZES(ESTIMABLE) = [spread(1e-4_dp, 1, 3), spread(1e-6_dp, 1, 3), &
-                                                spread(1e-5_dp, 1, 3), spread(1e-3_dp, 1, 3), &
-                                                spread(1e-9_dp, 1, 3), spread(1e-6_dp, 1, 3), &
-                                                spread(1e-2_dp, 1, 3), 1e-2_dp, spread(1e-7_dp, 1, 3), &
-                                                spread(1e-8_dp, 1, 3), 1e-6_dp, &
-                                                spread(1e-2_dp, 1, 6), &
-                                                spread(1e-5_dp, 1, 3), spread(1e-8_dp, 1, 12), &
-                                                spread(1e-3_dp, 1, 2), spread(1e-6_dp, 1, 2), spread(1e-8_dp, 1, 3)]
-
 contains
 
     subroutine collect_physical_model(testsuite)
@@ -79,12 +67,12 @@ contains
         call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call prepare_model(observations%knowledge, data, [(i, i=1, ESTIMABLE)], model)
+        call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
         model%wave_frequency = 1/13.0_dp
         model%jump = model%steps/3
     end subroutine prepare
 
-    !> A state in which no parameter is zero.
+    !> A state in which no parameter is zero that is not an error of a belief in proportion to which all acts.
     function general_state() result(state)
         type(model_state_t) :: state
 
@@ -106,6 +94,30 @@ contains
         state%value(FORCE_JUMP) = [2e-9_dp, -1e-8_dp, 3e-9_dp]
     end function general_state
 
+    !> What a change of a parameter to measure its effect may be, SI units.
+    pure real(dp) function step_of(parameter) result(step)
+        integer, intent(in) :: parameter        !! Its place
+
+        select case (KIND_OF(parameter))
+        case (OF_RATE, OF_BIAS, OF_WAVE_FREQUENCY, OF_SIDE_FORCE)
+            step = 1e-6_dp
+        case (OF_ATTITUDE_ANGLES)
+            step = 1e-4_dp
+        case (OF_TORQUE, OF_TORQUE_CHANGE)
+            step = 1e-5_dp
+        case (OF_DRIFT)
+            step = 1e-9_dp
+        case (OF_FIELD_BIAS)
+            step = 1e-7_dp
+        case (OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_FORCE_BENDS, OF_FORCE_JUMP)
+            step = 1e-8_dp
+        case (OF_SCALE_FACTORS, OF_ROD_GAIN, OF_ROD_GAINS, OF_INERTIA)
+            step = 1e-2_dp
+        case default
+            step = 1e-3_dp
+        end select
+    end function step_of
+
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -114,38 +126,38 @@ contains
         type(model_trajectory_t) :: trajectory, other
         type(fitting_data_t) :: data
         real(dp), allocatable :: partials(:, :, :), predicted(:, :, :)
-        real(dp) :: star_partials(ESTIMABLE, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
-        real(dp) :: change(ESTIMABLE)
+        real(dp) :: star_partials(PARAMETERS, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
+        real(dp) :: change(PARAMETERS)
         integer :: p, i, side, n
 
         call prepare(model, data, error, .true.)
         if (allocated(error)) return
         state = general_state()
         n = size(data%accelerometer_epoch)
-        allocate (partials(ESTIMABLE, 3, n), predicted(3, n, 2))
+        allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2))
         call integrate_trajectory(model, state, trajectory)
         call predict_accelerations(model, state, trajectory, data%accelerometer_epoch, predicted(:, :, 1), partials)
         do i = 1, size(STAR_TIMES)
-            call star_angles(model, trajectory, STAR_TIMES(i), 2, trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
+            call star_angles(model, state, trajectory, STAR_TIMES(i), 2, trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
                              angles(:, i, 1), star_partials(:, :, i))
         end do
-        do p = 1, ESTIMABLE
+        do p = 1, PARAMETERS
             do side = 1, 2
                 change = 0
-                change(p) = merge(SIZES(p), -SIZES(p), side == 1)
+                change(p) = merge(step_of(p), -step_of(p), side == 1)
                 changed = state
                 call correct_state(model, change, changed)
                 call integrate_trajectory(model, changed, other)
                 call predict_accelerations(model, changed, other, data%accelerometer_epoch, predicted(:, :, side))
                 do i = 1, size(STAR_TIMES)          ! computed minus nominal
-                    call star_angles(model, other, STAR_TIMES(i), 2, &
+                    call star_angles(model, changed, other, STAR_TIMES(i), 2, &
                                      trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), angles(:, i, side))
                 end do
             end do
-            predicted(:, :, 1) = (predicted(:, :, 1) - predicted(:, :, 2))/(2*SIZES(p))
+            predicted(:, :, 1) = (predicted(:, :, 1) - predicted(:, :, 2))/(2*step_of(p))
             call check_close(partials(p, :, :), predicted(:, :, 1), 2e-6_dp, ', accelerometer')
             if (allocated(error)) return
-            angles(:, :, 1) = -(angles(:, :, 1) - angles(:, :, 2))/(2*SIZES(p))
+            angles(:, :, 1) = -(angles(:, :, 1) - angles(:, :, 2))/(2*step_of(p))
             call check_close(star_partials(p, :, :), angles(:, :, 1), 2e-4_dp, ', star camera')
             if (allocated(error)) return
         end do
@@ -158,7 +170,7 @@ contains
             character(*), intent(in) :: which
 
             call check(error, maxval(abs(found - expected)) <= tolerance*maxval(abs(expected)), &
-                       trim(PARAMETER_NAMES(p))//which)
+                       trim(parameter_names(p))//which)
         end subroutine check_close
     end subroutine test_partials
 

@@ -4,10 +4,10 @@ module test_json
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, parse_real
-    use gracecg_files_json, only: json_writer_t, read_json_list
+    use gracecg_files_json, only: json_writer_t, read_json_list, read_json_numbers, read_json_text
     use gracecg_files_units, only: unit_of_column
-    use fixture, only: check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_json
@@ -28,6 +28,7 @@ contains
                     new_unittest('not-ended-is-refused', test_not_ended), &
                     new_unittest('lists-are-read', test_lists), &
                     new_unittest('broken-lists', test_broken_lists), &
+                    new_unittest('members', test_members), &
                     new_unittest('units-of-columns', test_units)]
     end subroutine collect_json
 
@@ -197,4 +198,34 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_units
+
+    subroutine test_members(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: TEXT = '{"a": "x,}\"", "b": [1, [2.5e-3 , -4]], "c": {"d": 7, "e":{"b" :[8]}}, "f": true}'
+        real(dp), allocatable :: values(:)
+        character(:), allocatable :: word
+        logical :: ok
+
+        call read_json_numbers(TEXT, 'b', values, ok)
+        if (ok) ok = size(values) == 3
+        if (ok) ok = all(abs(values - [1.0_dp, 2.5e-3_dp, -4.0_dp]) <= 0)
+        call check(error, ok)
+        call read_json_numbers(TEXT, 'c.e.b', values, ok)
+        if (ok) ok = abs(values(1) - 8) <= 0
+        call check(error, ok)
+        call read_json_numbers(TEXT, 'c.d', values, ok)
+        if (ok) ok = abs(values(1) - 7) <= 0
+        call check(error, ok)
+        call read_json_text(TEXT, 'a', word, ok)
+        call check(error, ok .and. word == 'x,}"')
+        call read_json_numbers(TEXT, 'f', values, ok)
+        call check(error, .not. ok, 'a logical is no number')
+        call read_json_numbers(TEXT, 'c.g', values, ok)
+        call check(error, .not. ok, 'no such member')
+        call read_json_numbers(TEXT(:40), 'c.d', values, ok)
+        call check(error, .not. ok, 'cut off')
+        call read_json_text('', 'a', word, ok)
+        call check(error, .not. ok, 'empty')
+    end subroutine test_members
 end module test_json

@@ -21,7 +21,7 @@ module test_design
     use gracecg_planning_moved_case, only: moved_case
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site
-    use gracecg_planning_leakage, only: leakage_pair_t, leakage_sigmas, find_pair
+    use gracecg_planning_leakage, only: leakage_pair_t, find_pair
     use gracecg_planning_map
     use gracecg_planning_candidates
     use gracecg_planning_design
@@ -42,7 +42,6 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('facts-of-the-covariance-analysis', test_facts), &
                     new_unittest('weighing-is-whitening-twice', test_weighing), &
                     new_unittest('a-disturbance-is-weighed-with-the-partials', test_disturbance), &
                     new_unittest('a-thinned-arc-says-nearly-the-same', test_thinned), &
@@ -58,7 +57,6 @@ contains
                     new_unittest('moved-case', test_moved_case), &
                     new_unittest('plan', test_plan), &
                     new_unittest('reliable-manoeuvre', test_reliable), &
-                    new_unittest('plan-of-the-shortest-arc', test_shortest_plan), &
                     new_unittest('refuses-impossible', test_refused)]
     end subroutine collect_design
 
@@ -152,8 +150,6 @@ contains
         type(manoeuvre_quality_t) :: quality
         type(leakage_pair_t) :: pair
         type(error_t), allocatable :: failure
-        real(dp) :: without(3), with(3)
-
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
@@ -164,64 +160,11 @@ contains
         if (allocated(error)) return
         call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), quality)
         call check(error, maxval(abs(pair%without/quality%sigma - 1)) < 1e-6_dp, 'sigma without leakage')
-        call leakage_sigmas(planned, site, three_rods([5, 6, 7], SINE), without, with)
-        call check(error, maxval(abs(with/pair%with - 1)) < 1e-12_dp, 'one flight')
         call check(error, all(pair%with > 2*pair%without), 'at one place leakage is not to be told from d')
         call check(error, pair%opposite < -0.5_dp, 'the field is opposite')
         call check(error, all(pair%pair_with < 1.3_dp*pair%pair_without), 'leakage for nothing')
         call check(error, all(pair%pair_without < pair%without), 'two flights')
     end subroutine test_leakage
-
-    !> Limits by an independent covariance analysis, one-sided noise, 60 s, 30 A m^2 a rod, in
-    !> micrometres as printed: the report's manoeuvre; y sine and z cosine at 0.1 Hz; x, y, z at 5, 6
-    !> and 7 cycles. Three rods agree to the last digit printed; two rods see the offset near the pole (front
-    !> 2) only through the slow turn of the field, which the analyses have alike to a tenth.
-    subroutine test_facts(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        real(dp), parameter :: FACTS(3, 3, 3) = reshape([ &
-            84.0_dp, 32.0_dp, 30.0_dp, 6.6_dp, 3.0_dp, 6.3_dp, 6.2_dp, 3.0_dp, 5.9_dp, &
-            777.0_dp, 1.6_dp, 9.3_dp, 62.0_dp, 0.9_dp, 9.2_dp, 3.3_dp, 0.7_dp, 3.1_dp, &
-            8.8_dp, 25.0_dp, 22.0_dp, 5.3_dp, 5.6_dp, 5.1_dp, 5.3_dp, 5.6_dp, 5.1_dp], [3, 3, 3])
-        type(case_t) :: case
-        type(planned_arc_t) :: planned
-        type(manoeuvre_site_t) :: site
-        type(manoeuvre_quality_t) :: quality
-        type(torque_rods_t) :: rods(3)
-        type(error_t), allocatable :: failure
-        real(dp) :: tolerance
-        integer :: number, manoeuvre, axis
-
-        call new_torque_rods(rods(2), [ &
-                             rod_activation_t(2, 30.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 60.0_dp), &
-                             rod_activation_t(3, 30.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 60.0_dp, COSINE)], failure)
-        rods(3) = three_rods([5, 6, 7], SINE)
-        do number = 1, 3
-            call report_case(REPORT_CASE_NAMES(number), case, failure)
-            case%satellite%accelerometer%noise%sides = 1
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
-            rods(1) = case%satellite%rods
-            do manoeuvre = 1, 3
-                call evaluate_manoeuvre(planned, site, rods(manoeuvre), quality)
-                do axis = 1, 3
-                    if (number == 2 .and. manoeuvre == 1 .and. axis == 2) cycle     ! follows x, see below
-                    associate (ours => quality%sigma(axis)/MICROMETRE, fact => FACTS(axis, manoeuvre, number))
-                        tolerance = 0.02_dp*fact + 0.05_dp
-                        if (manoeuvre < 3) tolerance = 0.12_dp*fact
-                        call check(error, ours, fact, thr=tolerance, &
-                                   message='front-'//integer_text(number)//', manoeuvre '// &
-                                   integer_text(manoeuvre)//', axis '//integer_text(axis))
-                    end associate
-                end do
-                ! y of front 2: 1.6 printed, of an error ellipsoid 777 long and 1 wide: its tilt makes the rest
-                if (number == 2 .and. manoeuvre == 1) &
-                    call check(error, quality%sigma(2) > 0.7_dp*MICROMETRE .and. quality%sigma(2) < 4*MICROMETRE)
-                if (allocated(error)) return
-            end do
-        end do
-    end subroutine test_facts
-
     !> What a disturbance adds to the normal vector, whitened beside the partials, is the sum of the partials over the
     !> weighed disturbance; and the information is that without a disturbance.
     subroutine test_disturbance(error)
@@ -556,38 +499,40 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'no manoeuvre stays within the limits', &
                                                       'rate_deg_s'])
     end subroutine test_limits
-
-    !> The shortest arc meets the target, and one step less does not.
+    !> The shortest arc meets the target, and one step less does not; the sites of the plan are those of the shorter arc.
     subroutine test_shortest(error)
         type(error_type), allocatable, intent(out) :: error
 
-        real(dp), parameter :: STEP = 12, TARGET = 8*MICROMETRE
-        type(case_t) :: case
-        type(nominal_orbit_t) :: orbit
+        real(dp), parameter :: STEP = 6         ! of the planner, s
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+        type(calibration_t) :: calibration
+        type(manoeuvre_design_t) :: judged, shorter
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
-        type(manoeuvre_design_t) :: design, shorter
-        type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        settings = quick_settings(SQUARE)
-        call report_case('front-1', case, failure)
-        call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, &
-                                                              TARGET, planned, design, failure)
+        call find_calibration('front-1', calibration, failure)
+        request%settings = quick_settings(SQUARE)
+        request%target = 8*MICROMETRE
+        call prepare_plan(calibration, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        case%duration = planned%knowledge%duration
-        call check(error, design%worst <= TARGET .and. case%duration < 60)
-        case%duration = case%duration - STEP
-        if (case%duration > 0) then
+        associate (case => plan%calibration%case)
+            call check(error, plan%design%worst <= request%target .and. case%duration < 60)
+            call judge_manoeuvre(plan%arc, plan%sites, plan%design%rods, 1, judged)
+            call check(error, maxval(abs(judged%force - plan%design%force)) <= 1e-12_dp*maxval(judged%force))
+            case%duration = case%duration - STEP
             call stand(case, planned, site, error)
             if (allocated(error)) return
-            call design_manoeuvre(planned, [site], settings, shorter, failure)
-            call check(error, allocated(failure) .or. shorter%worst > TARGET)
-            if (allocated(error)) return
-        end if
-        call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, MICROMETRE/10, planned, design, failure)
+            call design_manoeuvre(planned, [site], request%settings, shorter, failure)
+            call check(error, allocated(failure) .or. shorter%worst > request%target)
+        end associate
+        request%target = MICROMETRE/10
+        calibration%case%duration = 3*STEP
+        call prepare_plan(calibration, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
     end subroutine test_shortest
 
@@ -707,29 +652,6 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(judged%design%sigma/plan%design%sigma - 1)) < 1e-3_dp)
     end subroutine test_plan
-
-    !> With a target the sites of a plan are those of the shorter arc.
-    subroutine test_shortest_plan(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(plan_request_t) :: request
-        type(plan_t) :: plan
-        type(calibration_t) :: calibration
-        type(manoeuvre_design_t) :: judged
-        type(error_t), allocatable :: failure
-
-        call find_calibration('front-1', calibration, failure)
-        request%settings = quick_settings(SQUARE)
-        request%target = 8*MICROMETRE
-        call prepare_plan(calibration, request, plan, failure)
-        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, plan%design%worst <= request%target .and. plan%calibration%case%duration < 60)
-        call judge_manoeuvre(plan%arc, plan%sites, plan%design%rods, 1, judged)
-        call check(error, maxval(abs(judged%force - plan%design%force)) <= 1e-12_dp*maxval(judged%force))
-    end subroutine test_shortest_plan
-
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
 

@@ -16,10 +16,10 @@ module test_beliefs_of_operator
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters
+    use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters
-    use gracecg_estimation_belief, only: BELIEFS, apply_value, ALTERATIONS, apply_alteration, is_interchange
+    use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration, is_interchange
     use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
@@ -111,26 +111,26 @@ contains
         if (.not. allocated(error)) call whitened(observations, partials, residuals)
         do i = 1, size(BELIEFS)
             if (allocated(error)) return
-            step = size_of(BELIEFS(i)%parameter)
+            step = size_of(BELIEFS(i))
             other = observations
-            call apply_value(BELIEFS(i)%parameter, step, other)
+            call apply_value(BELIEFS(i), step, other)
             call whitened(other, unused, up)
             if (allocated(error)) return
             other = observations
-            call apply_value(BELIEFS(i)%parameter, -step, other)
+            call apply_value(BELIEFS(i), -step, other)
             call whitened(other, unused, down)
             if (allocated(error)) return
             size_of_partials = norm2(partials(i, :))
-            if (any(ACCELEROMETER_SWAPS == BELIEFS(i)%parameter)) then  ! samples that are sound become wrong
+            if (any(ACCELEROMETER_SWAPS == BELIEFS(i))) then  ! samples that are sound become wrong
                 deviation = norm2(up - residuals - partials(i, :))
-            else if (is_interchange(BELIEFS(i)%parameter)) then
+            else if (is_interchange(BELIEFS(i))) then
                 deviation = norm2(residuals - up - partials(i, :))
             else
                 deviation = norm2((down - up)/(2*step) - partials(i, :))
             end if
             call check(error, deviation <= merge(BLURRED, SIMILAR, &
-                       any([ACCELEROMETER_DELAYS, ROD_DELAYS, ALL_RODS_DELAY] == BELIEFS(i)%parameter))* &
-                       size_of_partials, trim(BELIEFS(i)%subject)//': partials '//number_text(size_of_partials)// &
+                       any([ACCELEROMETER_DELAYS, ROD_DELAYS, ALL_RODS_DELAY] == BELIEFS(i)))* &
+                       size_of_partials, trim(belief_subject(BELIEFS(i)))//': partials '//number_text(size_of_partials)// &
                        ', off by '//number_text(deviation))
         end do
 
@@ -147,7 +147,7 @@ contains
 
             call preprocess(set, options, data, failure)
             if (.not. allocated(failure)) then
-                call prepare_calibration(set%knowledge, options, data, BELIEFS%parameter, problem)
+                call prepare_calibration(set%knowledge, options, data, BELIEFS, problem)
                 problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
                 problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
                 problem%state%value(OFFSET) = simulator%case%satellite%offset
@@ -170,18 +170,16 @@ contains
     pure real(dp) function size_of(parameter)
         integer, intent(in) :: parameter
 
-        select case (parameter)
-        case (INERTIA(1):INERTIA(6))
+        select case (KIND_OF(parameter))
+        case (OF_INERTIA)
             size_of = 0.1_dp
-        case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+        case (OF_TORQUE_CHANGE)
             size_of = 1e-6_dp
-        case (FIELD_BIAS(1):FIELD_BIAS(3))
+        case (OF_FIELD_BIAS)
             size_of = 1e-8_dp
-        case (ROD_FREQUENCIES(1):ROD_FREQUENCIES(3))
+        case (OF_ROD_FREQUENCIES, OF_ALL_RODS_FREQUENCY)
             size_of = 1e-6_dp
-        case (ALL_RODS_FREQUENCY)
-            size_of = 1e-6_dp
-        case (ROD_DELAYS(1):ROD_DELAYS(3), ALL_RODS_DELAY, ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
+        case (OF_ROD_DELAYS, OF_ALL_RODS_DELAY, OF_ACCELEROMETER_DELAYS)
             size_of = 0.1_dp        ! what the torque's samples resolve
         case default
             size_of = 1e-3_dp
@@ -245,7 +243,7 @@ contains
         do k = 1, size(NAMES)
             call simulator_of(trim(NAMES(k)), simulator, options, error)
             if (allocated(error)) return
-            allocate (squares(size(BELIEFS)), source=0.0_dp)
+            allocate (squares(PARAMETERS), source=0.0_dp)
             do run = 1, RUNS
                 call observe(simulator, 4712_i8, run, observations, failure)
                 if (.not. allocated(failure)) call estimate_offset('optimal', observations, options, solution, failure)
@@ -261,8 +259,8 @@ contains
             end do
             limits = chi_square_limits(RUNS)
             do i = 1, size(BELIEFS)     ! one in a thousand would be beyond the limits by chance: hence 1.5
-                call check(error, squares(i) < 1.5_dp*limits(2), NAMES(k)//' '//trim(BELIEFS(i)%subject)// &
-                           number_text(squares(i)/RUNS))
+                call check(error, squares(BELIEFS(i)) < 1.5_dp*limits(2), NAMES(k)//' '//trim(belief_subject(BELIEFS(i)))// &
+                           number_text(squares(BELIEFS(i))/RUNS))
             end do
             call check(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')
             if (allocated(error)) return
@@ -293,11 +291,11 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         n = size(fitted%model%estimated)
-        tested = pack(BELIEFS(solution%beliefs%values%belief)%parameter, &
-                      [(all(fitted%model%estimated /= BELIEFS(solution%beliefs%values(i)%belief)%parameter), &
+        tested = pack(solution%beliefs%values%belief, &
+                      [(all(fitted%model%estimated /= solution%beliefs%values(i)%belief), &
                         i=1, size(solution%beliefs%values))])
         sigma = pack(solution%beliefs%values%sigma, &
-                     [(any(tested == BELIEFS(solution%beliefs%values(i)%belief)%parameter), &
+                     [(any(tested == solution%beliefs%values(i)%belief), &
                        i=1, size(solution%beliefs%values))])
         call with_parameters(observations%knowledge, options, fitted, [fitted%model%estimated, tested], problem)
         call set_noise(problem, failure)
@@ -319,9 +317,9 @@ contains
                 rows(i, :) = rows(i, :)/norm2(rows(i, :))
             else if (sigma(i - n) > 0) then
                 call check(error, norm2(rows(i, :))*sigma(i - n), 1.0_dp, thr=0.01_dp, &
-                           message=trim(PARAMETER_NAMES(tested(i - n))))
+                           message=trim(parameter_names(tested(i - n))))
             else
-                call check(error, norm2(rows(i, :)) < 2e-6_dp*whole, 'undetermined: '//trim(PARAMETER_NAMES(tested(i - n))))
+                call check(error, norm2(rows(i, :)) < 2e-6_dp*whole, 'undetermined: '//trim(parameter_names(tested(i - n))))
             end if
             if (allocated(error)) return
         end do
@@ -379,7 +377,7 @@ contains
         if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        i = findloc(BELIEFS(solution%beliefs%values%belief)%parameter, ROD_FREQUENCIES(3), 1)
+        i = findloc(solution%beliefs%values%belief, ROD_FREQUENCIES(3), 1)
         wrong = observations
         call apply_value(ROD_FREQUENCIES(3), 1.4_dp*solution%beliefs%values(i)%detectable, wrong)
         solution%beliefs%values(i)%value = 6*solution%beliefs%values(i)%sigma
@@ -424,7 +422,7 @@ contains
         call estimate_offset('optimal', observations, calibration%options, solution, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        i = findloc(BELIEFS%parameter, SCALE_FACTORS(1), 1)
+        i = SCALE_FACTORS(1)
         associate (test => solution%beliefs%values(findloc(solution%beliefs%values%belief, i, 1)))
             call check(error, abs(test%score) < 4, 'scale factor '//number_text(test%score))
         end associate
@@ -550,13 +548,13 @@ contains
             if (present(together)) then
                 do i = 1, size(solution%beliefs%explanations) - 1
                     associate (one => solution%beliefs%explanations(i))
-                        if (one%kind == OF_VALUE .and. BELIEFS(one%place)%subject == subject) exit
+                        if (one%kind == OF_VALUE .and. belief_subject(one%place) == subject) exit
                     end associate
                 end do
             end if
             associate (first => solution%beliefs%explanations(i))
                 if (kind == OF_VALUE) then
-                    found = BELIEFS(first%place)%subject
+                    found = belief_subject(first%place)
                 else if (first%kind == OF_ALTERATION) then
                     found = ALTERATIONS(first%place)
                 else
@@ -681,7 +679,7 @@ contains
                 if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
-                i = findloc(BELIEFS(solution%beliefs%values%belief)%parameter, TESTED(k), 1)
+                i = findloc(solution%beliefs%values%belief, TESTED(k), 1)
                 wrong = observations
                 call apply_value(TESTED(k), solution%beliefs%values(i)%detectable, wrong)
                 call estimate_optimal(wrong, options, solution, failure)
@@ -689,7 +687,7 @@ contains
                 if (abs(solution%beliefs%values(i)%score) > solution%beliefs%critical) found = found + 1
             end do
             call check(error, abs(found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
-                       PARAMETER_NAMES(TESTED(k))//integer_text(found))
+                       parameter_names(TESTED(k))//integer_text(found))
         end do
     end subroutine test_power
 
@@ -710,7 +708,7 @@ contains
         if (.not. allocated(failure)) call beliefs_with_value(calibration, list, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        asked = pack(list, [(any(TESTED == BELIEFS(list(i)%place)%parameter), i=1, size(list))])
+        asked = pack(list, [(any(TESTED == list(i)%place), i=1, size(list))])
         list = asked
         call find_detectable_values(calibration, 1, list, failure)
         call check_passes(error, message_of(failure))

@@ -7,7 +7,8 @@ module gracecg_cli_calibration_advice
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_verdict, only: verdict_t, listed_axes, NOT_ZERO, &
         STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
-    use gracecg_estimation_belief, only: BELIEFS, testing_manoeuvre
+    use gracecg_observations_parameters, only: belief_subject
+    use gracecg_estimation_belief, only: testing_manoeuvre
     use gracecg_estimation_belief_report, only: UNTESTED
     implicit none
     private
@@ -78,7 +79,7 @@ contains
             end do
             if (worst > 0) then
                 call testing_manoeuvre(report%values(worst)%belief, how)
-                text = text//' The '//trim(BELIEFS(report%values(worst)%belief)%subject)//' would be tested by '//how//'.'
+                text = text//' The '//trim(belief_subject(report%values(worst)%belief))//' would be tested by '//how//'.'
             end if
             if (.not. report%signs_known) text = text//' The sign of the accelerometer is tested by no manoeuvre: move the '// &
                 'masses by a small known part, calibrate again, see that the offset changed by it, and set `signs_known` in '// &

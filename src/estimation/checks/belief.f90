@@ -1,104 +1,27 @@
 !> What an operator believes of satellite, rods and instruments, as hypotheses that a fit can contradict: a list
 !> of them, in words, and what an observation set looks like if another value holds.
 !>
-!> A belief with a value (a gain, a delay, an angle) is a parameter of gracecg_estimation_parameters whose value 0
+!> A belief with a value (a gain, a delay, an angle) is a parameter of gracecg_observations_parameters whose value 0
 !> is what is believed. A belief without one (which axis is which, a sign, a convention) is an alteration.
 module gracecg_estimation_belief
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, NANOTESLA, PI
+    use gracecg_base_constants, only: PI
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
-    use gracecg_estimation_parameters
+    use gracecg_observations_parameters
+    use gracecg_estimation_interpolation, only: lagrange_weights
     use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
-    public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre, is_interchange
+    public :: ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre, is_interchange
 
-    !> A belief with a value.
-    type :: belief_t
-        integer :: parameter = 0            !! Its place among PARAMETERS
-        character(36) :: subject = ''       !! What it is of, in words
-        character(8) :: unit = ''           !! In which it is shown
-        real(dp) :: size = 1                !! Of that unit in SI units
-        real(dp) :: largest = 1             !! Wrong value that is conceivable, in that unit
-    end type belief_t
-
-    character(*), parameter :: NONE = ''
-    real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
     integer, parameter :: REACH = 32    !! Samples on each side from which one between them is interpolated
     integer, parameter :: FEWEST = 4    !! Of them: with fewer a cubic is as good
     real(dp), parameter :: NO_TURN(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-    !> All beliefs with a value, in the order in which they are shown
-    type(belief_t), parameter :: BELIEFS(65) = [ &
-        belief_t(ROD_GAINS(1), 'gain of rod x', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(ROD_GAINS(2), 'gain of rod y', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(ROD_GAINS(3), 'gain of rod z', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(ROD_GAIN, 'gain of all rods', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(ROD_DELAYS(1), 'delay of rod x', 's', 1.0_dp, LATE), &
-        belief_t(ROD_DELAYS(2), 'delay of rod y', 's', 1.0_dp, LATE), &
-        belief_t(ROD_DELAYS(3), 'delay of rod z', 's', 1.0_dp, LATE), &
-        belief_t(ROD_FREQUENCIES(1), 'frequency of rod x', 'Hz', 1.0_dp, 0.1_dp), &
-        belief_t(ROD_FREQUENCIES(2), 'frequency of rod y', 'Hz', 1.0_dp, 0.1_dp), &
-        belief_t(ROD_FREQUENCIES(3), 'frequency of rod z', 'Hz', 1.0_dp, 0.1_dp), &
-        belief_t(ALL_RODS_DELAY, 'delay of all rods', 's', 1.0_dp, LATE), &
-        belief_t(ALL_RODS_FREQUENCY, 'frequency of all rods', 'Hz', 1.0_dp, 0.1_dp), &
-        belief_t(ROD_TURNS(1), 'direction of rod x about y', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ROD_TURNS(2), 'direction of rod x about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ROD_TURNS(3), 'direction of rod y about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ROD_TURNS(4), 'direction of rod y about x', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ROD_TURNS(5), 'direction of rod z about x', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ROD_TURNS(6), 'direction of rod z about y', 'deg', DEGREE, 180.0_dp), &
-        belief_t(INERTIA(1), 'inertia xx', 'kg m^2', 1.0_dp, 1e3_dp), &
-        belief_t(INERTIA(2), 'inertia yy', 'kg m^2', 1.0_dp, 1e3_dp), &
-        belief_t(INERTIA(3), 'inertia zz', 'kg m^2', 1.0_dp, 1e3_dp), &
-        belief_t(INERTIA(4), 'inertia xy', 'kg m^2', 1.0_dp, 1e3_dp), &
-        belief_t(INERTIA(5), 'inertia yz', 'kg m^2', 1.0_dp, 1e3_dp), &
-        belief_t(INERTIA(6), 'inertia zx', 'kg m^2', 1.0_dp, 1e3_dp), &
-        belief_t(TORQUE_CHANGE(1), 'change of other torques about x', 'N m', 1.0_dp, 1e-3_dp), &
-        belief_t(TORQUE_CHANGE(2), 'change of other torques about y', 'N m', 1.0_dp, 1e-3_dp), &
-        belief_t(TORQUE_CHANGE(3), 'change of other torques about z', 'N m', 1.0_dp, 1e-3_dp), &
-        belief_t(SCALE_FACTORS(1), 'scale factor of accelerometer x', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(SCALE_FACTORS(2), 'scale factor of accelerometer y', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(SCALE_FACTORS(3), 'scale factor of accelerometer z', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(ACCELEROMETER_DELAYS(1), 'delay of accelerometer x', 's', 1.0_dp, LATE), &
-        belief_t(ACCELEROMETER_DELAYS(2), 'delay of accelerometer y', 's', 1.0_dp, LATE), &
-        belief_t(ACCELEROMETER_DELAYS(3), 'delay of accelerometer z', 's', 1.0_dp, LATE), &
-        belief_t(ACCELEROMETER_TURN(1), 'direction of accelerometer about x', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ACCELEROMETER_TURN(2), 'direction of accelerometer about y', 'deg', DEGREE, 180.0_dp), &
-        belief_t(ACCELEROMETER_TURN(3), 'direction of accelerometer about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(FIELD_BIAS(1), 'bias of magnetometer x', 'nT', NANOTESLA, 1e5_dp), &
-        belief_t(FIELD_BIAS(2), 'bias of magnetometer y', 'nT', NANOTESLA, 1e5_dp), &
-        belief_t(FIELD_BIAS(3), 'bias of magnetometer z', 'nT', NANOTESLA, 1e5_dp), &
-        belief_t(FIELD_TURN(1), 'direction of magnetometer about x', 'deg', DEGREE, 180.0_dp), &
-        belief_t(FIELD_TURN(2), 'direction of magnetometer about y', 'deg', DEGREE, 180.0_dp), &
-        belief_t(FIELD_TURN(3), 'direction of magnetometer about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(FIELD_SCALES(1), 'scale factor of magnetometer x', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(FIELD_SCALES(2), 'scale factor of magnetometer y', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(FIELD_SCALES(3), 'scale factor of magnetometer z', NONE, 1.0_dp, 2.0_dp), &
-        belief_t(FIELD_SHEARS(1), 'skewness of magnetometer x and y', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(FIELD_SHEARS(2), 'skewness of magnetometer y and z', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(FIELD_SHEARS(3), 'skewness of magnetometer z and x', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(FIELD_DELAY, 'delay of magnetometer', 's', 1.0_dp, LATE), &
-        belief_t(MOUNTING_1(1), 'mounting of head 1 about x', 'deg', DEGREE, 180.0_dp), &
-        belief_t(MOUNTING_1(2), 'mounting of head 1 about y', 'deg', DEGREE, 180.0_dp), &
-        belief_t(MOUNTING_1(3), 'mounting of head 1 about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(MOUNTING_2(1), 'mounting of head 2 about x', 'deg', DEGREE, 180.0_dp), &
-        belief_t(MOUNTING_2(2), 'mounting of head 2 about y', 'deg', DEGREE, 180.0_dp), &
-        belief_t(MOUNTING_2(3), 'mounting of head 2 about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(STAR_CAMERA_DELAY, 'delay of star camera', 's', 1.0_dp, LATE), &
-        belief_t(ROD_SWAPS(1), 'interchange of rods x and y', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(ROD_SWAPS(2), 'interchange of rods y and z', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(ROD_SWAPS(3), 'interchange of rods z and x', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(FIELD_SWAPS(1), 'interchange of magnetometer x and y', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(FIELD_SWAPS(2), 'interchange of magnetometer y and z', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(FIELD_SWAPS(3), 'interchange of magnetometer z and x', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(ACCELEROMETER_SWAPS(1), 'interchange of accelerometer x and y', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(ACCELEROMETER_SWAPS(2), 'interchange of accelerometer y and z', NONE, 1.0_dp, 1.0_dp), &
-        belief_t(ACCELEROMETER_SWAPS(3), 'interchange of accelerometer z and x', NONE, 1.0_dp, 1.0_dp)]
-
     !> All beliefs without a value: what would have to hold instead. apply_alteration knows them by their place
     character(52), parameter :: ALTERATIONS(23) = [character(52) :: &
         'rod x has the opposite sign', 'rod y has the opposite sign', 'rod z has the opposite sign', &
@@ -119,26 +42,25 @@ contains
 
     !> Is a parameter one of those that are either 0 or 1?
     elemental logical function is_interchange(parameter)
-        integer, intent(in) :: parameter    !! Its place among PARAMETERS
+        integer, intent(in) :: parameter    !! Its place
 
-        is_interchange = any([ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS] == parameter)
+        is_interchange = any(KIND_OF(parameter) == [OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS])
     end function is_interchange
 
     !> Which manoeuvre lets the data tell a belief.
     subroutine testing_manoeuvre(belief, text)
-        integer, intent(in) :: belief       !! Its place in BELIEFS
+        integer, intent(in) :: belief       !! The parameter's place
         character(:), allocatable, intent(out) :: text    !! Part of a sentence
 
-        select case (BELIEFS(belief)%parameter)
-        case (ROD_GAINS(1):ROD_FREQUENCIES(3), ALL_RODS_DELAY, ALL_RODS_FREQUENCY, ROD_GAIN, ROD_SWAPS(1):ROD_SWAPS(3))
+        select case (KIND_OF(belief))
+        case (OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY, &
+              OF_ROD_TURNS, OF_ROD_SWAPS)
             text = 'driving the rods one after the other, slowly enough (0.02 to 0.05 Hz) that the star camera sees the turn'
-        case (INERTIA(1):INERTIA(6), TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+        case (OF_INERTIA, OF_TORQUE_CHANGE)
             text = 'a longer arc with turns about all three axes, at two frequencies or more'
-        case (FIELD_BIAS(1):FIELD_BIAS(3), FIELD_TURN(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3), &
-              FIELD_SWAPS(1):FIELD_SWAPS(3))
+        case (OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_DELAY, OF_FIELD_SWAPS)
             text = 'driving the same rods at another place of the orbit, where the field has another direction'
-        case (SCALE_FACTORS(1):SCALE_FACTORS(3), ACCELEROMETER_DELAYS(1):ACCELEROMETER_TURN(3), &
-              ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
+        case (OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS)
             text = 'angular accelerations about all three axes at frequencies of their own, so that each offset is seen by '// &
                 'two axes of the accelerometer'
         case default
@@ -150,7 +72,7 @@ contains
     !> samples change. An interchange is done if the value is not 0, whatever it is. By a delay of an axis of the
     !> accelerometer epochs at an end may be lost.
     pure subroutine apply_value(parameter, value, observations, noise_follows)
-        integer, intent(in) :: parameter    !! Its place among PARAMETERS
+        integer, intent(in) :: parameter    !! Its place
         real(dp), intent(in) :: value       !! SI units
         type(observation_set_t), intent(inout) :: observations
         logical, intent(in), optional :: noise_follows
@@ -158,87 +80,71 @@ contains
         !! divides their noise, too, and interpolation smooths it. Fits under the belief can be compared only so
 
         integer :: i, j, next
-        real(dp) :: zeta(3), other, noise
+        real(dp) :: other, noise
         logical :: follows
 
         follows = .false.
         if (present(noise_follows)) follows = noise_follows
-
+        i = MEMBER_OF(parameter)
+        next = modulo(i, 3) + 1
         associate (k => observations%knowledge)
-            select case (parameter)
-            case (ROD_GAIN)
+            select case (KIND_OF(parameter))
+            case (OF_ROD_GAIN)
                 k%rods%gain = k%rods%gain*(1 + value)
-            case (ROD_GAINS(1):ROD_GAINS(3))
-                i = parameter - ROD_GAINS(1) + 1
+            case (OF_ROD_GAINS)
                 k%rods%gain(i) = k%rods%gain(i) + value*gain_unit(k%rods%gain(i))
-            case (ROD_TURNS(1):ROD_TURNS(6))
-                i = parameter - ROD_TURNS(1) + 1
+            case (OF_ROD_TURNS)
                 k%rods%misalignment(i) = k%rods%misalignment(i) + value
-            case (ROD_DELAYS(1):ROD_DELAYS(3))
-                i = parameter - ROD_DELAYS(1) + 1
+            case (OF_ROD_DELAYS)
                 k%rods%delay(i) = k%rods%delay(i) + value
-            case (ALL_RODS_DELAY)
+            case (OF_ALL_RODS_DELAY)
                 k%rods%delay = k%rods%delay + value
-            case (ALL_RODS_FREQUENCY)
+            case (OF_ALL_RODS_FREQUENCY)
                 k%rods%activations%frequency = k%rods%activations%frequency + value
-            case (ROD_FREQUENCIES(1):ROD_FREQUENCIES(3))
-                where (k%rods%activations%axis == parameter - ROD_FREQUENCIES(1) + 1) &
-                    k%rods%activations%frequency = k%rods%activations%frequency + value
-            case (INERTIA(1):INERTIA(3))
-                i = parameter - INERTIA(1) + 1
-                k%inertia(i, i) = k%inertia(i, i) + value
-            case (INERTIA(4):INERTIA(6))
-                i = parameter - INERTIA(4) + 1
-                k%inertia(i, modulo(i, 3) + 1) = k%inertia(i, modulo(i, 3) + 1) + value
-                k%inertia(modulo(i, 3) + 1, i) = k%inertia(i, modulo(i, 3) + 1)
-            case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
-                i = parameter - TORQUE_CHANGE(1) + 1
+            case (OF_ROD_FREQUENCIES)
+                where (k%rods%activations%axis == i) k%rods%activations%frequency = k%rods%activations%frequency + value
+            case (OF_INERTIA)
+                associate (row => mod(i - 1, 3) + 1, column => merge(i, next, i <= 3))
+                    k%inertia(row, column) = k%inertia(row, column) + value
+                    k%inertia(column, row) = k%inertia(row, column)
+                end associate
+            case (OF_TORQUE_CHANGE)
                 k%torque_change(i) = k%torque_change(i) + value
-            case (SCALE_FACTORS(1):SCALE_FACTORS(3))
-                i = parameter - SCALE_FACTORS(1) + 1
+            case (OF_SCALE_FACTORS)
                 k%accelerometer_scale(i) = k%accelerometer_scale(i)*(1 + value)
                 if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level/(1 + value)**2
-            case (FIELD_BIAS(1):FIELD_BIAS(3))
-                i = parameter - FIELD_BIAS(1) + 1
+            case (OF_FIELD_BIAS)
                 k%magnetometer_bias(i) = k%magnetometer_bias(i) + value
-            case (FIELD_SCALES(1):FIELD_SCALES(3))
-                i = parameter - FIELD_SCALES(1) + 1
+            case (OF_FIELD_SCALES)
                 observations%field(i, :) = observations%field(i, :)*(1 - value)
-            case (FIELD_SHEARS(1):FIELD_SHEARS(3))
-                i = parameter - FIELD_SHEARS(1) + 1
-                next = modulo(i, 3) + 1
+            case (OF_FIELD_SHEARS)
                 do j = 1, size(observations%field, 2)
                     other = observations%field(i, j)
                     observations%field(i, j) = cosh(value)*other - sinh(value)*observations%field(next, j)
                     observations%field(next, j) = cosh(value)*observations%field(next, j) - sinh(value)*other
                 end do
-            case (ROD_SWAPS(1):ROD_SWAPS(3))
-                if (abs(value) > 0) call apply_alteration(5 + parameter - ROD_SWAPS(1), observations)
-            case (ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
-                if (abs(value) > 0) call apply_alteration(11 + parameter - ACCELEROMETER_SWAPS(1), observations)
-            case (FIELD_SWAPS(1):FIELD_SWAPS(3))
-                if (abs(value) > 0) call apply_alteration(17 + parameter - FIELD_SWAPS(1), observations)
-            case (FIELD_DELAY)
+            case (OF_ROD_SWAPS)
+                if (abs(value) > 0) call apply_alteration(4 + i, observations)
+            case (OF_ACCELEROMETER_SWAPS)
+                if (abs(value) > 0) call apply_alteration(10 + i, observations)
+            case (OF_FIELD_SWAPS)
+                if (abs(value) > 0) call apply_alteration(16 + i, observations)
+            case (OF_FIELD_DELAY)
                 observations%magnetometer_time = observations%magnetometer_time - value
-            case (STAR_CAMERA_DELAY)
+            case (OF_STAR_CAMERA_DELAY)
                 observations%star_camera_time = observations%star_camera_time - value
-            case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
-                i = parameter - ACCELEROMETER_DELAYS(1) + 1
+            case (OF_ACCELEROMETER_DELAYS)
                 call advance(observations%accelerometer_time, observations%acceleration(i, :), value, noise)
                 if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level*noise
                 call leave_out_beyond(value, observations)
-            case (FIELD_TURN(1):FIELD_TURN(3))
-                zeta = along(parameter - FIELD_TURN(1) + 1, value)
-                call turn(observations%field, zeta)
-            case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
-                zeta = along(parameter - ACCELEROMETER_TURN(1) + 1, value)
-                call turn(observations%acceleration, -zeta)
-            case (MOUNTING_1(1):MOUNTING_2(3))
-                i = parameter - MOUNTING_1(1)
-                zeta = along(mod(i, 3) + 1, value)
-                ! body from inertial, as the samples say it, is turned too far by zeta: the camera's mounting takes it up
-                associate (mounting => k%mounting(:, i/3 + 1))
-                    mounting = quaternion_product(mounting, conjugate_quaternion(turned_by(-zeta, NO_TURN)))
+            case (OF_FIELD_TURN)
+                call turn(observations%field, along(i, value))
+            case (OF_ACCELEROMETER_TURN)
+                call turn(observations%acceleration, -along(i, value))
+            case (OF_MOUNTING_1, OF_MOUNTING_2)
+                ! body from inertial, as the samples say it, is turned too far: the camera's mounting takes it up
+                associate (mounting => k%mounting(:, KIND_OF(parameter) - OF_MOUNTING_1 + 1))
+                    mounting = quaternion_product(mounting, conjugate_quaternion(turned_by(-along(i, value), NO_TURN)))
                 end associate
             end select
         end associate
@@ -288,15 +194,9 @@ contains
         if (n < 4) return
         noise = 0
         old = series
-        k = 1
         do i = 1, n
             t = min(max(times(i) + delay, 2*times(1) - times(2)), 2*times(n) - times(n - 1))
-            do while (k < n - 1 .and. times(k + 1) <= t)
-                k = k + 1
-            end do
-            do while (k > 1 .and. times(k) > t)
-                k = k - 1
-            end do
+            k = max(1, min(n - 1, last_not_after(times, t)))
             many = min(REACH, k, n - k)
             if (many < FEWEST .or. .not. is_even(times, k, many)) many = 2
             associate (first => max(1, min(k - many + 1, n - 2*many + 1)), w => weights(:2*many))
@@ -348,7 +248,6 @@ contains
         real(dp), intent(out) :: weights(4)
 
         real(dp) :: beyond
-        integer :: j, l
 
         weights = 0
         if (t < times(1)) then
@@ -358,12 +257,7 @@ contains
             beyond = (t - times(4))/(times(4) - times(3))
             weights(3:) = [-beyond, 1 + beyond]
         else
-            do j = 1, 4
-                weights(j) = 1
-                do l = 1, 4
-                    if (l /= j) weights(j) = weights(j)*(t - times(l))/(times(j) - times(l))
-                end do
-            end do
+            weights = lagrange_weights(times, t)
         end if
     end subroutine cubic_weights
 

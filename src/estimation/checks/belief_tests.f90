@@ -23,9 +23,10 @@ module gracecg_estimation_belief_tests
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters
+    use gracecg_observations_parameters
+    use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
-    use gracecg_estimation_belief, only: BELIEFS, is_interchange
+    use gracecg_estimation_belief, only: is_interchange
     use gracecg_estimation_belief_report
     implicit none
     private
@@ -61,7 +62,7 @@ contains
             if (.not. any(estimated == FORCE_SHAPES(i))) estimated = [estimated, FORCE_SHAPES(i)]
         end do
         n = size(estimated)
-        tested = pack(BELIEFS%parameter, [(.not. any(estimated == BELIEFS(i)%parameter), i=1, size(BELIEFS))])
+        tested = pack(BELIEFS, [(.not. any(estimated == BELIEFS(i)), i=1, size(BELIEFS))])
         call with_parameters(knowledge, options, fitted, [estimated, tested], problem)
         call set_noise(problem, error)
         if (allocated(error)) return
@@ -72,7 +73,7 @@ contains
         end do
         allocate (covariance(n, n), correction(n))
         call solve_normal_equations(information(:n, :n), rhs(:n), correction, covariance, condition, error, &
-                                    PARAMETER_NAMES(estimated))
+                                    parameter_names(estimated))
         if (allocated(error)) return
         call begin_report(fitted%state%value(OFFSET), options%wanted_accuracy, knowledge%a_priori%signs_known, report)
         if (any(fitted%model%estimated == WAVE_SINE)) &
@@ -99,8 +100,8 @@ contains
 
         d = [(findloc(places(:n), OFFSET(i), 1), i=1, 3)]
         do i = 1, size(BELIEFS)
-            c = findloc(places, BELIEFS(i)%parameter, 1)
-            stated = sigma(BELIEFS(i)%parameter)
+            c = findloc(places, BELIEFS(i), 1)
+            stated = sigma(BELIEFS(i))
             if (c <= n) then
                 if (.not. stated > 0) cycle             ! nothing is believed of it
                 left = 1/covariance(c, c) - 1/stated**2
@@ -108,7 +109,7 @@ contains
                 score = state(c)/covariance(c, c)       ! what the estimate owes to the data
             else
                 ! it has nothing to do with these data
-                if (.not. information(c, c)*(BELIEFS(i)%largest*BELIEFS(i)%size)**2 > SEEN) cycle
+                if (.not. information(c, c)*largest_error(BELIEFS(i))**2 > SEEN) cycle
                 ! what is left may be 1e-10 of the whole (a turn of the accelerometer is nearly a bias): refined once, and
                 ! so that the error of on_fit enters by its square
                 associate (e => information(:n, :n), b => information(:n, c))
@@ -120,8 +121,8 @@ contains
                 by_one = on_fit(d)
                 if (left < DETERMINED*information(c, c)) left = 0
             end if
-            call add_value(report, i, score, left, stated, by_one, BELIEFS(i)%largest*BELIEFS(i)%size, &
-                           is_interchange(BELIEFS(i)%parameter))
+            call add_value(report, BELIEFS(i), score, left, stated, by_one, largest_error(BELIEFS(i)), &
+                           is_interchange(BELIEFS(i)))
         end do
     end subroutine test_values
 

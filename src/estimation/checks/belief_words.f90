@@ -3,8 +3,8 @@ module gracecg_estimation_belief_words
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_estimation_parameters, only: ROD_GAIN, ROD_GAINS
-    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS
+    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
+    use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_VALUE, &
         OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
@@ -114,7 +114,7 @@ contains
 
             if (text /= '') text = text//', '
             associate (test => report%values(place))
-                text = text//trim(BELIEFS(test%belief)%subject)//' ('// &
+                text = text//trim(belief_subject(test%belief))//' ('// &
                     rounded_text(maxval(abs(test%effect))/MILLIMETRE, 2)//' mm)'
             end associate
         end subroutine add_one
@@ -130,7 +130,7 @@ contains
         of_values = maxval(abs([0.0_dp, report%values%score]))
         of_noises = maxval(abs([0.0_dp, report%noises%score]))
         if (of_values >= of_noises) then
-            text = trim(BELIEFS(report%values(maxloc(abs(report%values%score), 1))%belief)%subject)
+            text = trim(belief_subject(report%values(maxloc(abs(report%values%score), 1))%belief))
         else
             text = trim(NOISE_SUBJECTS(report%noises(maxloc(abs(report%noises%score), 1))%subject))
         end if
@@ -163,20 +163,19 @@ contains
     !> 'the gain of rod y is 0.52 +/- 0.04 of that of the setup', 'the delay of rod y is 0.1 +/- 0.02 s more than
     !> the setup says'.
     subroutine say_value(belief, value, sigma, text)
-        integer, intent(in) :: belief           !! Place in BELIEFS
+        integer, intent(in) :: belief           !! The parameter's place
         real(dp), intent(in) :: value, sigma    !! SI units
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
-        associate (b => BELIEFS(belief))
-            if (b%parameter == ROD_GAIN .or. any(ROD_GAINS == b%parameter)) then
-                text = 'the '//trim(b%subject)//' is '//rounded_text(1 + value, 3)//' +/- '// &
-                    rounded_text(sigma, 2)//' of that of the setup'
-            else
-                text = 'the '//trim(b%subject)//' is '//rounded_text(abs(value)/b%size, 3)//' +/- '// &
-                    rounded_text(sigma/b%size, 2)//trim(' '//b%unit)//trim(merge(' more', ' less', value > 0))// &
-                    ' than the setup says'
-            end if
-        end associate
+        text = 'the '//trim(belief_subject(belief))//' is '
+        if (belief == ROD_GAIN .or. any(ROD_GAINS == belief)) then
+            text = text//rounded_text(1 + value, 3)//' +/- '//rounded_text(sigma, 2)//' of that of the setup'
+        else
+            associate (unit => belief_size(belief))
+                text = text//rounded_text(abs(value)/unit, 3)//' +/- '//rounded_text(sigma/unit, 2)// &
+                    trim(' '//belief_unit(belief))//trim(merge(' more', ' less', value > 0))//' than the setup says'
+            end associate
+        end if
     end subroutine say_value
 
     !> What could be wrong by how much on each axis without any test seeing it.
@@ -192,7 +191,7 @@ contains
             if (text /= '') text = text//', '
             associate (test => report%values(report%largest(axis)))
                 text = text//AXES(axis)//' '//rounded_text(abs(test%effect(axis))/MILLIMETRE, 2)//' mm ('// &
-                    trim(BELIEFS(test%belief)%subject)//')'
+                    trim(belief_subject(test%belief))//')'
             end associate
         end do
     end subroutine say_undetected

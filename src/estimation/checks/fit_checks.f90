@@ -8,7 +8,7 @@ module gracecg_estimation_fit_checks
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, ROD_GAIN
+    use gracecg_observations_parameters, only: parameter_names, ATTITUDE_ANGLES, RATE, TORQUE, ROD_GAIN
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, star_angles
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -211,7 +211,7 @@ contains
         associate (stars => data%stars)
             do i = 1, size(kept)
                 if (.not. kept(i)) cycle
-                call star_angles(model, trajectory, stars%time(i), stars%head(i), stars%quaternion(:, i), angles, by)
+                call star_angles(model, state, trajectory, stars%time(i), stars%head(i), stars%quaternion(:, i), angles, by)
                 do axis = 1, 3
                     residuals(3*i - 3 + axis) = angles(axis)/unit(axis)
                     partials(:, 3*i - 3 + axis) = by(:, axis)/unit(axis)
@@ -219,7 +219,7 @@ contains
             end do
         end associate
         call normal_equations(partials, residuals, normal, rhs)
-        call solve_normal_equations(normal, rhs, correction, covariance, condition, error, PARAMETER_NAMES(FITTED))
+        call solve_normal_equations(normal, rhs, correction, covariance, condition, error, parameter_names(FITTED))
         if (allocated(error)) return
         factor = 1 + correction(N)
         variance = sum((residuals - matmul(correction, partials))**2)/max(1, 3*count(kept) - N)

@@ -24,7 +24,7 @@ module gracecg_estimation_belief_report
 
     !> The test of a belief with a value.
     type :: value_test_t
-        integer :: belief = 0               !! Its place in BELIEFS
+        integer :: belief = 0               !! The parameter's place
         real(dp) :: value = 0               !! That fits the data best, SI units
         real(dp) :: sigma = 0               !! Its standard deviation by the data; 0: they do not determine it
         real(dp) :: score = 0               !! T: standard normal if the belief is right
@@ -53,7 +53,7 @@ module gracecg_estimation_belief_report
     !> A wrong belief that would explain the data.
     type :: explanation_t
         integer :: kind = 0                 !! OF_VALUE, OF_ALTERATION, OF_NOISE
-        integer :: place = 0                !! In BELIEFS, ALTERATIONS, NOISE_SUBJECTS
+        integer :: place = 0                !! A parameter, or in ALTERATIONS, NOISE_SUBJECTS
         real(dp) :: gain = 0                !! Of the log-likelihood of the data
         real(dp) :: value = 0               !! SI units; of a noise the factor of its standard deviation
         real(dp) :: sigma = 0               !! Of the value
@@ -109,7 +109,7 @@ contains
     !> nothing is as likely: 2 g - S for the value 1. It exceeds c with no more than the probability of a normal variable.
     subroutine add_value(report, belief, score, information, stated, by_one, largest, all_or_nothing)
         type(belief_report_t), intent(inout) :: report
-        integer, intent(in) :: belief       !! Place in BELIEFS
+        integer, intent(in) :: belief       !! The parameter's place
         real(dp), intent(in) :: score       !! In 1/unit
         real(dp), intent(in) :: information !! In 1/unit^2
         real(dp), intent(in) :: stated      !! Standard deviation; 0: none

@@ -7,7 +7,8 @@ module gracecg_estimation_saved_estimate
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
+    use gracecg_observations_parameters, only: parameter_names
+    use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_offset_change, only: read_offset_rows
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     implicit none
@@ -31,7 +32,7 @@ contains
         class(json_writer_t), intent(inout) :: writer
 
         call writer%begin(MEMBER)
-        call writer%member('names', PARAMETER_NAMES(JOINED))
+        call writer%member('names', parameter_names(JOINED))
         call writer%member('point', information%point)
         call writer%member('matrix', information%matrix)
         call writer%member('rhs', information%rhs)

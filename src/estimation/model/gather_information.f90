@@ -6,7 +6,8 @@ module gracecg_estimation_gather_information
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas, JOINED
+    use gracecg_observations_parameters, only: parameter_names
+    use gracecg_estimation_parameters, only: a_priori_sigmas, JOINED
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, beliefs_of
     implicit none
@@ -118,7 +119,7 @@ contains
         samples = no_information(n)
         call grouped_normal_equations(wider%groups, partials, residuals, samples%matrix, samples%rhs)
         samples%squares = sum(residuals**2)
-        call samples%eliminate(JOINED_COUNT, own, error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))
+        call samples%eliminate(JOINED_COUNT, own, error, parameter_names(wider%model%estimated(JOINED_COUNT + 1:)))
         call add_context(error, 'information of the run')
         if (allocated(error)) return
         own_step = own%value

@@ -27,7 +27,7 @@ module gracecg_estimation_physical_model
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_parameters
+    use gracecg_observations_parameters
     use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     use gracecg_estimation_offset_model, only: offset_matrix, offset_rate_partials
     use gracecg_estimation_offset_information, only: gravity_gradient_matrix
@@ -58,8 +58,9 @@ module gracecg_estimation_physical_model
         integer :: jump = huge(1)                       !! From which interval on FORCE_JUMP acts; huge(1): never
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
         real(dp), allocatable :: shape(:, :, :)
-        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_SWAPS, (3, 0:2n, parameter); of size 0 unless some of
-        !! them are asked for
+        !! Torque by 1 of each of the parameters `shaped`, (3, 0:2n, parameter)
+        integer, allocatable :: shaped(:)
+        !! Of the rotational parameters those in which the torque is linear: what rods and field do that are not as believed
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
         integer, allocatable :: place(:)
@@ -120,12 +121,31 @@ contains
         model%estimated = estimated
         model%rotational = pack(estimated, is_rotational(estimated))
         model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
-        if (any(is_tested_only(model%rotational))) then
-            call take_torque_shapes(knowledge, data, model)
-        else
-            allocate (model%shape(3, 0:2*n, 0))
-        end if
+        model%shaped = pack(model%rotational, has_shape(model%rotational))
+        allocate (model%shape(3, 0:2*n, size(model%shaped)), source=0.0_dp)
+        if (size(model%shaped) > 0) call take_torque_shapes(knowledge, data, model)
     end subroutine prepare_model
+
+    !> Is the torque linear in a parameter, by what it does to rods or field?
+    elemental logical function has_shape(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        select case (KIND_OF(parameter))
+        case (OF_ROD_GAINS, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY, OF_ROD_TURNS, &
+              OF_ROD_SWAPS)
+            has_shape = .true.
+        case default
+            has_shape = is_of_field(parameter)
+        end select
+    end function has_shape
+
+    !> Does a parameter change the field in proportion to it?
+    elemental logical function is_of_field(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        is_of_field = any(KIND_OF(parameter) == [OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, &
+                                                 OF_FIELD_DELAY])
+    end function is_of_field
 
     !> What rods and magnetic field that are not as believed would do to the torque m x B.
     subroutine take_torque_shapes(knowledge, data, model)
@@ -134,78 +154,68 @@ contains
         type(physical_model_t), intent(inout) :: model
 
         real(dp), parameter :: TURN_STEP = 1e-6_dp, FREQUENCY_STEP = 1e-7_dp    ! rad, Hz
-        real(dp), parameter :: UNIT_MATRIX(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
         type(torque_rods_t) :: rods, other
         real(dp), dimension(3, 0:2*model%steps) :: along, up, down
-        real(dp) :: delay_step, direction(3)
+        real(dp) :: direction(3)
         integer :: i, k
 
-        ! the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
-        ! Runge-Kutta steps are those of a step wherever they lie
-        delay_step = model%interval/2
-        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_SWAPS(3)), source=0.0_dp)
         rods = knowledge%rods
         rods%delay = rods%delay + knowledge%accelerometer_delay
-        other = rods
-        other%gain = gain_unit(rods%gain)
-        call follow(other, along)
-        do i = 1, 3
-            call take(along(i, :), rod_direction(rods, i), ROD_GAINS(i))
-        end do
-        other = rods
-        other%delay = rods%delay + delay_step
-        call follow(other, up)
-        other%delay = rods%delay - delay_step
-        call follow(other, down)
-        do i = 1, 3
-            call take((up(i, :) - down(i, :))/(2*delay_step), rod_direction(rods, i), ROD_DELAYS(i))
-        end do
-        other = rods
-        other%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
-        call follow(other, up)
-        other%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
-        call follow(other, down)
-        do i = 1, 3
-            call take((up(i, :) - down(i, :))/(2*FREQUENCY_STEP), rod_direction(rods, i), ROD_FREQUENCIES(i))
-        end do
-        call follow(rods, along)
-        do i = 1, size(ROD_TURNS)
+        if (asked(OF_ROD_GAINS)) then
+            other = rods
+            other%gain = gain_unit(rods%gain)
+            call follow(other, along)
+            do i = 1, 3
+                call add(along(i, :), rod_direction(rods, i), ROD_GAINS(i))
+            end do
+        end if
+        if (asked(OF_ROD_DELAYS) .or. asked(OF_ALL_RODS_DELAY)) then
+            ! steps of the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
+            ! Runge-Kutta steps are those of a step wherever they lie
+            other = rods
+            other%delay = rods%delay + model%interval/2
+            call follow(other, up)
+            other%delay = rods%delay - model%interval/2
+            call follow(other, down)
+            call add_to_each_and_all((up - down)/model%interval, ROD_DELAYS, ALL_RODS_DELAY)
+        end if
+        if (asked(OF_ROD_FREQUENCIES) .or. asked(OF_ALL_RODS_FREQUENCY)) then
+            other = rods
+            other%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
+            call follow(other, up)
+            other%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
+            call follow(other, down)
+            call add_to_each_and_all((up - down)/(2*FREQUENCY_STEP), ROD_FREQUENCIES, ALL_RODS_FREQUENCY)
+        end if
+        if (asked(OF_ROD_TURNS) .or. asked(OF_ROD_SWAPS)) call follow(rods, along)
+        do i = 1, merge(size(ROD_TURNS), 0, asked(OF_ROD_TURNS))
             k = (i + 1)/2
-            other%misalignment = rods%misalignment
+            other = rods
             other%misalignment(i) = rods%misalignment(i) + TURN_STEP
             direction = rod_direction(other, k)
             other%misalignment(i) = rods%misalignment(i) - TURN_STEP
-            call take(along(k, :), (direction - rod_direction(other, k))/(2*TURN_STEP), ROD_TURNS(i))
+            call add(along(k, :), (direction - rod_direction(other, k))/(2*TURN_STEP), ROD_TURNS(i))
         end do
-        do i = 1, 3
+        do i = 1, merge(3, 0, asked(OF_ROD_SWAPS))
             other = rods
             call interchange_rods(other, i, modulo(i, 3) + 1)
             call follow(other, up)
             do k = 1, 3
-                call take(up(k, :) - along(k, :), rod_direction(rods, k), ROD_SWAPS(i))
+                call add(up(k, :) - along(k, :), rod_direction(rods, k), ROD_SWAPS(i))
             end do
         end do
-        associate (n => 2*model%steps, b => data%field)
-            do i = 0, n
-                model%shape(:, i, FIELD_TURN(1)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 1), b(:, i + 1)))
-                model%shape(:, i, FIELD_TURN(2)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 2), b(:, i + 1)))
-                model%shape(:, i, FIELD_TURN(3)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 3), b(:, i + 1)))
-                model%shape(:, i, FIELD_SCALES(1)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 1)*b(1, i + 1))
-                model%shape(:, i, FIELD_SCALES(2)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 2)*b(2, i + 1))
-                model%shape(:, i, FIELD_SCALES(3)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 3)*b(3, i + 1))
-                model%shape(:, i, FIELD_SHEARS(1)) = cross(model%dipole(:, i), [-b(2, i + 1), -b(1, i + 1), 0.0_dp])
-                model%shape(:, i, FIELD_SHEARS(2)) = cross(model%dipole(:, i), [0.0_dp, -b(3, i + 1), -b(2, i + 1)])
-                model%shape(:, i, FIELD_SHEARS(3)) = cross(model%dipole(:, i), [-b(3, i + 1), 0.0_dp, -b(1, i + 1)])
-                model%shape(:, i, FIELD_SWAPS(1)) = cross(model%dipole(:, i), b([2, 1, 3], i + 1) - b(:, i + 1))
-                model%shape(:, i, FIELD_SWAPS(2)) = cross(model%dipole(:, i), b([1, 3, 2], i + 1) - b(:, i + 1))
-                model%shape(:, i, FIELD_SWAPS(3)) = cross(model%dipole(:, i), b([3, 2, 1], i + 1) - b(:, i + 1))
-                ! samples that are tagged late show the field of an earlier time: the field at t stands at t + delay
-                model%shape(:, i, FIELD_DELAY) = cross(model%dipole(:, i), (b(:, min(n, i + 1) + 1) - b(:, max(0, i - 1) + 1))/ &
-                                                       ((min(n, i + 1) - max(0, i - 1))*model%interval/2))
-            end do
-        end associate
+        do i = 1, size(model%shaped)
+            if (is_of_field(model%shaped(i))) call take_field_shape(data, model, i)
+        end do
 
     contains
+
+        !> Are parameters of a kind among those asked for?
+        logical function asked(kind)
+            integer, intent(in) :: kind
+
+            asked = any(KIND_OF(model%shaped) == kind)
+        end function asked
 
         !> The moments of the rods along themselves at the times of the torque.
         subroutine follow(some, moments)
@@ -219,18 +229,67 @@ contains
             end do
         end subroutine follow
 
-        !> Adds the torque of a moment of one direction.
-        subroutine take(moment, direction_of, parameter)
+        !> Adds the torque of changes of the moments to the parameter of each rod and to that of all.
+        subroutine add_to_each_and_all(change, of_each, of_all)
+            real(dp), intent(in) :: change(3, 0:2*model%steps)
+            integer, intent(in) :: of_each(3), of_all
+
+            integer :: rod
+
+            do rod = 1, 3
+                call add(change(rod, :), rod_direction(rods, rod), of_each(rod))
+                call add(change(rod, :), rod_direction(rods, rod), of_all)
+            end do
+        end subroutine add_to_each_and_all
+
+        !> Adds the torque of a moment of one direction to the shape of a parameter, if that is asked for.
+        subroutine add(moment, direction_of, parameter)
             real(dp), intent(in) :: moment(0:2*model%steps), direction_of(3)
             integer, intent(in) :: parameter
 
-            integer :: j
+            integer :: j, place
 
+            place = findloc(model%shaped, parameter, 1)
+            if (place == 0) return
             do j = 0, 2*model%steps
-                model%shape(:, j, parameter) = model%shape(:, j, parameter) + moment(j)*cross(direction_of, data%field(:, j + 1))
+                model%shape(:, j, place) = model%shape(:, j, place) + moment(j)*cross(direction_of, data%field(:, j + 1))
             end do
-        end subroutine take
+        end subroutine add
     end subroutine take_torque_shapes
+
+    !> The torque by a change of the field by 1 of a parameter, m x dB/dp. Samples that are tagged late show the field of an
+    !> earlier time: that at t stands at t + delay.
+    pure subroutine take_field_shape(data, model, place)
+        type(fitting_data_t), intent(in) :: data
+        type(physical_model_t), intent(inout) :: model
+        integer, intent(in) :: place            ! Among model%shaped
+
+        real(dp) :: change(3)
+        integer :: i, next, before, after, j
+
+        i = MEMBER_OF(model%shaped(place))
+        next = modulo(i, 3) + 1
+        do j = 0, 2*model%steps
+            change = 0
+            associate (b => data%field(:, j + 1))
+                select case (KIND_OF(model%shaped(place)))
+                case (OF_FIELD_TURN)
+                    change = turned_about(i, b)
+                case (OF_FIELD_SCALES)
+                    change(i) = -b(i)
+                case (OF_FIELD_SHEARS)
+                    change([i, next]) = -b([next, i])
+                case (OF_FIELD_SWAPS)
+                    change([i, next]) = b([next, i]) - b([i, next])
+                case (OF_FIELD_DELAY)
+                    before = max(0, j - 1)
+                    after = min(2*model%steps, j + 1)
+                    change = (data%field(:, after + 1) - data%field(:, before + 1))/((after - before)*model%interval/2)
+                end select
+            end associate
+            model%shape(:, j, place) = cross(model%dipole(:, j), change)
+        end do
+    end subroutine take_field_shape
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.
     subroutine take_gravity(data, model)
@@ -314,7 +373,7 @@ contains
         integer :: i
 
         others = pack(model%estimated, [(all(ATTITUDE_ANGLES /= model%estimated(i)), i=1, size(model%estimated))])
-        note%state_names = [character(12) :: 'q1', 'q2', 'q3', 'q4', PARAMETER_NAMES(others)]
+        note%state_names = [character(12) :: 'q1', 'q2', 'q3', 'q4', parameter_names(others)]
         note%state = [state%quaternion, state%value(others)]
     end subroutine describe_model_state
 
@@ -445,10 +504,15 @@ contains
         real(dp), intent(in) :: c(3)        ! upwards, body axes
         real(dp) :: acting(3)
 
+        integer :: i
+
         acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
                                               crossed(model%dipole(:, half), state%value(FIELD_BIAS))) + &
                  3*model%rate_squared(half)*crossed(c, times(body%inertia, c)) + state%value(TORQUE) + &
                  (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
+        do i = 1, size(model%shaped)
+            acting = acting + state%value(model%shaped(i))*model%shape(:, half, i)
+        end do
     end function torque_at
 
     !> The partials along the nominal rotation: d zeta/dt = -omega x zeta + d omega, d(d omega)/dt = A zeta + B d omega +
@@ -476,7 +540,7 @@ contains
             places = pack([(i, i=1, p)], [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, p)])
         end associate
         driving = 0
-        inertia_changes = any(model%rotational >= INERTIA(1) .and. model%rotational <= INERTIA(6))
+        inertia_changes = any(KIND_OF(model%rotational) == OF_INERTIA)
         do first = 0, max(0, model%steps - 1), PIECE_LENGTH
             last = min(first + PIECE_LENGTH, model%steps)
             do half = 2*first, 2*last
@@ -555,38 +619,29 @@ contains
         real(dp), intent(inout) :: driving(:, 0:)
 
         real(dp) :: acting(3), axis(3), dj(3, 3)
-        integer :: i, half
+        integer :: i, half, place
 
         acting = 0
         axis = 0
-        select case (parameter)
-        case (TORQUE(1):TORQUE(3))
-            acting(parameter - TORQUE(1) + 1) = 1
-        case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
-            axis(parameter - TORQUE_CHANGE(1) + 1) = 1
-        case (FIELD_BIAS(1):FIELD_BIAS(3))
-            axis(parameter - FIELD_BIAS(1) + 1) = 1
-        case (INERTIA(1):INERTIA(6))
-            dj = unit_inertia(parameter - INERTIA(1) + 1)
-        end select
+        axis(mod(MEMBER_OF(parameter) - 1, 3) + 1) = 1
+        if (KIND_OF(parameter) == OF_INERTIA) dj = unit_inertia(MEMBER_OF(parameter))
+        place = findloc(model%shaped, parameter, 1)
         do i = 0, count
             half = first + i
-            select case (parameter)
-            case (ROD_GAIN)
+            select case (KIND_OF(parameter))
+            case (OF_TORQUE)
+                acting = axis
+            case (OF_TORQUE_CHANGE)
+                acting = (half/(2.0_dp*model%steps) - 0.5_dp)*axis
+            case (OF_ROD_GAIN)
                 acting = model%magnetic_torque(:, half) - crossed(model%dipole(:, half), state%value(FIELD_BIAS))
-            case (FIELD_BIAS(1):FIELD_BIAS(3))
+            case (OF_FIELD_BIAS)
                 acting = -(1 + state%value(ROD_GAIN))*crossed(model%dipole(:, half), axis)
-            case (INERTIA(1):INERTIA(6))
+            case (OF_INERTIA)
                 acting = 3*model%rate_squared(half)*crossed(c(:, i), times(dj, c(:, i))) - times(dj, omega_dot(:, i)) - &
                          crossed(omega(:, i), times(dj, omega(:, i)))
-            case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
-                acting = (half/(2.0_dp*model%steps) - 0.5_dp)*axis
-            case (ROD_GAINS(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SWAPS(3))
-                acting = model%shape(:, half, parameter)
-            case (ALL_RODS_DELAY)
-                acting = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
-            case (ALL_RODS_FREQUENCY)
-                acting = sum(model%shape(:, half, ROD_FREQUENCIES(1):ROD_FREQUENCIES(3)), 2)
+            case default
+                acting = model%shape(:, half, place)
             end select
             driving(:, i) = times(body%inverse_inertia, acting)
         end do
@@ -631,13 +686,15 @@ contains
 
         real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), shown(3), t
         logical :: drag_changes, side_forces, bent
+        integer, allocatable :: linear(:)
         integer :: i, k, n
 
+        linear = pack(model%estimated, is_of_instrument(model%estimated) .and. abs(state%value(model%estimated)) > 0)
         factor = 1 + state%value(SCALE_FACTORS)
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
         side_forces = any(model%estimated == SIDE_FORCE(1))
         bent = any(abs(state%value(FORCE_BENDS)) > 0) .or. &
-               any(model%estimated >= FORCE_BENDS(1) .and. model%estimated <= FORCE_BENDS(12))
+               any(KIND_OF(model%estimated) == OF_FORCE_BENDS)
         changes = 0
         drag = 0
         bends = 0
@@ -662,6 +719,10 @@ contains
                     shown(BEND_AXIS(n)) = shown(BEND_AXIS(n)) + bends(n)*state%value(FORCE_BENDS(n))
                 end do
             end if
+            do n = 1, size(linear)
+                shown = shown + state%value(linear(n))* &
+                        instrument_partial(model, state, trajectory, k, linear(n), factor, unscaled)
+            end do
             if (present(predicted)) predicted(:, i) = shown
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
@@ -754,9 +815,9 @@ contains
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
-        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3), weight(3, 9)
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), weight(3, 9)
         real(dp) :: rotational(size(model%rotational), 3)
-        integer :: i, axis, other
+        integer :: i, axis
 
         ! Not by associate: a vector subscript as its selector stops flang 22
         d = state%value(OFFSET)
@@ -782,50 +843,76 @@ contains
             ! a rotation without partials is enough for parameters that do not act on it
             if (any(model%place > 0)) call combine_columns(trajectory%partials(:, :, k), weight, rotational)
             partials = 0
-            if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
                     if (r > 0) then
                         partials(i, :) = rotational(r, :)
                         cycle
                     end if
-                    axis = mod(p - 1, 3) + 1    ! of the groups of three
-                    select case (p)
-                    case (OFFSET(1):OFFSET(3))
+                    axis = mod(MEMBER_OF(p) - 1, 3) + 1
+                    select case (KIND_OF(p))
+                    case (OF_OFFSET)
                         partials(i, :) = factor*matrix(:, axis)
-                    case (DRIFT(1):DRIFT(3))
+                    case (OF_DRIFT)
                         partials(i, axis) = factor(axis)*t
-                    case (BIAS(1):BIAS(3))
+                    case (OF_BIAS)
                         partials(i, axis) = factor(axis)
-                    case (SCALE_FACTORS(1):SCALE_FACTORS(3))
+                    case (OF_SCALE_FACTORS)
                         partials(i, axis) = unscaled(axis)
-                    case (DRAG_CURVATURE:WAVE_FREQUENCY)
+                    case (OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
-                    case (FORCE_BENDS(1):FORCE_BENDS(12))
-                        axis = BEND_AXIS(p - FORCE_BENDS(1) + 1)
-                        partials(i, axis) = bends(p - FORCE_BENDS(1) + 1)
-                    case (FORCE_JUMP(1):FORCE_JUMP(3))
+                    case (OF_FORCE_BENDS)
+                        partials(i, BEND_AXIS(MEMBER_OF(p))) = bends(MEMBER_OF(p))
+                    case (OF_FORCE_JUMP)
                         if (k >= model%jump) partials(i, axis) = factor(axis)
-                    case (SIDE_FORCE(1):SIDE_FORCE(2))
-                        partials(i, 1) = along(p - SIDE_FORCE(1) + 2)
-                    case (AIRFLOW_TURN(1):AIRFLOW_TURN(2))
-                        axis = p - AIRFLOW_TURN(1) + 2
+                    case (OF_SIDE_FORCE)
+                        partials(i, 1) = along(1 + MEMBER_OF(p))
+                    case (OF_AIRFLOW_TURN)
+                        axis = 1 + MEMBER_OF(p)
                         partials(i, axis) = factor(axis)*dot_product(along, drag)
-                    case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
-                        axis = p - ACCELEROMETER_DELAYS(1) + 1
-                        partials(i, axis) = -factor(axis)*slope(axis)
-                    case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
-                        partials(i, :) = factor*turned_about(p - ACCELEROMETER_TURN(1) + 1, unscaled)
-                    case (ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
-                        axis = p - ACCELEROMETER_SWAPS(1) + 1
-                        other = modulo(axis, 3) + 1
-                        partials(i, axis) = factor(other)*unscaled(other) - factor(axis)*unscaled(axis)
-                        partials(i, other) = -partials(i, axis)
+                    case default
+                        if (is_of_instrument(p)) &
+                            partials(i, :) = instrument_partial(model, state, trajectory, k, p, factor, unscaled)
                     end select
                 end associate
             end do
         end associate
     end subroutine acceleration_partials
+
+    !> Is a parameter an error of the accelerometer that acts in proportion to its partial?
+    elemental logical function is_of_instrument(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        is_of_instrument = any(KIND_OF(parameter) == [OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS])
+    end function is_of_instrument
+
+    !> What the accelerometer shows by 1 of such a parameter.
+    pure function instrument_partial(model, state, trajectory, k, parameter, factor, unscaled) result(partial)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k                    ! Epoch
+        integer, intent(in) :: parameter            ! Its place
+        real(dp), intent(in) :: factor(3), unscaled(3)      ! Scale factors, m/s^2
+        real(dp) :: partial(3)                      ! m/s^2 by its unit
+
+        real(dp) :: slope(3)
+        integer :: axis, other
+
+        axis = MEMBER_OF(parameter)
+        other = modulo(axis, 3) + 1
+        partial = 0
+        select case (KIND_OF(parameter))
+        case (OF_ACCELEROMETER_DELAYS)
+            slope = acceleration_slope(model, state, trajectory, k)
+            partial(axis) = -factor(axis)*slope(axis)
+        case (OF_ACCELEROMETER_TURN)
+            partial = factor*turned_about(axis, unscaled)
+        case (OF_ACCELEROMETER_SWAPS)
+            partial(axis) = factor(other)*unscaled(other) - factor(axis)*unscaled(axis)
+            partial(other) = -partial(axis)
+        end select
+    end function instrument_partial
 
     !> What three numbers change by with the parameters of the rotation: columns times their weights.
     pure subroutine combine_columns(columns, weight, combined)
@@ -876,8 +963,9 @@ contains
     !> Angles, about the axes of the head that took it, from the computed attitude to a star-camera
     !> sample, and the partials of the computed attitude. The sample's epoch may lie between the steps:
     !> from the nearest one the attitude is carried on with omega and d omega/dt.
-    pure subroutine star_angles(model, trajectory, time, head, quaternion, angles, partials)
+    pure subroutine star_angles(model, state, trajectory, time, head, quaternion, angles, partials)
         type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
         type(model_trajectory_t), intent(in) :: trajectory
         real(dp), intent(in) :: time            !! s
         integer, intent(in) :: head    !! That took the sample, 1 to HEADS
@@ -885,7 +973,7 @@ contains
         real(dp), intent(out) :: angles(3)      !! Observed minus computed, about camera axes, rad
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
 
-        real(dp) :: computed(4), tau, turned(3, 3), weight(3, 9), rotational(size(model%rotational), 3)
+        real(dp) :: computed(4), tau, rate(3), turned(3, 3), weight(3, 9), rotational(size(model%rotational), 3)
         integer :: k, i
 
         k = max(0, min(model%steps, nint(time/model%interval)))
@@ -893,6 +981,13 @@ contains
         associate (omega => trajectory%omega(:, k), camera => model%camera_from_body(:, :, head))
             computed = turned_by(tau*omega + tau**2/2*trajectory%omega_dot(:, k), trajectory%q(:, k))
             angles = matmul(camera, turn_between(computed, quaternion))
+            rate = omega + tau*trajectory%omega_dot(:, k)
+            do i = 1, size(model%estimated)
+                associate (p => model%estimated(i))
+                    if (.not. is_of_camera(p)) cycle
+                    if (abs(state%value(p)) > 0) angles = angles - state%value(p)*camera_partial(p, head, camera, rate)
+                end associate
+            end do
             if (.not. present(partials)) return
             turned = 0
             call add_cross_matrix(-tau, omega, turned)
@@ -905,18 +1000,37 @@ contains
             partials = 0
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
-                    if (r == 0) then
-                        select case (p)
-                        case (MOUNTING_1(1):MOUNTING_2(3))
-                            if ((p >= MOUNTING_2(1)) .eqv. (head == 2)) partials(i, :) = camera(:, mod(p - MOUNTING_1(1), 3) + 1)
-                        case (STAR_CAMERA_DELAY)
-                            partials(i, :) = -times(camera, omega + tau*trajectory%omega_dot(:, k))
-                        end select
-                        cycle
+                    if (r > 0) then
+                        partials(i, :) = rotational(r, :)
+                    else if (is_of_camera(p)) then
+                        partials(i, :) = camera_partial(p, head, camera, rate)
                     end if
-                    partials(i, :) = rotational(r, :)
                 end associate
             end do
         end associate
     end subroutine star_angles
+
+    !> Is a parameter an error of the star camera?
+    elemental logical function is_of_camera(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        is_of_camera = KINDS(KIND_OF(parameter))%acts_on == ATTITUDE
+    end function is_of_camera
+
+    !> The angles that a head shows by 1 of such a parameter.
+    pure function camera_partial(parameter, head, camera, rate) result(partial)
+        integer, intent(in) :: parameter        !! Its place
+        integer, intent(in) :: head
+        real(dp), intent(in) :: camera(3, 3)    !! Camera from body
+        real(dp), intent(in) :: rate(3)         !! Of the body, rad/s
+        real(dp) :: partial(3)                  !! Camera axes, rad by its unit
+
+        partial = 0
+        select case (KIND_OF(parameter))
+        case (OF_MOUNTING_1, OF_MOUNTING_2)
+            if (KIND_OF(parameter) - OF_MOUNTING_1 + 1 == head) partial = camera(:, MEMBER_OF(parameter))
+        case (OF_STAR_CAMERA_DELAY)
+            partial = -times(camera, rate)
+        end select
+    end function camera_partial
 end module gracecg_estimation_physical_model

@@ -11,7 +11,8 @@ module gracecg_estimation_whitened_problem
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
-    use gracecg_estimation_parameters
+    use gracecg_observations_parameters
+    use gracecg_estimation_parameters, only: ALWAYS_ESTIMATED, a_priori_sigmas
     use gracecg_estimation_physical_model
     use gracecg_estimation_batch_problem, only: batch_problem_t
     use gracecg_estimation_iteration, only: iteration_t, rms_of
@@ -122,7 +123,7 @@ contains
             problem%model%wave_frequency = 1/options%optimal%density_wave_period
         problem%data = data
         problem%state = initial_state(data, options)
-        problem%names = PARAMETER_NAMES(estimated)
+        problem%names = parameter_names(estimated)
         problem%scales = typical_sizes(estimated, knowledge%duration)
         call take_prior(knowledge, estimated, problem)
         n = size(estimated)
@@ -345,7 +346,7 @@ contains
         residuals = 0
         associate (stars => self%data%stars)
             do i = 1, size(stars%time)
-                call star_angles(self%model, rotation, stars%time(i), stars%head(i), stars%quaternion(:, i), &
+                call star_angles(self%model, self%state, rotation, stars%time(i), stars%head(i), stars%quaternion(:, i), &
                                  self%star_angles(:, i))
                 if (self%star_kept(i)) residuals(3*i - 2:3*i) = self%star_angles(:, i)/self%noise%star_camera_sigma
             end do
@@ -373,7 +374,7 @@ contains
         associate (stars => self%data%stars)
             do i = 1, size(stars%time)
                 if (.not. self%star_kept(i)) cycle
-                call star_angles(self%model, self%trajectory, stars%time(i), stars%head(i), &
+                call star_angles(self%model, self%state, self%trajectory, stars%time(i), stars%head(i), &
                                  stars%quaternion(:, i), self%star_angles(:, i), self%star_partials)
                 do axis = 1, 3
                     partials(:, 3*i - 3 + axis) = self%star_partials(:, axis)/self%noise%star_camera_sigma(axis)

@@ -16,9 +16,9 @@ module gracecg_estimation_explanation
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_optimal_options, only: WAVE_GIVEN, WAVE_SEARCHED
-    use gracecg_estimation_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
-        ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS
-    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
+    use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
+        ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, largest_error
+    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
         OF_ALTERATION, OF_NOISE
@@ -68,7 +68,7 @@ contains
                 value = test%value
                 do k = 1, 3
                     other = observations
-                    call apply_value(BELIEFS(test%belief)%parameter, value, other, noise_follows=.true.)
+                    call apply_value(test%belief, value, other, noise_follows=.true.)
                     call refit(other, without_tests(options), solution, left, error)
                     left = left + left_by_lost(observations, other)
                     gain = max(gain, (misfit - left)/2)
@@ -196,7 +196,7 @@ contains
         order = by_gain(abs(fitted%values%score))
         do i = 1, min(MOST_CANDIDATES, size(order))
             if (fitted%values(order(i))%state /= CONTRADICTED) exit
-            parameter = BELIEFS(fitted%values(order(i))%belief)%parameter
+            parameter = fitted%values(order(i))%belief
             if (is_interchange(parameter)) cycle    ! among the alterations
             call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
         end do
@@ -253,7 +253,7 @@ contains
                     if (left_by(parameter, at_vertex) < left(k)) best = at_vertex
                 end if
             end if
-            call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), best, misfit, found)
+            call try_value(observations, options, parameter, best, misfit, found)
         end subroutine try_best
 
         !> What a coarse fit leaves; a full one where the accelerometer is turned: the wave that the contradicted fit has
@@ -293,9 +293,9 @@ contains
         if (size(found) > 0) best = pack(found, found%kind == OF_VALUE .and. found%gain > maxval(found%gain) - SAME)
         do i = 1, size(best)
             do family = 1, size(FAMILIES, 2)
-                if (.not. any(FAMILIES(:, family) == BELIEFS(best(i)%place)%parameter)) cycle
+                if (.not. any(FAMILIES(:, family) == best(i)%place)) cycle
                 do k = 1, size(FAMILIES, 1)
-                    belief = findloc(BELIEFS%parameter, FAMILIES(k, family), 1)
+                    belief = FAMILIES(k, family)
                     if (any(found%kind == OF_VALUE .and. found%place == belief .and. found%gain > best(i)%gain - SAME)) cycle
                     call try_value(observations, options, belief, best(i)%value, misfit, found)
                 end do
@@ -325,7 +325,7 @@ contains
         tried%value = first
         do step = 1, MOST_STEPS
             other = observations
-            call apply_value(BELIEFS(belief)%parameter, tried%value, other, noise_follows=.true.)
+            call apply_value(belief, tried%value, other, noise_follows=.true.)
             call refit(other, options, solution, left, error)
             if (.not. allocated(solution%beliefs)) exit
             left = left + left_by_lost(observations, other)
@@ -343,7 +343,7 @@ contains
                 if (left < huge(1.0_dp) .and. (misfit - left)/2 + HOPE*(test%value/test%sigma)**2/2 < &
                     maxval([0.0_dp, found%gain]) - SAME) exit       ! another belief explains more
                 tried%value = tried%value + test%value
-                if (abs(tried%value) > BELIEFS(belief)%largest*BELIEFS(belief)%size) exit
+                if (abs(tried%value) > largest_error(belief)) exit
             end associate
         end do
         tried%value = tried%fitted

@@ -12,7 +12,8 @@ module gracecg_estimation_optimal
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters
+    use gracecg_observations_parameters
+    use gracecg_estimation_parameters, only: ALWAYS_ESTIMATED
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
@@ -420,8 +421,8 @@ contains
             solution%angular_velocity = state%value(RATE)
             solution%covariance = batch%inverse(OFFSET, OFFSET)     ! estimated begins with ALWAYS_ESTIMATED
             solution%state_covariance = batch%inverse(OF_STATE, OF_STATE)
-            solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(estimated(i)), state%value(estimated(i)), &
-                                                          sqrt(batch%inverse(i, i)), PARAMETER_UNITS(estimated(i))), &
+            solution%parameters = [(estimated_parameter_t(parameter_names(estimated(i)), state%value(estimated(i)), &
+                                                          sqrt(batch%inverse(i, i)), parameter_units(estimated(i))), &
                                     i=1, size(estimated))]
             solution%parameters = pack(solution%parameters, &
                                        [((estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i))) .and. &

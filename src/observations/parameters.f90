@@ -1,0 +1,301 @@
+!> What can be estimated, and believed: every parameter of the physical model in one table.
+!>
+!> A row of KINDS says of some parameters that belong together their names, unit, what they act on, size, and, if an
+!> operator believes something of them, words. A new kind is a row here, its name in the enumeration, and its partial in
+!> gracecg_estimation_physical_model; what is known of it beforehand is `a_priori_t`'s.
+!>
+!> A parameter is told by its place, 1 to PARAMETERS; its value is the error of what is believed, so that 0 is the
+!> belief.
+module gracecg_observations_parameters
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, NANOTESLA
+    implicit none
+    private
+    public :: parameter_kind_t, KINDS, KIND_OF, MEMBER_OF, PARAMETERS
+    public :: ROTATION, ACCELERATION, ATTITUDE, CHANNELS
+    public :: is_rotational, typical_sizes, loose_sigmas
+    public :: parameter_names, parameter_units, belief_subject, belief_unit, belief_size, largest_error
+    public :: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS
+    public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
+    public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
+    public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
+    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, FORCE_JUMP, FIELD_SCALES, &
+        FIELD_SHEARS
+    public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
+    public :: OF_ATTITUDE_ANGLES, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS, OF_DRAG_CURVATURE
+    public :: OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE
+    public :: OF_FORCE_JUMP, OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY
+    public :: OF_ALL_RODS_FREQUENCY, OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS
+    public :: OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES
+    public :: OF_FIELD_SHEARS, OF_FIELD_DELAY, OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY
+    public :: OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS
+    public :: BELIEFS, BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
+
+    !> What a parameter acts on
+    enum, bind(c)
+        enumerator :: ROTATION = 1  !! Of the satellite: the accelerometer sees it, too
+        enumerator :: ACCELERATION  !! What the accelerometer shows
+        enumerator :: ATTITUDE      !! What the star camera shows, alone
+        enumerator :: CHANNELS      !! What the accelerometer's angular channels show, alone
+    end enum
+
+    !> The kinds, in the order of KINDS
+    enum, bind(c)
+        enumerator :: OF_ATTITUDE_ANGLES = 1, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS
+        enumerator :: OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY
+        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_FORCE_JUMP
+        enumerator :: OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
+        enumerator :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
+        enumerator :: OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_DELAY
+        enumerator :: OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY
+        enumerator :: OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS
+    end enum
+
+    !> A row of the table: what parameters of one kind have in common.
+    type :: parameter_kind_t
+        integer :: count                    !! How many there are
+        character(12) :: stem               !! Of their names
+        character(56) :: members            !! Ends of their names, separated by blanks; '-': the name has none
+        character(8) :: unit
+        integer :: acts_on                  !! ROTATION, ACCELERATION, ATTITUDE or CHANNELS
+        real(dp) :: size                    !! Typical, for convergence
+        logical :: over_arc                 !! `size` is what it makes in the whole arc: divided by its length
+        real(dp) :: loose                   !! A standard deviation so large that it weighs nothing
+        character(36) :: subject = ''       !! In words, @ stands for the member; '': nobody believes anything of it
+        character(72) :: members_in_words = ''  !! Separated by commas; '': `members`
+        character(8) :: shown_unit = ''     !! In which it is shown; '': a ratio
+        real(dp) :: shown_size = 1          !! Of that unit in SI units
+        real(dp) :: largest = 1             !! Wrong value that is conceivable, in that unit
+    end type parameter_kind_t
+
+    logical, parameter :: YES = .true., NO = .false.
+    character(*), parameter :: XYZ = 'x y z', PAIRS = 'xy yz zx', PAIRS_IN_WORDS = 'x and y,y and z,z and x'
+    real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
+
+    type(parameter_kind_t), parameter :: KINDS(*) = [ &
+        parameter_kind_t(3, 'zeta_', XYZ, 'rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &
+        parameter_kind_t(3, 'omega_', XYZ, 'rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &
+        parameter_kind_t(3, 'torque_', XYZ, 'N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &
+        parameter_kind_t(3, 'd_', XYZ, 'm', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &
+        parameter_kind_t(3, 'alpha_', XYZ, 'm/s^3', ACCELERATION, 1e-6_dp, YES, 1.0_dp), &
+        parameter_kind_t(3, 'beta_', XYZ, 'm/s^2', ACCELERATION, 1e-6_dp, NO, 10.0_dp), &   ! it would pull the scale factor
+        parameter_kind_t(1, 'drag_curve', '-', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(1, 'wave_sin', '-', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(1, 'wave_cos', '-', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(1, 'wave_freq', '-', 'Hz', ACCELERATION, 1e-1_dp, YES, 1.0_dp), &
+        parameter_kind_t(12, 'bend_', 'x3 x4 x5 x6 y2 y3 y4 y5 y6 z2 z3 z4', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(2, 'airflow_', 'y z', 'rad', ACCELERATION, 1e-1_dp, NO, 1.0_dp), &
+        parameter_kind_t(2, 'side_', 'y z', 'm/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &
+        parameter_kind_t(3, 'jump_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(3, 'rod_gain_', XYZ, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'gain of rod @', largest=2.0_dp), &
+        parameter_kind_t(1, 'rod_gain', '-', '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'gain of all rods', largest=2.0_dp), &
+        parameter_kind_t(3, 'rod_delay_', XYZ, 's', ROTATION, 1.0_dp, NO, 10.0_dp, 'delay of rod @', '', 's', 1.0_dp, LATE), &
+        parameter_kind_t(3, 'rod_freq_', XYZ, 'Hz', ROTATION, 1.0_dp, NO, 1.0_dp, 'frequency of rod @', '', 'Hz', 1.0_dp, &
+                         0.1_dp), &
+        parameter_kind_t(1, 'rod_delay', '-', 's', ROTATION, 1.0_dp, NO, 10.0_dp, 'delay of all rods', '', 's', 1.0_dp, LATE), &
+        parameter_kind_t(1, 'rod_freq', '-', 'Hz', ROTATION, 1.0_dp, NO, 1.0_dp, 'frequency of all rods', '', 'Hz', 1.0_dp, &
+                         0.1_dp), &
+        parameter_kind_t(6, 'rod_', 'x_turn_y x_turn_z y_turn_z y_turn_x z_turn_x z_turn_y', 'rad', ROTATION, 1.0_dp, NO, &
+                         1.0_dp, 'direction of rod @', 'x about y,x about z,y about z,y about x,z about x,z about y', 'deg', &
+                         DEGREE, 180.0_dp), &
+        parameter_kind_t(6, 'J_', 'xx yy zz xy yz zx', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp, 'inertia @', '', 'kg m^2', &
+                         1.0_dp, 1e3_dp), &
+        parameter_kind_t(3, 'change_', XYZ, 'N m', ROTATION, 1.0_dp, NO, 0.01_dp, 'change of other torques about @', '', &
+                         'N m', 1.0_dp, 1e-3_dp), &
+        parameter_kind_t(3, 'scale_', XYZ, '1', ACCELERATION, 1.0_dp, NO, 1.0_dp, 'scale factor of accelerometer @', &
+                         largest=2.0_dp), &
+        parameter_kind_t(3, 'acc_delay_', XYZ, 's', ACCELERATION, 1.0_dp, NO, 10.0_dp, 'delay of accelerometer @', '', 's', &
+                         1.0_dp, LATE), &
+        parameter_kind_t(3, 'acc_turn_', XYZ, 'rad', ACCELERATION, 1.0_dp, NO, 1.0_dp, 'direction of accelerometer about @', &
+                         '', 'deg', DEGREE, 180.0_dp), &
+        parameter_kind_t(3, 'field_bias_', XYZ, 'T', ROTATION, 1e-7_dp, NO, 1e-3_dp, 'bias of magnetometer @', '', 'nT', &
+                         NANOTESLA, 1e5_dp), &
+        parameter_kind_t(3, 'field_turn_', XYZ, 'rad', ROTATION, 1.0_dp, NO, 1.0_dp, 'direction of magnetometer about @', '', &
+                         'deg', DEGREE, 180.0_dp), &
+        parameter_kind_t(3, 'field_scal_', XYZ, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'scale factor of magnetometer @', &
+                         largest=2.0_dp), &
+        parameter_kind_t(3, 'field_sh_', PAIRS, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'skewness of magnetometer @', PAIRS_IN_WORDS), &
+        parameter_kind_t(1, 'field_delay', '-', 's', ROTATION, 1.0_dp, NO, 100.0_dp, 'delay of magnetometer', '', 's', 1.0_dp, &
+                         LATE), &
+        parameter_kind_t(3, 'head1_turn_', XYZ, 'rad', ATTITUDE, 1.0_dp, NO, 1.0_dp, 'mounting of head 1 about @', '', 'deg', &
+                         DEGREE, 180.0_dp), &
+        parameter_kind_t(3, 'head2_turn_', XYZ, 'rad', ATTITUDE, 1.0_dp, NO, 1.0_dp, 'mounting of head 2 about @', '', 'deg', &
+                         DEGREE, 180.0_dp), &
+        parameter_kind_t(1, 'star_delay', '-', 's', ATTITUDE, 1.0_dp, NO, 10.0_dp, 'delay of star camera', '', 's', 1.0_dp, &
+                         LATE), &
+        parameter_kind_t(3, 'rod_swap_', PAIRS, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'interchange of rods @', PAIRS_IN_WORDS), &
+        parameter_kind_t(3, 'field_swp_', PAIRS, '1', ROTATION, 1.0_dp, NO, 1.0_dp, 'interchange of magnetometer @', &
+                         PAIRS_IN_WORDS), &
+        parameter_kind_t(3, 'acc_swap_', PAIRS, '1', ACCELERATION, 1.0_dp, NO, 1.0_dp, 'interchange of accelerometer @', &
+                         PAIRS_IN_WORDS)]
+
+    integer :: i_, j_       ! of the loops below, which make constants
+    integer, parameter :: COUNTS(*) = KINDS%count
+    integer, parameter :: PARAMETERS = sum(COUNTS)      !! Number of all parameters
+    integer, parameter :: EVERY(*) = [(i_, i_=1, PARAMETERS)]
+    !> The row of each parameter, and which of that row it is
+    integer, parameter :: KIND_OF(PARAMETERS) = [((i_, j_=1, COUNTS(i_)), i_=1, size(COUNTS))]
+    integer, parameter :: MEMBER_OF(PARAMETERS) = [((j_, j_=1, COUNTS(i_)), i_=1, size(COUNTS))]
+    !> All parameters of which an operator believes something, in the order in which they are shown
+    integer, parameter :: BELIEFS(*) = pack(EVERY, KIND_OF >= OF_ROD_GAINS)
+
+    !> Places, as index vectors
+    integer, parameter :: ATTITUDE_ANGLES(3) = pack(EVERY, KIND_OF == OF_ATTITUDE_ANGLES)   !! zeta at the epoch
+    integer, parameter :: RATE(3) = pack(EVERY, KIND_OF == OF_RATE)                         !! omega at the epoch
+    integer, parameter :: TORQUE(3) = pack(EVERY, KIND_OF == OF_TORQUE)                     !! T
+    integer, parameter :: OFFSET(3) = pack(EVERY, KIND_OF == OF_OFFSET)                     !! d
+    integer, parameter :: DRIFT(3) = pack(EVERY, KIND_OF == OF_DRIFT)                       !! alpha
+    integer, parameter :: BIAS(3) = pack(EVERY, KIND_OF == OF_BIAS)                         !! beta
+    integer, parameter :: DRAG_CURVATURE = findloc(KIND_OF, OF_DRAG_CURVATURE, 1)           !! gamma
+    !> Amplitudes of the density wave, and the error of its frequency
+    integer, parameter :: WAVE_SINE = findloc(KIND_OF, OF_WAVE_SINE, 1)
+    integer, parameter :: WAVE_COSINE = findloc(KIND_OF, OF_WAVE_COSINE, 1)
+    integer, parameter :: WAVE_FREQUENCY = findloc(KIND_OF, OF_WAVE_FREQUENCY, 1)
+    integer, parameter :: FORCE_BENDS(12) = pack(EVERY, KIND_OF == OF_FORCE_BENDS)
+    !! Of forces that are no straight line, besides: Legendre's polynomials over the arc along body axes, by BEND_AXIS
+    !! and BEND_DEGREE
+    integer, parameter :: AIRFLOW_TURN(2) = pack(EVERY, KIND_OF == OF_AIRFLOW_TURN) !! Of the airflow towards y and z, by the wind
+    integer, parameter :: SIDE_FORCE(2) = pack(EVERY, KIND_OF == OF_SIDE_FORCE)
+    !! Of the drag along x by the airflow's angles towards y and z
+    integer, parameter :: FORCE_JUMP(3) = pack(EVERY, KIND_OF == OF_FORCE_JUMP)     !! Of the acceleration, from one sample on
+    integer, parameter :: ROD_GAINS(3) = pack(EVERY, KIND_OF == OF_ROD_GAINS)
+    !! Of the rods along x, y, z: gain over that believed, minus 1
+    integer, parameter :: ROD_GAIN = findloc(KIND_OF, OF_ROD_GAIN, 1)               !! g: the same of all rods
+    integer, parameter :: ROD_DELAYS(3) = pack(EVERY, KIND_OF == OF_ROD_DELAYS)     !! From command to moment, of each rod
+    integer, parameter :: ROD_FREQUENCIES(3) = pack(EVERY, KIND_OF == OF_ROD_FREQUENCIES)   !! Of all activations of a rod
+    integer, parameter :: ALL_RODS_DELAY = findloc(KIND_OF, OF_ALL_RODS_DELAY, 1)   !! As ROD_DELAYS, of all rods
+    integer, parameter :: ALL_RODS_FREQUENCY = findloc(KIND_OF, OF_ALL_RODS_FREQUENCY, 1)
+    integer, parameter :: ROD_TURNS(6) = pack(EVERY, KIND_OF == OF_ROD_TURNS)       !! As torque_rods_t has its misalignment
+    integer, parameter :: INERTIA(6) = pack(EVERY, KIND_OF == OF_INERTIA)           !! Errors of J's xx, yy, zz, xy, yz, zx
+    integer, parameter :: TORQUE_CHANGE(3) = pack(EVERY, KIND_OF == OF_TORQUE_CHANGE)       !! T'
+    integer, parameter :: SCALE_FACTORS(3) = pack(EVERY, KIND_OF == OF_SCALE_FACTORS)       !! s: scale factor minus 1
+    integer, parameter :: ACCELEROMETER_DELAYS(3) = pack(EVERY, KIND_OF == OF_ACCELEROMETER_DELAYS) !! Of each axis's time tags
+    integer, parameter :: ACCELEROMETER_TURN(3) = pack(EVERY, KIND_OF == OF_ACCELEROMETER_TURN)
+    !! Rotation vector from the acceleration to the accelerometer's samples
+    integer, parameter :: FIELD_BIAS(3) = pack(EVERY, KIND_OF == OF_FIELD_BIAS)     !! b
+    integer, parameter :: FIELD_TURN(3) = pack(EVERY, KIND_OF == OF_FIELD_TURN)
+    !! Rotation vector from the magnetometer's samples to the field
+    integer, parameter :: FIELD_SCALES(3) = pack(EVERY, KIND_OF == OF_FIELD_SCALES) !! Scale factors of the magnetometer minus 1
+    integer, parameter :: FIELD_SHEARS(3) = pack(EVERY, KIND_OF == OF_FIELD_SHEARS)
+    !! Parts of one component of the field in another and as much back: x and y, y and z, z and x
+    integer, parameter :: FIELD_DELAY = findloc(KIND_OF, OF_FIELD_DELAY, 1)         !! Of the magnetometer's time tags
+    !> Rotation vector from the body to what the samples of a star-camera head say of it, body axes
+    integer, parameter :: MOUNTING_1(3) = pack(EVERY, KIND_OF == OF_MOUNTING_1)
+    integer, parameter :: MOUNTING_2(3) = pack(EVERY, KIND_OF == OF_MOUNTING_2)
+    integer, parameter :: STAR_CAMERA_DELAY = findloc(KIND_OF, OF_STAR_CAMERA_DELAY, 1)     !! Of the star camera's time tags
+    !> 1 if two axes are interchanged, x and y, y and z, z and x; no other value has a meaning: the commands of two rods,
+    !> two axes of the magnetometer, of the accelerometer
+    integer, parameter :: ROD_SWAPS(3) = pack(EVERY, KIND_OF == OF_ROD_SWAPS)
+    integer, parameter :: FIELD_SWAPS(3) = pack(EVERY, KIND_OF == OF_FIELD_SWAPS)
+    integer, parameter :: ACCELEROMETER_SWAPS(3) = pack(EVERY, KIND_OF == OF_ACCELEROMETER_SWAPS)
+
+    integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
+    !! Of forces that are no straight line in time
+    !> Axes and degrees of FORCE_BENDS
+    integer, parameter :: BEND_AXIS(12) = [1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3]
+    integer, parameter :: BEND_DEGREE(12) = [3, 4, 5, 6, 2, 3, 4, 5, 6, 2, 3, 4]    !! Of the polynomials
+
+contains
+
+    !> The name of a parameter, as in output.
+    elemental function parameter_names(place) result(name)
+        integer, intent(in) :: place        !! Of the parameter
+        character(12) :: name
+
+        type(parameter_kind_t) :: row
+
+        row = KINDS(KIND_OF(place))
+        name = row%stem
+        if (row%members /= '-') name = trim(row%stem)//word(row%members, ' ', MEMBER_OF(place))
+    end function parameter_names
+
+    !> The SI unit of a parameter; 1 for a pure number.
+    elemental function parameter_units(place) result(unit)
+        integer, intent(in) :: place        !! Of the parameter
+        character(8) :: unit
+
+        unit = KINDS(KIND_OF(place))%unit
+    end function parameter_units
+
+    !> What a belief is of, in words: 'gain of rod x'; nothing if nobody believes anything of it.
+    elemental function belief_subject(place) result(subject)
+        integer, intent(in) :: place        !! Of the parameter
+        character(48) :: subject
+
+        type(parameter_kind_t) :: row
+        integer :: at
+
+        row = KINDS(KIND_OF(place))
+        subject = row%subject
+        at = index(subject, '@')
+        if (at == 0) return
+        if (row%members_in_words == '') then
+            subject = subject(:at - 1)//word(row%members, ' ', MEMBER_OF(place))
+        else
+            subject = subject(:at - 1)//word(row%members_in_words, ',', MEMBER_OF(place))
+        end if
+    end function belief_subject
+
+    !> The unit in which an error of a belief is shown; nothing for a ratio.
+    elemental function belief_unit(place) result(unit)
+        integer, intent(in) :: place        !! Of the parameter
+        character(8) :: unit
+
+        unit = KINDS(KIND_OF(place))%shown_unit
+    end function belief_unit
+
+    !> That unit in SI units.
+    elemental real(dp) function belief_size(place)
+        integer, intent(in) :: place        !! Of the parameter
+
+        belief_size = KINDS(KIND_OF(place))%shown_size
+    end function belief_size
+
+    !> The largest error of a belief that is conceivable, SI units.
+    elemental real(dp) function largest_error(place)
+        integer, intent(in) :: place        !! Of the parameter
+
+        largest_error = KINDS(KIND_OF(place))%largest*KINDS(KIND_OF(place))%shown_size
+    end function largest_error
+
+    !> Does a parameter act on attitude and angular velocity?
+    elemental logical function is_rotational(place)
+        integer, intent(in) :: place        !! Of the parameter
+
+        is_rotational = KINDS(KIND_OF(place))%acts_on == ROTATION
+    end function is_rotational
+
+    !> Sizes of parameters, for convergence, SI units.
+    pure function typical_sizes(places, duration) result(sizes)
+        integer, intent(in) :: places(:)    !! Of the parameters
+        real(dp), intent(in) :: duration    !! Of the arc, s
+        real(dp) :: sizes(size(places))
+
+        sizes = KINDS(KIND_OF(places))%size/merge(duration, 1.0_dp, KINDS(KIND_OF(places))%over_arc)
+    end function typical_sizes
+
+    !> Standard deviations so large that they weigh nothing, SI units.
+    pure function loose_sigmas(places) result(sigmas)
+        integer, intent(in) :: places(:)    !! Of the parameters
+        real(dp) :: sigmas(size(places))
+
+        sigmas = KINDS(KIND_OF(places))%loose
+    end function loose_sigmas
+
+    !> A word of a text; nothing behind the last one.
+    pure function word(text, separator, number)
+        character(*), intent(in) :: text
+        character(1), intent(in) :: separator
+        integer, intent(in) :: number       !! 1 is the first
+        character(16) :: word
+
+        integer :: first, length, i
+
+        first = 1
+        do i = 1, number
+            length = index(trim(text(first:))//separator, separator) - 1
+            word = text(first:first + length - 1)
+            first = min(first + length + 1, len(text) + 1)
+        end do
+    end function word
+end module gracecg_observations_parameters
