@@ -237,8 +237,8 @@ contains
                          [character(W) :: '--out', 'one of runs, walks', 'did you mean "runs"'])
         if (allocated(error)) return
         deallocate (failure)
-        call arguments%get('--cases', text, failure)
-        call check_fails(error, message_of(failure), [character(W) :: '--cases LIST is required'])
+        call arguments%get('--step', step, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'step'])
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--undeclared', text, failure)

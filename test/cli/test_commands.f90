@@ -356,10 +356,10 @@ contains
         if (.not. allocated(error)) &
             call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', &
                           output)
-        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'  x    here ') > 0, output)
-        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'    0.3000 ') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'  x     here ') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'  0.3000 ') > 0, output)
         if (.not. allocated(error)) &
-            call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'x    here ') > 0, output)
+            call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'x     here ') > 0, output)
     end subroutine test_long_names
 
     !> Refused before the work is done, so nothing is printed.
@@ -1257,23 +1257,31 @@ contains
                                                '"ascrest", "axis": "z"') > 0 .and. index(output, '"low_mm": "mm"') > 0, output)
     end subroutine test_panels
 
-    !> The scripts have every command with its options; tools/check_install.py lets bash complete with them.
+    !> What may follow some words, of which shells complete; tools/check_install.py lets bash and zsh do it.
     subroutine test_completion(error)
         type(error_type), allocatable, intent(out) :: error
-        character(4), parameter :: SHELLS(2) = [character(4) :: 'bash', 'zsh']
+        !> Words that are typed, what is offered then, and what is not
+        character(*), parameter :: OFFERED(3, 13) = reshape([character(36) :: &
+            '', 'magnetometer-loss:', 'gravity', '', 'level1:Level-1 data', '--help', 'model', 'star-camera:', 'simulate', &
+            'help', 'simulate:', '--help', 'help model', 'gravity:', 'simulate', 'level1', 'convert:', 'gravity', &
+            'magnetometer-loss', '--field-error:', '@list', 'magnetometer-loss', 'back-3', '@folders', &
+            'estimate run1 --algorithm', 'sequential', '--out', 'simulate front-1 --out', '@folders', 'front-1', &
+            'simulate front-1 --seed', '', 'front-1', 'montecarlo --algorithms', '@list', '@files', &
+            'bound --cases', 'printed', '--cases'], [3, 13])
         character(:), allocatable :: output
         integer :: i
 
-        do i = 1, 2
-            call succeeds(error, 'completion '//trim(SHELLS(i)), output)
-            if (allocated(error)) return
-            call check(error, index(output, "'magnetometer-loss')") > 0 .and. index(output, "'model star-camera')") > 0 .and. &
-                       index(output, "'level1 convert')") > 0 .and. index(output, 'list dump') + index(output, "'list:") > 0 .and. &
-                       index(output, '--field-error') > 0 .and. index(output, 'sequential') > 0 .and. &
-                       index(output, 'back-3') > 0, output)
+        do i = 1, size(OFFERED, 2)
+            call succeeds(error, 'completion words -- '//trim(OFFERED(1, i)), output)
+            if (.not. allocated(error)) &
+                call check(error, index(output, trim(OFFERED(2, i))) > 0 .or. OFFERED(2, i) == '', OFFERED(2, i)//output)
+            if (.not. allocated(error)) call check(error, index(output, trim(OFFERED(3, i))) == 0, output)
             if (allocated(error)) return
         end do
+        call succeeds(error, 'completion zsh', output)
+        if (.not. allocated(error)) call check(error, index(output, '#compdef gracecg'), 1)
         call refused(error, 'completion fish', STATUS_MISUSED, [character(W) :: 'unknown shell "fish"', 'bash and zsh'])
+        call refused(error, 'completion bash zsh', STATUS_MISUSED, [character(W) :: 'unexpected argument "zsh"'])
     end subroutine test_completion
 
     !> Level-1 files are listed, shown, converted and checked; a broken one among others is told.

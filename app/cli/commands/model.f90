@@ -3,7 +3,7 @@ module gracecg_cli_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, ASTRONOMICAL_UNIT
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_text, only: integer_text, join, real_text
+    use gracecg_base_text, only: real_text
     use gracecg_environment_time, only: utc_t, parse_utc, decimal_year, day_of_year, local_mean_solar_time, &
         julian_centuries_tt
     use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, iau_orientation
@@ -26,22 +26,23 @@ module gracecg_cli_model
     public :: declare_gravity, run_gravity, declare_field, run_field, declare_density, run_density
     public :: declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
 
-    integer, parameter :: DEFAULT_DEGREE = 70       !! All of the embedded EGM96
-    real(dp), parameter :: LOWEST_HEIGHT = -500.0_dp
-    !! Above the ellipsoid, m: below all dry land
-    real(dp), parameter :: SMALLEST_DISTANCE = 6.35e6_dp
-    !! From the Earth's centre, m: below the poles
+    real(dp), parameter :: LOWEST_HEIGHT = -500.0_dp        !! Above the ellipsoid, m: below all dry land
+    real(dp), parameter :: SMALLEST_DISTANCE = 6.35e6_dp    !! From the Earth's centre, m: below the poles
     real(dp), parameter :: GREATEST_COORDINATE = 1e10_dp    !! m
-    character(*), parameter :: EXAMPLE_PLACE = '--position 6837865 0 0'
-    character(*), parameter :: EXAMPLE_DATE = '--date 1989-01-02T00:00:00'
-
+    real(dp), parameter :: LONGEST_DELAY = 864000.0_dp      !! Of --after, s: ten days
+    character(*), parameter :: EXAMPLE_PLACE = ' --position 6837865 0 0'
+    character(*), parameter :: EXAMPLE_DATE = ' --date 1989-01-02T00:00:00'
     character(*), parameter :: PLACE_COLUMNS = 'height_km,latitude_deg,local_time_h'
 
-    !> A place in geodetic coordinates (WGS-84).
-    type :: place_t
-        real(dp) :: latitude = 0, longitude = 0     !! rad
-        real(dp) :: height = 0                      !! m
-    end type place_t
+    !> When and where a model is asked for.
+    type :: point_t
+        type(utc_t) :: date
+        real(dp) :: position(3) = 0                 !! Earth-fixed, m
+        real(dp) :: latitude = 0, longitude = 0     !! Geodetic (WGS-84), rad
+        real(dp) :: height = 0                      !! Above the ellipsoid, m
+        real(dp) :: local_time = 0                  !! Mean solar time, h
+        real(dp) :: place(3) = 0                    !! By PLACE_COLUMNS
+    end type point_t
 
 contains
 
@@ -49,15 +50,11 @@ contains
     subroutine declare_orientation(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('model orientation', '', 0, 0, &
-                                'The matrix from inertial (GCRS) to Earth-fixed axes by precession IAU 2006, nutation '// &
-                                'IAU 2000B, Earth rotation angle, and UT1 and pole of a file of the IERS; row by row.', &
-                                'gracecg model orientation --date 2026-03-01T00:00:00')
-        call add_date(arguments)
-        call arguments%add_option('--ut1-minus-utc', 'S', 's, where no file is given (default 0)')
+        call describe(arguments, 'orientation --date', 'The matrix from inertial (GCRS) to Earth-fixed axes by precession '// &
+                      'IAU 2006, nutation IAU 2000B, Earth rotation angle, and UT1 and pole of a file of the IERS; row by row.')
+        call arguments%add_option('--ut1-minus-utc', 'S', 's, where no file is given', default='0')
         call arguments%add_option('--file', 'FILE', 'finals2000A or EOP C04 of the IERS')
-        call arguments%add_option('--after', 'S', 's after the date at which the constants are computed (default 0)')
-        call add_format_option(arguments, default='csv')
+        call arguments%add_option('--after', 'S', 's after the date at which the constants are computed', default='0')
     end subroutine declare_orientation
 
     !> The work of `gracecg model orientation`.
@@ -66,25 +63,19 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(utc_t) :: utc
+        type(point_t) :: point
         type(earth_parameters_t) :: parameters
         type(earth_orientation_t) :: orientation
-        character(:), allocatable :: date, file
+        character(:), allocatable :: file
         real(dp) :: after
 
-        call arguments%get('--date', date, misuse)
-        call arguments%get('--ut1-minus-utc', parameters%ut1_minus_utc, misuse, default=0.0_dp, low=-1.0_dp, high=1.0_dp, &
-                           unit='s')
-        call arguments%get('--file', file, misuse, default='')
-        call arguments%get('--after', after, misuse, default=0.0_dp, low=-864000.0_dp, high=864000.0_dp, unit='s')
-        call refuse_if(arguments%has('--ut1-minus-utc') .and. arguments%has('--file'), &
-                       'give --ut1-minus-utc or --file, not both', misuse)
-        call take_format(arguments, console, misuse, default='csv')
-        if (allocated(misuse)) return
-        call parse_utc(date, utc, error)
-        if (.not. allocated(error) .and. file /= '') call read_earth_parameters(file, utc, parameters, error)
+        call arguments%get('--ut1-minus-utc', parameters%ut1_minus_utc, misuse, low=-1.0_dp, high=1.0_dp, unit='s')
+        call arguments%get('--after', after, misuse, low=-LONGEST_DELAY, high=LONGEST_DELAY, unit='s')
+        call take_point(arguments, '--ut1-minus-utc', file, point, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        if (file /= '') call read_earth_parameters(file, point%date, parameters, error)
         if (allocated(error)) return
-        orientation = iau_orientation(utc, parameters)
+        orientation = iau_orientation(point%date, parameters)
         call publish_row('model orientation', 'xx,xy,xz,yx,yy,yz,zx,zy,zz', &
                          [transpose(orientation%from_inertial(after))], console, error)
     end subroutine run_orientation
@@ -93,19 +84,13 @@ contains
     subroutine declare_gravity(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('model gravity', '', 0, 0, &
-                                'Gravitational acceleration (m/s^2, Earth-fixed axes, without '// &
-                                'the centrifugal part) and potential (m^2/s^2) of EGM96, of '// &
-                                'another model or of a model file.', &
-                                'gracecg model gravity '//EXAMPLE_PLACE//' --degree 20')
-        call add_position(arguments)
-        call arguments%add_option('--model', 'NAME', join(GRAVITY_MODELS, ', ')//' (default '// &
-                                  trim(GRAVITY_MODELS(1))//')', choices=GRAVITY_MODELS)
-        call arguments%add_option('--degree', 'N', 'highest degree (default '// &
-                                  integer_text(DEFAULT_DEGREE)//')')
+        call describe(arguments, 'gravity --position', 'Gravitational acceleration (m/s^2, Earth-fixed axes, without the '// &
+                      'centrifugal part) and potential (m^2/s^2) of EGM96, of another model or of a model file.', ' --degree 20')
+        call arguments%add_option('--model', 'NAME', 'of the gravity field', choices=GRAVITY_MODELS, &
+                                  default=trim(GRAVITY_MODELS(1)))
+        call arguments%add_option('--degree', 'N', 'highest degree', default='70')
         call arguments%add_option('--order', 'M', 'highest order (default: the degree)')
         call arguments%add_option('--file', 'FILE', 'model in ICGEM format (.gfc)')
-        call add_format_option(arguments, default='csv')
     end subroutine declare_gravity
 
     !> The work of `gracecg model gravity`.
@@ -115,27 +100,21 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         class(gravity_model_t), allocatable :: model
+        type(point_t) :: point
         character(:), allocatable :: name, file
-        real(dp) :: position(3), acceleration(3), potential
+        real(dp) :: acceleration(3), potential
         integer :: degree, order
 
-        call get_position(arguments, position, misuse)
-        call arguments%get('--degree', degree, misuse, default=DEFAULT_DEGREE, low=0)
+        call arguments%get('--degree', degree, misuse, low=0)
         call arguments%get('--order', order, misuse, default=degree, low=0)
-        call arguments%get('--model', name, misuse, default=trim(GRAVITY_MODELS(1)), choices=GRAVITY_MODELS)
-        call arguments%get('--file', file, misuse, default='')
-        call refuse_if(arguments%has('--model') .and. arguments%has('--file'), &
-                       'give --model or --file, not both', misuse)
-        call take_format(arguments, console, misuse, default='csv')
-        if (allocated(misuse)) return
-
-        call check_position(position, error)
-        if (allocated(error)) return
-        if (arguments%has('--file')) name = 'file'
+        call arguments%get('--model', name, misuse)
+        call take_point(arguments, '--model', file, point, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        if (file /= '') name = 'file'
         call new_gravity_model(name, degree, order, file, model, error)
         if (allocated(error)) return
-        call model%acceleration(position, acceleration)
-        call model%potential(position, potential)
+        call model%acceleration(point%position, acceleration)
+        call model%potential(point%position, potential)
         call publish_row('model gravity', 'ax_m_s2,ay_m_s2,az_m_s2,potential_m2_s2', [acceleration, potential], console, &
                          error)
     end subroutine run_gravity
@@ -144,16 +123,11 @@ contains
     subroutine declare_field(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('model field', '', 0, 0, &
-                                'Magnetic flux density in T: Earth-fixed axes, and along the '// &
-                                'local geocentric vertical (up), south and east.', &
-                                'gracecg model field '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
-        call add_date(arguments)
-        call add_position(arguments)
-        call arguments%add_option('--table', 'NAME', 'igrf95 (default; 1985 to 2000) or igrf14 '// &
-                                  '(1900 to 2030)', choices=GEOMAGNETIC_MODELS)
+        call describe(arguments, 'field --date --position', 'Magnetic flux density in T: Earth-fixed axes, and along the '// &
+                      'local geocentric vertical (up), south and east.')
+        call arguments%add_option('--table', 'NAME', 'igrf95 (1985 to 2000) or igrf14 (1900 to 2030)', &
+                                  choices=GEOMAGNETIC_MODELS, default='igrf95')
         call arguments%add_option('--file', 'FILE', 'model in SHC format instead of a table')
-        call add_format_option(arguments, default='csv')
     end subroutine declare_field
 
     !> The work of `gracecg model field`.
@@ -163,26 +137,18 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         class(geomagnetic_model_t), allocatable :: model
-        type(utc_t) :: date
+        type(point_t) :: point
         character(:), allocatable :: table, file
-        real(dp) :: position(3), b(3), radial, south, east
+        real(dp) :: b(3), radial, south, east
 
-        call get_date(arguments, date, misuse)
-        call get_position(arguments, position, misuse)
-        call arguments%get('--table', table, misuse, default='igrf95', choices=GEOMAGNETIC_MODELS)
-        call arguments%get('--file', file, misuse, default='')
-        call refuse_if(arguments%has('--table') .and. arguments%has('--file'), &
-                       'give --table or --file, not both', misuse)
-        call take_format(arguments, console, misuse, default='csv')
-        if (allocated(misuse)) return
-
-        call check_position(position, error)
+        call arguments%get('--table', table, misuse)
+        call take_point(arguments, '--table', file, point, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        if (file /= '') table = 'file'
+        call new_geomagnetic_model(table, decimal_year(point%date), file, model, error)
         if (allocated(error)) return
-        if (arguments%has('--file')) table = 'file'
-        call new_geomagnetic_model(table, decimal_year(date), file, model, error)
-        if (allocated(error)) return
-        call model%evaluate(position, b)
-        call spherical_components(position, b, radial, south, east)
+        call model%evaluate(point%position, b)
+        call spherical_components(point%position, b, radial, south, east)
         call publish_row('model field', 'bx_tesla,by_tesla,bz_tesla,b_radial_tesla,b_south_tesla,b_east_tesla', &
                          [b, radial, south, east], console, error)
     end subroutine run_field
@@ -191,20 +157,14 @@ contains
     subroutine declare_density(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('model density', '', 0, 0, &
-                                'Density (kg/m^3), temperatures (K) and number densities '// &
-                                '(1/m^3) of the thermosphere. Solar flux and Kp come '// &
-                                'from the built-in table (December 1988 to February 1989, and '// &
-                                '2000) unless all three are given.', &
-                                'gracecg model density '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
-        call add_date(arguments)
-        call add_position(arguments)
-        call arguments%add_option('--model', 'NAME', join(DENSITY_MODELS, ', ')//' (default '// &
-                                  trim(DENSITY_MODELS(1))//')', choices=DENSITY_MODELS)
+        call describe(arguments, 'density --date --position', 'Density (kg/m^3), temperatures (K) and number densities '// &
+                      '(1/m^3) of the thermosphere. Solar flux and Kp come from the built-in table (December 1988 to '// &
+                      'February 1989, and 2000) unless all three are given.')
+        call arguments%add_option('--model', 'NAME', 'of the thermosphere', choices=DENSITY_MODELS, &
+                                  default=trim(DENSITY_MODELS(1)))
         call arguments%add_option('--f107', 'V', 'observed solar flux F10.7 of the day before, sfu')
         call arguments%add_option('--f107a', 'V', 'its mean over 81 days, sfu')
         call arguments%add_option('--kp', 'V', 'Kp three hours before, 0 to 9')
-        call add_format_option(arguments, default='csv')
     end subroutine declare_density
 
     !> The work of `gracecg model density`.
@@ -215,72 +175,48 @@ contains
 
         class(density_model_t), allocatable :: model
         type(density_settings_t) :: settings
-        character(:), allocatable :: name
-        type(utc_t) :: date
-        type(place_t) :: place
-        type(atmosphere_point_t) :: point
+        type(space_weather_source_t) :: table
+        type(point_t) :: point
         type(atmosphere_state_t) :: air
-        real(dp) :: position(3), f107, f107_mean, kp
+        character(:), allocatable :: name, file
+        real(dp) :: f107, f107_mean, kp
         integer :: given
 
         given = count([arguments%has('--f107'), arguments%has('--f107a'), arguments%has('--kp')])
         call refuse_if(given == 1 .or. given == 2, 'give all three of --f107, --f107a and --kp, or none', misuse)
-        call get_date(arguments, date, misuse)
-        call get_position(arguments, position, misuse)
-        call arguments%get('--model', name, misuse, default=trim(DENSITY_MODELS(1)), choices=DENSITY_MODELS)
+        call arguments%get('--model', name, misuse)
         call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
         call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
         call arguments%get('--kp', kp, misuse, default=0.0_dp)
-        call take_format(arguments, console, misuse, default='csv')
-        if (allocated(misuse)) return
-
-        if (given == 0) call look_up_space_weather(date, f107, f107_mean, kp, error)
+        call take_point(arguments, '', file, point, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        if (given == 0) then
+            call table%indices_at(point%date, f107, f107_mean, kp, error)
+            call add_context(error, '--f107, --f107a and --kp are needed')
+        end if
         settings%space_weather = space_weather_source_t('given', f107, f107_mean, kp)
-        if (.not. allocated(error)) call new_density_model(name, date, settings, model, error)
-        if (.not. allocated(error)) call check_position(position, error)
+        if (.not. allocated(error)) call new_density_model(name, point%date, settings, model, error)
         if (allocated(error)) return
-        place = place_of(position)
-        if (place%height < model%lowest_height()) then
-            call fail(error, 'height '//real_text(place%height/1000)// &
-                      ' km above the ellipsoid: '//name//' is valid from '// &
+        if (point%height < model%lowest_height()) then
+            call fail(error, 'height '//real_text(point%height/1000)//' km above the ellipsoid: '//name//' is valid from '// &
                       real_text(model%lowest_height()/1000)//' km on')
             return
         end if
-        point = atmosphere_point_t(place%height, place%latitude, &
-                                   local_mean_solar_time(date, place%longitude), day_of_year(date))
-        call model%evaluate(point, air)
-        call publish_row('model density', 'density_kg_m3,temperature_kelvin,exospheric_temperature_kelvin,'// &
-                         'n_he_per_m3,n_o_per_m3,n_n2_per_m3,'//PLACE_COLUMNS//',day,f107_sfu,f107a_sfu,kp', &
-                         [air%density, air%temperature, air%exospheric_temperature, air%n_he, air%n_o, air%n_n2, &
-                          place_values(place, point%local_solar_time), point%day_of_year, f107, f107_mean, kp], &
-                         console, error)
+        associate (sky => atmosphere_point_t(point%height, point%latitude, point%local_time, day_of_year(point%date)))
+            call model%evaluate(sky, air)
+            call publish_row('model density', 'density_kg_m3,temperature_kelvin,exospheric_temperature_kelvin,'// &
+                             'n_he_per_m3,n_o_per_m3,n_n2_per_m3,'//PLACE_COLUMNS//',day,f107_sfu,f107a_sfu,kp', &
+                             [air%density, air%temperature, air%exospheric_temperature, air%n_he, air%n_o, air%n_n2, &
+                              point%place, sky%day_of_year, f107, f107_mean, kp], console, error)
+        end associate
     end subroutine run_density
-
-    !> Indices of the embedded table.
-    subroutine look_up_space_weather(date, f107, f107_mean, kp, error)
-        type(utc_t), intent(in) :: date
-        real(dp), intent(out) :: f107, f107_mean    !! sfu
-        real(dp), intent(out) :: kp
-        type(error_t), allocatable, intent(out) :: error
-
-        type(space_weather_source_t) :: table
-
-        call table%indices_at(date, f107, f107_mean, kp, error)
-        call add_context(error, '--f107, --f107a and --kp are needed')
-    end subroutine look_up_space_weather
 
     !> Arguments and help of `gracecg model wind`.
     subroutine declare_wind(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('model wind', '', 0, 0, &
-                                'Horizontal wind of the thermosphere in m/s relative to the '// &
-                                'rotating Earth, by latitude and local solar time: the '// &
-                                'built-in table of HWM93.', &
-                                'gracecg model wind '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
-        call add_date(arguments)
-        call add_position(arguments)
-        call add_format_option(arguments, default='csv')
+        call describe(arguments, 'wind --date --position', 'Horizontal wind of the thermosphere in m/s relative to the '// &
+                      'rotating Earth, by latitude and local solar time: the built-in table of HWM93.')
     end subroutine declare_wind
 
     !> The work of `gracecg model wind`.
@@ -290,23 +226,15 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(tabulated_wind_t) :: model
-        type(utc_t) :: date
-        type(place_t) :: place
-        real(dp) :: position(3), local_time, east, north
+        type(point_t) :: point
+        character(:), allocatable :: file
+        real(dp) :: east, north
 
-        call get_date(arguments, date, misuse)
-        call get_position(arguments, position, misuse)
-        call take_format(arguments, console, misuse, default='csv')
-        if (allocated(misuse)) return
-
-        call check_position(position, error)
-        if (allocated(error)) return
-        place = place_of(position)
-        local_time = local_mean_solar_time(date, place%longitude)
+        call take_point(arguments, '', file, point, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
         model = embedded_wind()
-        call model%evaluate(place%latitude, local_time, east, north)
-        call publish_row('model wind', 'east_m_s,north_m_s,'//PLACE_COLUMNS, &
-                         [east, north, place_values(place, local_time)], console, error, &
+        call model%evaluate(point%latitude, point%local_time, east, north)
+        call publish_row('model wind', 'east_m_s,north_m_s,'//PLACE_COLUMNS, [east, north, point%place], console, error, &
                          'HWM93 of 1989-01-02 0 h UT at 466 km; the same table serves every date and height')
     end subroutine run_wind
 
@@ -314,12 +242,8 @@ contains
     subroutine declare_sun(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('model sun', '', 0, 0, &
-                                'Geometric position of the Sun from the Earth''s centre in m, '// &
-                                'mean equator and equinox of J2000, and its distance in au.', &
-                                'gracecg model sun '//EXAMPLE_DATE)
-        call add_date(arguments)
-        call add_format_option(arguments, default='csv')
+        call describe(arguments, 'sun --date', 'Geometric position of the Sun from the Earth''s centre in m, mean equator '// &
+                      'and equinox of J2000, and its distance in au.')
     end subroutine declare_sun
 
     !> The work of `gracecg model sun`.
@@ -328,84 +252,88 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(utc_t) :: date
+        type(point_t) :: point
+        character(:), allocatable :: file
         real(dp) :: position(3)
 
-        call get_date(arguments, date, misuse)
-        call take_format(arguments, console, misuse, default='csv')
-        if (allocated(misuse)) return
-        position = sun_position(julian_centuries_tt(date))
+        call take_point(arguments, '', file, point, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        position = sun_position(julian_centuries_tt(point%date))
         call publish_row('model sun', 'x_m,y_m,z_m,distance_au', [position, norm2(position)/ASTRONOMICAL_UNIT], &
                          console, error)
     end subroutine run_sun
 
-    subroutine add_position(arguments)
+    !> Begins the declaration of a model: its help with an example, when and where it is asked for, and the format.
+    subroutine describe(arguments, name, summary, example)
         type(arguments_t), intent(inout) :: arguments
+        character(*), intent(in) :: name        !! And which of --date and --position it takes
+        character(*), intent(in) :: summary     !! What the model gives
+        character(*), intent(in), optional :: example       !! What its example has besides
 
-        call arguments%add_option('--position', 'X Y Z', 'Earth-fixed position, m', required=.true.)
-    end subroutine add_position
+        character(:), allocatable :: command, line
+        logical :: dated, placed
 
-    subroutine add_date(arguments)
-        type(arguments_t), intent(inout) :: arguments
+        command = 'model '//name(:index(name, ' ') - 1)
+        dated = index(name, '--date') > 0
+        placed = index(name, '--position') > 0
+        line = 'gracecg '//command
+        if (dated) line = line//EXAMPLE_DATE
+        if (placed) line = line//EXAMPLE_PLACE
+        if (present(example)) line = line//example
+        call arguments%describe(command, '', 0, 0, summary, line)
+        if (dated) call arguments%add_option('--date', 'DATE', 'UTC, ISO 8601: 1989-01-02T00:00:00 or 1989-01-02', &
+                                             required=.true.)
+        if (placed) call arguments%add_option('--position', 'X Y Z', 'Earth-fixed position, m', required=.true.)
+        call add_format_option(arguments, default='csv')
+    end subroutine describe
 
-        call arguments%add_option('--date', 'DATE', &
-                                  'UTC, ISO 8601: 1989-01-02T00:00:00 or 1989-01-02', &
-                                  required=.true.)
-    end subroutine add_date
-
-    subroutine get_position(arguments, position, misuse)
+    !> When and where the model is asked for, and the file that it may be read from in place of a built-in one. Fails when
+    !> the place lies inside the Earth.
+    subroutine take_point(arguments, instead, file, point, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
-        real(dp), intent(out) :: position(3)        !! Earth-fixed, m
+        character(*), intent(in) :: instead     !! The option that excludes --file; empty: there is no --file
+        character(:), allocatable, intent(out) :: file      !! Empty: none
+        type(point_t), intent(out) :: point
+        type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(inout) :: misuse
-
-        call arguments%get('--position', position, misuse, low=-GREATEST_COORDINATE, &
-                           high=GREATEST_COORDINATE, unit='m')
-    end subroutine get_position
-
-    subroutine get_date(arguments, date, misuse)
-        type(arguments_t), intent(in) :: arguments
-        type(utc_t), intent(out) :: date
-        type(error_t), allocatable, intent(inout) :: misuse
-
-        character(:), allocatable :: text
-
-        if (allocated(misuse)) return
-        call arguments%get('--date', text, misuse)
-        if (.not. allocated(misuse)) call parse_utc(text, date, misuse)
-        call add_context(misuse, 'option --date')
-    end subroutine get_date
-
-    !> Refuses a position inside the Earth.
-    subroutine check_position(position, error)
-        real(dp), intent(in) :: position(3)         !! Earth-fixed, m
         type(error_t), allocatable, intent(out) :: error
 
-        type(place_t) :: place
+        character(:), allocatable :: date
 
-        if (norm2(position) < SMALLEST_DISTANCE) then
-            call fail(error, 'option --position: '//real_text(norm2(position)/1000)// &
-                      ' km from the Earth''s centre lies inside the Earth; give Earth-fixed metres')
-            return
+        file = ''
+        if (instead /= '') then
+            call arguments%get('--file', file, misuse)
+            call refuse_if(arguments%has(instead) .and. file /= '', 'give '//instead//' or --file, not both', misuse)
         end if
-        place = place_of(position)
-        if (place%height < LOWEST_HEIGHT) &
-            call fail(error, 'option --position: lies '//real_text(-place%height/1000)// &
+        call take_format(arguments, console, misuse)
+        if (arguments%declares('--date')) call arguments%get('--date', date, misuse)
+        if (allocated(date) .and. .not. allocated(misuse)) then
+            call parse_utc(date, point%date, misuse)
+            call add_context(misuse, 'option --date')
+        end if
+        if (.not. arguments%declares('--position')) return
+        call arguments%get('--position', point%position, misuse, low=-GREATEST_COORDINATE, high=GREATEST_COORDINATE, unit='m')
+        if (allocated(misuse)) return
+        call take_place(point, error)
+        if (allocated(date)) point%local_time = local_mean_solar_time(point%date, point%longitude)
+        point%place = [point%height/1000, point%latitude/DEGREE, point%local_time]
+    end subroutine take_point
+
+    !> The geodetic place of a position. Refuses one inside the Earth.
+    subroutine take_place(point, error)
+        type(point_t), intent(inout) :: point
+        type(error_t), allocatable, intent(out) :: error
+
+        associate (distance => norm2(point%position))
+            if (distance < SMALLEST_DISTANCE) then
+                call fail(error, 'option --position: '//real_text(distance/1000)// &
+                          ' km from the Earth''s centre lies inside the Earth; give Earth-fixed metres')
+                return
+            end if
+        end associate
+        call earth_fixed_to_geodetic(point%position, point%latitude, point%longitude, point%height)
+        if (point%height < LOWEST_HEIGHT) &
+            call fail(error, 'option --position: lies '//real_text(-point%height/1000)// &
                       ' km below the ellipsoid, inside the Earth; give Earth-fixed metres')
-    end subroutine check_position
-
-    function place_of(position) result(place)
-        real(dp), intent(in) :: position(3)         !! Earth-fixed, m
-        type(place_t) :: place
-
-        call earth_fixed_to_geodetic(position, place%latitude, place%longitude, place%height)
-    end function place_of
-
-    !> Where and when, as the models took it.
-    function place_values(place, local_time) result(values)
-        type(place_t), intent(in) :: place
-        real(dp), intent(in) :: local_time          !! h
-        real(dp) :: values(3)                       !! By PLACE_COLUMNS
-
-        values = [place%height/1000, place%latitude/DEGREE, local_time]
-    end function place_values
+    end subroutine take_place
 end module gracecg_cli_model

@@ -35,11 +35,11 @@ contains
         call arguments%add_option('--quaternion', 'Q1 Q2 Q3 Q4', &
                                   'true attitude, inertial J2000 to body, scalar last', &
                                   required=.true.)
-        call arguments%add_option('--head', 'N', '1 looks to +y, 2 to -y of the body (default 1)')
-        call arguments%add_option('--selection', 'NAME', 'which 20 stars: the first of the catalogue (default), as in '// &
-                                  'the report, or the best', choices=STAR_SELECTIONS)
-        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--run', 'K', 'other random numbers of the same seed (default 1)')
+        call arguments%add_option('--head', 'N', '1 looks to +y, 2 to -y of the body', default='1')
+        call arguments%add_option('--selection', 'NAME', 'which 20 stars: the first of the catalogue, as in '// &
+                                  'the report, or the best', choices=STAR_SELECTIONS, default=trim(STAR_SELECTIONS(1)))
+        call arguments%add_option('--seed', 'S', 'of the random numbers', default='1')
+        call arguments%add_option('--run', 'K', 'other random numbers of the same seed', default='1')
         call add_format_option(arguments, default='csv')
     end subroutine declare_star_camera
 
@@ -58,11 +58,11 @@ contains
         integer :: head, run
 
         call arguments%get('--quaternion', attitude, misuse, low=-1.1_dp, high=1.1_dp)
-        call arguments%get('--head', head, misuse, default=1, low=1, high=HEADS)
-        call arguments%get('--selection', selection, misuse, default=trim(STAR_SELECTIONS(1)), choices=STAR_SELECTIONS)
-        call arguments%get('--seed', seed, misuse, default=1_i8)
-        call arguments%get('--run', run, misuse, default=1, low=0)
-        call take_format(arguments, console, misuse, default='csv')
+        call arguments%get('--head', head, misuse, low=1, high=HEADS)
+        call arguments%get('--selection', selection, misuse)
+        call arguments%get('--seed', seed, misuse)
+        call arguments%get('--run', run, misuse, low=0)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
 
         if (abs(norm2(attitude) - 1) > SAMPLE_TOLERANCE) then
