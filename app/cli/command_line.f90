@@ -7,7 +7,7 @@ module gracecg_cli_command_line
     use gracecg_files_value, only: did_you_mean
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
+    use gracecg_cli_process, only: caught_signal, INTERRUPTED
     use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
     use gracecg_cli_cases, only: declare_cases, run_cases
     use gracecg_cli_verify, only: declare_verify, run_verify

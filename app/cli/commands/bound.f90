@@ -20,7 +20,7 @@ module gracecg_cli_bound
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
     use gracecg_cli_console, only: console_t, console_width, wrapped
-    use gracecg_cli_leakage, only: show_leakage, put_leakage
+    use gracecg_cli_plan_results, only: add_leakage
     use gracecg_cli_results, only: results_t, axis_columns
     implicit none
     private
@@ -86,8 +86,7 @@ contains
                 if (arguments%has('--leakage')) then
                     call leakage_of_case(calibration%case, pair, error)
                     if (allocated(error)) return
-                    call show_leakage(pair, calibration%case, console)
-                    call put_leakage(pair, results)
+                    call add_leakage(pair, calibration%case, console, results)
                 end if
                 call add_reliability(calibration, console, results, error)
                 if (.not. allocated(error) .and. study%runs > 0) call add_checks(calibration, study, console, results, error)

@@ -24,7 +24,7 @@ module gracecg_cli_montecarlo
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_launcher, only: find_place
-    use gracecg_cli_interruption, only: catch_interruption, caught_signal, signal_name
+    use gracecg_cli_process, only: catch_interruption, caught_signal, signal_name
     implicit none
     private
     public :: declare_montecarlo, run_montecarlo

@@ -16,7 +16,7 @@ module gracecg_cli_timing
     use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_programme, only: show_programme, put_programme
+    use gracecg_cli_plan_results, only: add_programme
     use gracecg_cli_results, only: results_t
     implicit none
     private
@@ -130,7 +130,6 @@ contains
         else
             call best_programme(request%candidates, request%manoeuvres, request%programme)
         end if
-        call show_programme(request%candidates, request%programme, request%wanted, console)
     end subroutine plan_programme
 
     !> All places as CSV or JSON, and into the file.
@@ -165,7 +164,8 @@ contains
         end associate
         call results%end()
         call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*study%step)
-        if (request%manoeuvres > 0) call put_programme(request%candidates, request%programme, results)
+        if (request%manoeuvres > 0) &
+            call add_programme(request%candidates, request%programme, request%wanted, console, results)
         call results%publish(places_table(study%places, study%case%epoch), console, error, path, &
                              trim(study%case%satellite%name)//' satellite; field in body axes')
     end subroutine publish

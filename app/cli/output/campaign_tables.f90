@@ -39,19 +39,19 @@ contains
         type(campaign_t), intent(in) :: campaign
         type(console_t), intent(inout) :: console
 
+        logical :: alike
         integer :: digits, i
 
         call console%line('RMS error of the CG offset, mm: '//runs_text(campaign)//' here, '// &
                           integer_text(REPORT_RUNS)//' in CSR-TM-00-01 (Tables 6.1 and 6.2), and theory')
         digits = digits_alike(campaign)
-        if (size(campaign%algorithms) > 1 .and. digits >= FEWEST_DIGITS) then
-            call console%line('(here all algorithms work on the same observations, and their RMS errors agree to '// &
-                              integer_text(digits)//' digits;')
-            call console%line('in the report each had its own observations)')
-        else if (size(campaign%algorithms) > 1) then
-            call console%line('(here all algorithms work on the same observations; in the report each had its own)')
-        end if
-        call show_errors(campaign, console)
+        alike = size(campaign%algorithms) == 1 .or. digits >= FEWEST_DIGITS
+        if (size(campaign%algorithms) > 1) &
+            call console%paragraph('(here all algorithms work on the same observations; in the report each had its own)')
+        if (size(campaign%algorithms) > 1 .and. alike) &
+            call console%paragraph('(the RMS errors of the '//integer_text(size(campaign%algorithms))//' algorithms agree to '// &
+                                   integer_text(digits)//' digits here: one column stands for them)')
+        call show_errors(campaign, merge(1, size(campaign%algorithms), alike), console)
         call show_honesty(campaign, console)
         call show_agreement(agreement_of(campaign), maxval(runs_of(campaign)), console)
         do i = 1, size(campaign%cases)
@@ -114,52 +114,54 @@ contains
         digits = floor(-log10(difference))
     end function digits_alike
 
-    !> A column for each algorithm, with a row of ours, one of the report and one of theory.
-    subroutine show_errors(campaign, console)
+    !> A row for each case and axis: ours, theory, the report, by algorithm.
+    subroutine show_errors(campaign, different, console)
         type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: different        !! Algorithms that have columns of their own here: the first one, or all
         type(console_t), intent(inout) :: console
 
         type(data_table_t) :: table
+        logical :: published
         integer :: a, i, axis
 
+        published = any([((any(campaign%entries(a, i)%published > 0), a=1, size(campaign%algorithms)), i=1, size(campaign%cases))])
         call table%column('case', 'a', 'case')
         call table%column('axis', 'a', 'axis')
-        call table%column('source', 'a', '')
-        call add_columns(campaign, table)
+        call add_columns('here', campaign%algorithms(:different), different > 1, table)
+        call add_columns('theory', campaign%algorithms(:different), different > 1, table)
+        if (published) call add_columns('in the report', campaign%algorithms, .true., table)
         do i = 1, size(campaign%cases)
             associate (entries => campaign%entries(:, i))
                 do axis = 1, 3
-                    call add_row(trim(campaign%cases(i)%name), AXES(axis), 'here', &
-                                 [(merge(entries(a)%statistics%rms(axis), 0.0_dp, size(entries(a)%run) > 0), a=1, size(entries))])
-                    if (any(entries%published(axis) > 0)) call add_row('', '', 'report', entries%published(axis))
-                    call add_row('', '', 'theory', entries%predicted(axis))
+                    call table%add(campaign%cases(i)%name)
+                    call table%add(AXES(axis))
+                    call add_positive([(merge(entries(a)%statistics%rms(axis), 0.0_dp, size(entries(a)%run) > 0), &
+                                        a=1, different)], table)
+                    call add_positive(entries(:different)%predicted(axis), table)
+                    if (published) call add_positive(entries%published(axis), table)
                 end do
             end associate
         end do
         call console%table(table)
-
-    contains
-
-        subroutine add_row(case, axis, source, values)
-            character(*), intent(in) :: case, axis, source
-            real(dp), intent(in) :: values(:)       !! mm, by algorithm
-
-            call table%add(case)
-            call table%add(axis)
-            call table%add(source)
-            call add_positive(values, table)
-        end subroutine add_row
     end subroutine show_errors
 
-    !> A column for each algorithm.
-    subroutine add_columns(campaign, table)
-        type(campaign_t), intent(in) :: campaign
+    !> A column for each algorithm below one heading.
+    subroutine add_columns(heading, algorithms, named, table)
+        character(*), intent(in) :: heading
+        character(*), intent(in) :: algorithms(:)
+        logical, intent(in) :: named            !! The algorithms are told
         type(data_table_t), intent(inout) :: table
 
         integer :: a
 
-        do a = 1, size(campaign%algorithms)
-            call table%column(campaign%algorithms(a), 'f12.5', trim(campaign%algorithms(a)))
+        do a = 1, size(algorithms)
+            if (.not. named) then
+                call table%column(heading, 'f12.5', heading)
+            else if (a == 1) then
+                call table%column(heading, 'f12.5', heading//'|'//trim(algorithms(a)))
+            else
+                call table%column(heading, 'f12.5', '|'//trim(algorithms(a)))
+            end if
         end do
     end subroutine add_columns
 
@@ -194,7 +196,7 @@ contains
             'those are honest; one sigma ', sqrt(6.0_dp/maxval(runs_of(campaign))), ')'
         call console%paragraph(line)
         call table%column('case', 'a', 'case')
-        call add_columns(campaign, table)
+        call add_columns('', campaign%algorithms, .true., table)
         do i = 1, size(campaign%cases)
             call table%add(campaign%cases(i)%name)
             call add_positive(campaign%entries(:, i)%normalised, table)
