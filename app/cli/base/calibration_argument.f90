@@ -39,7 +39,7 @@ contains
     subroutine add_study_options(arguments, names, algorithms, runs)
         type(arguments_t), intent(inout) :: arguments
         character(*), intent(in) :: names       !! Between blanks, in the order of the help: '--seed --threads --out'
-        character(*), intent(in), optional :: algorithms        !! Default of --algorithm or --algorithms
+        character(*), intent(in), optional :: algorithms        !! Default of --algorithms; of --algorithm, which must be given without
         character(*), intent(in), optional :: runs              !! Default of --runs
 
         type(string_t), allocatable :: list(:)
@@ -51,7 +51,7 @@ contains
                 select case (name)
                 case ('--algorithm')
                     call arguments%add_option(name, 'NAME', 'one of '//join(ESTIMATOR_NAMES, ', '), &
-                                              choices=ESTIMATOR_NAMES, default=algorithms)
+                                              required=.not. present(algorithms), choices=ESTIMATOR_NAMES, default=algorithms)
                 case ('--algorithms')
                     call arguments%add_option(name, 'LIST', 'of '//join(ESTIMATOR_NAMES, ', '), &
                                               choices=ESTIMATOR_NAMES, default=algorithms)
