@@ -14,8 +14,7 @@ module gracecg_cli_command_line
     use gracecg_cli_simulate, only: declare_simulate, run_simulate
     use gracecg_cli_estimate, only: declare_estimate, run_estimate
     use gracecg_cli_bound, only: declare_bound, run_bound
-    use gracecg_cli_montecarlo, only: declare_montecarlo, run_montecarlo
-    use gracecg_cli_merge, only: declare_merge, run_merge
+    use gracecg_cli_montecarlo, only: declare_montecarlo, run_montecarlo, declare_merge, run_merge
     use gracecg_cli_errors, only: declare_errors, run_errors
     use gracecg_cli_reliability, only: declare_reliability, run_reliability
     use gracecg_cli_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
@@ -27,8 +26,8 @@ module gracecg_cli_command_line
     use gracecg_cli_design, only: declare_design, run_design
     use gracecg_cli_completion, only: declare_completion, run_completion
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
-        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
-    use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
+        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation, &
+        declare_star_camera, run_star_camera
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED

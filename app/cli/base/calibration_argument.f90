@@ -39,7 +39,8 @@ contains
     subroutine add_study_options(arguments, names, algorithms, runs)
         type(arguments_t), intent(inout) :: arguments
         character(*), intent(in) :: names       !! Between blanks, in the order of the help: '--seed --threads --out'
-        character(*), intent(in), optional :: algorithms        !! Default of --algorithms; of --algorithm, which must be given without
+        character(*), intent(in), optional :: algorithms
+        !! Default of --algorithms; of --algorithm, which must be given without one
         character(*), intent(in), optional :: runs              !! Default of --runs
 
         type(string_t), allocatable :: list(:)
