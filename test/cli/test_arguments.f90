@@ -3,6 +3,7 @@ module test_arguments
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_cli_arguments
+    use gracecg_cli_process, only: process_words
     use gracecg_base_text, only: string_t, split
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check

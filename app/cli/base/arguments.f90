@@ -16,7 +16,7 @@ module gracecg_cli_arguments
         allowed_integer, did_you_mean
     implicit none
     private
-    public :: arguments_t, option_t, process_words, refuse_if, MOST_RUNS
+    public :: arguments_t, option_t, refuse_if, MOST_RUNS
 
     type :: option_t
         !! One option: as declared, and as given
@@ -67,21 +67,6 @@ module gracecg_cli_arguments
     integer, parameter :: HELP_WIDTH = 100      !! Longest line of the help
 
 contains
-
-    !> The words of the command line, from number `first` on (1 is the first behind the program).
-    function process_words(first) result(words)
-        integer, intent(in) :: first    !! Number of the first word that is wanted
-        type(string_t), allocatable :: words(:)
-
-        integer :: i, length
-
-        allocate (words(max(0, command_argument_count() - first + 1)))
-        do i = 1, size(words)
-            call get_command_argument(first + i - 1, length=length)
-            allocate (character(length) :: words(i)%text)
-            call get_command_argument(first + i - 1, words(i)%text)
-        end do
-    end function process_words
 
     !> Begins the declaration of a command.
     subroutine describe(self, command, positionals, fewest, most, summary, example, choices)

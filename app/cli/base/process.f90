@@ -1,4 +1,4 @@
-!> What the program has to do with the system: signals and memory.
+!> What the program has to do with the system: the words of its command line, signals and memory.
 !>
 !> Ctrl-C (SIGINT) and kill (SIGTERM) are a wish to stop: a command that catches them ends what it is doing, keeps what it
 !> has, and ends. A second one ends the program at once.
@@ -11,9 +11,10 @@
 module gracecg_cli_process
     use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funloc, c_funptr, c_int, c_intptr_t, &
         c_null_char, c_null_funptr, c_null_ptr, c_ptr
+    use gracecg_base_text, only: string_t
     implicit none
     private
-    public :: catch_interruption, caught_signal, signal_name, INTERRUPTED, keep_memory
+    public :: process_words, catch_interruption, caught_signal, signal_name, INTERRUPTED, keep_memory
 
     integer, parameter :: INTERRUPTED = 128
     !! Exit status of a stopped command: this and the number of the signal, as shells have it: 130, 143
@@ -59,6 +60,21 @@ module gracecg_cli_process
     end interface
 
 contains
+
+    !> The words of the command line, from number `first` on (1 is the first behind the program).
+    function process_words(first) result(words)
+        integer, intent(in) :: first    !! Number of the first word that is wanted
+        type(string_t), allocatable :: words(:)
+
+        integer :: i, length
+
+        allocate (words(max(0, command_argument_count() - first + 1)))
+        do i = 1, size(words)
+            call get_command_argument(first + i - 1, length=length)
+            allocate (character(length) :: words(i)%text)
+            call get_command_argument(first + i - 1, words(i)%text)
+        end do
+    end function process_words
 
     !> From now on the signals are caught, but for one that the caller of the program has set aside (nohup, say).
     subroutine catch_interruption()

@@ -65,30 +65,31 @@ contains
     !> Prints the result: of JSON the object with the table's rows and the warnings, of CSV the table, of text
     !> nothing, for that has been written line by line. Writes the table into a file, too, where one is asked for. Fails
     !> when a number is not finite, or the file cannot be written.
-    subroutine publish(self, table, console, error, path, about)
+    subroutine publish(self, table, console, error, path, about, json)
         class(results_t), intent(inout) :: self
         type(data_table_t), intent(in) :: table         !! Its rows are the member `results`
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: path      !! Of the CSV file; empty: none
         character(*), intent(in), optional :: about     !! Of that file: what it was made with
+        character(:), allocatable, intent(out), optional :: json    !! The object, whatever is printed
 
         type(string_t), allocatable :: lines(:)
         character(:), allocatable :: text
         integer :: i
 
-        select case (console%format)
-        case ('csv')
+        if (console%format == 'json' .or. present(json)) call self%complete(table, console, text, error)
+        if (allocated(error)) return
+        if (console%format == 'json') call console%data(text)
+        if (console%format == 'csv') then
             call table%csv(lines, error)
             if (allocated(error)) return
             do i = 1, size(lines)
                 call console%data(lines(i)%text)
             end do
-        case ('json')
-            call self%complete(table, console, text, error)
-            if (.not. allocated(error)) call console%data(text)
-        end select
-        if (allocated(error) .or. .not. present(path)) return
+        end if
+        if (present(json)) json = text
+        if (.not. present(path)) return
         if (path /= '') call table%write(path, file_comments(self%command, about), error)
     end subroutine publish
 
