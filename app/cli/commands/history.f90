@@ -109,11 +109,13 @@ contains
         type(history_settings_t), intent(out) :: settings
         type(error_t), allocatable, intent(inout) :: misuse
 
-        call arguments%get('--walk-um', settings%walk, misuse, low=1e-3_dp, high=1e5_dp, unit='um')
+        real(dp) :: walk        ! um
+
+        call arguments%get('--walk-um', walk, misuse, low=1e-3_dp, high=1e5_dp, unit='um')
         call arguments%get('--limit-mm', settings%limit, misuse, low=1e-4_dp, high=1e3_dp, unit='mm')
         call arguments%get('--risk', settings%risk, misuse, low=1e-3_dp, high=0.5_dp)
         call arguments%get('--step', settings%step, misuse, low=0.1_dp, high=365.0_dp, unit='days')
-        settings%walk = settings%walk*MICROMETRE
+        settings%walk = walk*MICROMETRE
         settings%limit = settings%limit*MILLIMETRE
         settings%step = settings%step*DAY
     end subroutine read_settings
