@@ -13,7 +13,8 @@ module gracecg_cli_design
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_calibration, only: calibration_t, calibration_text
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
+    use gracecg_planning_candidates, only: design_settings_t, pattern_567
+    use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
