@@ -276,7 +276,8 @@ def check_completion(here):
         line = " ".join(f"'{word}'" for word in ("gracecg", *words))
         ended = subprocess.run(
             ["bash", "-c", f'source "{script}"; compopt() {{ :; }}; COMP_WORDS=({line}); COMP_CWORD={len(words)}; '
-             '_gracecg; printf "%s\\n" "${COMPREPLY[@]}"'], cwd=here.work, capture_output=True, text=True, check=False)
+             '_gracecg; printf "%s\\n" "${COMPREPLY[@]}"'], cwd=here.work, capture_output=True, text=True, check=False,
+            env=os.environ | {"PATH": f"{here.prefix}/bin:{os.environ['PATH']}"})
         if ended.returncode != 0 or ended.stderr:
             raise Failure(f"completing {words}: {ended.stderr}")
         return ended.stdout.split("\n")[:-1]

@@ -183,11 +183,18 @@ contains
         call self%put(NUMBER, trim(logical_text(value)), merge(1.0_dp, 0.0_dp, value))
     end subroutine add_logical
 
-    !> Leaves a cell empty: nothing in CSV, null in JSON, a dash for people.
-    subroutine add_nothing(self)
+    !> Leaves cells empty: nothing in CSV, null in JSON, a dash for people.
+    subroutine add_nothing(self, cells)
         class(data_table_t), intent(inout) :: self
+        integer, intent(in), optional :: cells      !! How many; one when absent
+
+        integer :: i
 
         call self%put(NOTHING, '', 0.0_dp)
+        if (.not. present(cells)) return
+        do i = 2, cells
+            call self%put(NOTHING, '', 0.0_dp)
+        end do
     end subroutine add_nothing
 
     pure integer function row_count(self)
@@ -286,21 +293,27 @@ contains
         call file%commit(error)
     end subroutine write_file
 
-    !> The members `units` (of each column that has one) and `key`, an array with an object for each row.
-    subroutine to_json(self, json, key)
+    !> The members `key_units` (of each column that has one) and `key`, an array with an object for each row.
+    subroutine to_json(self, json, key, units)
         class(data_table_t), intent(in) :: self
         class(json_writer_t), intent(inout) :: json
         character(*), intent(in) :: key         !! Of the rows
+        logical, intent(in), optional :: units  !! With the units; yes when absent
 
+        logical :: told
         integer :: i, k, columns
 
         columns = size(self%columns)
-        call json%begin(key//'_units', on_one_line=.true.)
-        do k = 1, columns
-            if (unit_of_column(self%columns(k)%name) /= '') &
-                call json%member(self%columns(k)%name, trim(unit_of_column(self%columns(k)%name)))
-        end do
-        call json%end()
+        told = .true.
+        if (present(units)) told = units
+        if (told) then
+            call json%begin(key//'_units', on_one_line=.true.)
+            do k = 1, columns
+                if (unit_of_column(self%columns(k)%name) /= '') &
+                    call json%member(self%columns(k)%name, trim(unit_of_column(self%columns(k)%name)))
+            end do
+            call json%end()
+        end if
         call json%begin_array(key)
         do i = 1, self%row_count()
             call json%begin(on_one_line=.true.)

@@ -53,7 +53,7 @@ contains
         type(solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
-        character(120) :: line
+        character(40) :: line
         real(dp) :: sigma(3)
         integer :: i
 
@@ -68,14 +68,31 @@ contains
                           trim(merge(' (converged)    ', ' (not converged)', solution%converged)))
         write (line, '("condition number  ", es9.2)') solution%condition
         call console%line(trim(line))
-        write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3)') solution%residual_rms
-        call console%line(trim(line)//' m/s^2 (accelerometer x, y, z)')
-        if (solution%variance_factor > 0) call show_noise(solution, console)
+        call show_three('residual RMS', solution%residual_rms, 'm/s^2 (accelerometer x, y, z)', console)
+        if (solution%variance_factor > 0) then
+            call console%line('variance factor   '//rounded_text(solution%variance_factor, 5)// &
+                              ' (1 when model and noise are right)')
+            call show_three('noise level', solution%noise_level, 'm^2 s^-4/Hz', console)
+            call show_three('noise corner', solution%noise_corner, 'Hz', console)
+            call show_three('star camera sigma', solution%star_camera_sigma, 'rad (camera x, y, boresight)', console)
+        end if
         if (allocated(solution%beliefs)) call show_beliefs(solution%beliefs, console)
         call console%line('')
         call console%line('at the epoch '//utc_text(knowledge%epoch)//' UTC, and what else was estimated')
         call console%table(other_values(solution))
     end subroutine show_estimate
+
+    !> Three numbers in a line.
+    subroutine show_three(label, values, unit, console)
+        character(*), intent(in) :: label, unit
+        real(dp), intent(in) :: values(3)
+        type(console_t), intent(inout) :: console
+
+        character(120) :: line
+
+        write (line, '(a, t19, 2(es10.3, ", "), es10.3, 1x, a)') label, values, unit
+        call console%line(trim(line))
+    end subroutine show_three
 
     pure function sigmas(solution) result(sigma)
         type(solution_t), intent(in) :: solution
@@ -95,25 +112,6 @@ contains
         write (text, '(f'//integer_text(width)//'.5)') value
         if (index(text, '*') > 0) write (text, '(es'//integer_text(width)//'.2)') value
     end function fitting_text
-
-    !> The noise that `optimal` and `sequential` weighted with.
-    subroutine show_noise(solution, console)
-        type(solution_t), intent(in) :: solution
-        type(console_t), intent(inout) :: console
-
-        character(120) :: line
-
-        line = 'variance factor   '//rounded_text(solution%variance_factor, 5)// &
-            ' (1 when model and noise are right)'
-        call console%line(trim(line))
-        write (line, '("noise level       ", 2(es10.3, ", "), es10.3, a)') solution%noise_level, ' m^2 s^-4/Hz'
-        call console%line(trim(line))
-        write (line, '("noise corner      ", 2(es10.3, ", "), es10.3, a)') solution%noise_corner, ' Hz'
-        call console%line(trim(line))
-        write (line, '("star camera sigma ", 2(es10.3, ", "), es10.3, a)') solution%star_camera_sigma, &
-            ' rad (camera x, y, boresight)'
-        call console%line(trim(line))
-    end subroutine show_noise
 
     !> What the data say of the operator's beliefs, in two lines; a contradiction is among the warnings.
     subroutine show_beliefs(report, console)
@@ -221,25 +219,30 @@ contains
                 call table%column('correction', 'es11.3', 'correction')
                 call table%column('state', 'es18.10', 'state')
                 do k = 1, size(it%names)
-                    if (any(it%state_names == it%names(k))) cycle
-                    call table%add(it%names(k))
-                    call table%add(it%correction(k))
-                    call table%add_nothing()
+                    if (all(it%state_names /= it%names(k))) call add_row(it%names(k), k, 0)
                 end do
                 do k = 1, size(it%state_names)
                     place = findloc(it%names, it%state_names(k), 1)
-                    call table%add(it%state_names(k))
-                    if (place > 0) then
-                        call table%add(it%correction(place))
-                    else
-                        call table%add_nothing()
-                    end if
-                    call table%add(it%state(k))
+                    call add_row(it%state_names(k), place, k)
                 end do
                 call console%table(table)
                 call console%line('')
             end associate
         end do
+
+    contains
+
+        !> A parameter with its places among corrections and state; 0: it has none there.
+        subroutine add_row(name, correction, state)
+            character(*), intent(in) :: name
+            integer, intent(in) :: correction, state
+
+            call table%add(name)
+            if (correction > 0) call table%add(solution%history(i)%correction(correction))
+            if (correction == 0) call table%add_nothing()
+            if (state > 0) call table%add(solution%history(i)%state(state))
+            if (state == 0) call table%add_nothing()
+        end subroutine add_row
     end subroutine show_iterations
 
     !> The estimate as CSV or JSON.
@@ -291,7 +294,6 @@ contains
         type(data_table_t), intent(out) :: table
 
         real(dp) :: sigma(size(STATE_NAMES))
-        integer :: i
 
         sigma = state_sigmas(solution)
         call table%columns_of(COLUMNS)
@@ -306,9 +308,7 @@ contains
         if (has_attitude(solution)) then
             call table%add([solution%quaternion, quaternion_sigmas(solution)])
         else
-            do i = 1, 2*size(solution%quaternion)
-                call table%add_nothing()
-            end do
+            call table%add_nothing(2*size(solution%quaternion))
         end if
         call table%add([solution%angular_velocity, sigma(STATE_RATE)])
         if (solution%variance_factor > 0) then
@@ -322,9 +322,7 @@ contains
             call table%add(solution%beliefs%undetected()/MILLIMETRE)
             call table%add(solution%beliefs%has_contradiction())
         else
-            do i = 1, 4
-                call table%add_nothing()
-            end do
+            call table%add_nothing(4)
         end if
     end subroutine fill_table
 

@@ -1,7 +1,8 @@
 !> The arguments of a command: words that stand by their position, and options.
 !>
-!> A command describes itself and its options, parses the words behind its name and fetches typed
-!> values, one after the other; the first failure stays, so that one test behind them is enough.
+!> A command describes itself and its options with their defaults, parses the words behind its name and fetches
+!> typed values, one after the other; the first failure stays, so that one test behind them is enough. Help,
+!> parsing, completion and manual page come from that one description.
 !> Options are `--name`, followed by as many values as declared, or `--name=value` (several
 !> values then by comma). A word that begins with a minus sign and a digit is a value. Behind `--`
 !> everything is a word. Every failure here is wrong usage.
@@ -12,38 +13,34 @@ module gracecg_cli_arguments
     use gracecg_base_text, only: string_t, append, join, padded, parse_integer, split, split_words, integer_text
     use gracecg_cli_console, only: wrapped, quoted_word
     use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
-        allowed_integer, allowed_choice, did_you_mean
+        allowed_integer, did_you_mean
     implicit none
     private
-    public :: arguments_t, offered_t, process_words, refuse_if, MOST_RUNS
+    public :: arguments_t, option_t, refuse_if, MOST_RUNS
 
     type :: option_t
         !! One option: as declared, and as given
         character(:), allocatable :: name           !! With its two minus signs
-        character(:), allocatable :: placeholder    !! The values in the help: 'X Y Z'
-        character(:), allocatable :: help
-        integer :: count = 0                        !! Number of values
-        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
-        logical :: required = .false.
-        logical :: given = .false.
-        type(string_t), allocatable :: values(:)
-    end type option_t
-
-    !> An option, or the positional words, as a shell completes them.
-    type :: offered_t
-        character(:), allocatable :: name           !! With its two minus signs; empty: positional words
-        character(:), allocatable :: placeholder    !! Of its values: 'DIR'; empty: it takes none
-        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
+        character(:), allocatable :: placeholder    !! The values in the help: 'X Y Z'; empty: a switch
         character(:), allocatable :: help           !! What it is for
-    end type offered_t
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
+        character(:), allocatable :: default        !! Its values where it is not given, by blanks; empty: none
+        integer :: count = 0                        !! Number of values
+        logical :: required = .false.               !! The command cannot do without it
+        logical :: given = .false.
+        type(string_t), allocatable :: values(:)    !! As given
+    end type option_t
 
     type :: arguments_t
         !! The arguments of one command
         logical :: wants_help = .false.             !! --help or -h was given: nothing else counts
         logical :: wants_version = .false.          !! --version was given
-        character(:), allocatable, private :: command, positionals, summary, example, choices
-        integer, private :: fewest = 0, most = 0
-        type(option_t), allocatable, private :: options(:)
+        character(:), allocatable :: positionals    !! In the usage line: 'CASE', '[CASE ...]', ''
+        character(:), allocatable :: choices        !! What a positional word may be, by blanks; empty: anything
+        type(option_t), allocatable :: options(:)   !! In the order of the help
+        character(:), allocatable, private :: command, summary, example
+        integer, private :: fewest = 0
+        integer :: most = 0                         !! Positional words, at most
         type(string_t), allocatable, private :: words(:)
         character(:), allocatable, private :: typed     !! Command and words as given
     contains
@@ -53,18 +50,13 @@ module gracecg_cli_arguments
         procedure :: positional_count   !! How many words are no option
         procedure :: positional         !! One of these words
         procedure :: has                !! Was an option given?
+        procedure :: declares           !! Has the command an option?
         generic :: get => get_real, get_reals, get_integer, get_long, get_text, get_list
         !! The value or values of an option; after a failure nothing is looked up
         procedure :: get_threads        !! The value of --threads
         procedure :: command_line       !! The command with its words, to be typed again
         procedure :: help_text          !! What --help prints
-        procedure :: completion         !! What a shell may complete
-        procedure, private :: get_real
-        procedure, private :: get_reals
-        procedure, private :: get_integer
-        procedure, private :: get_long
-        procedure, private :: get_text
-        procedure, private :: get_list
+        procedure, private :: get_real, get_reals, get_integer, get_long, get_text, get_list
     end type arguments_t
 
     integer, parameter :: MOST_RUNS = 10000000  !! Of a Monte Carlo
@@ -76,21 +68,6 @@ module gracecg_cli_arguments
 
 contains
 
-    !> The words of the command line, from number `first` on (1 is the first behind the program).
-    function process_words(first) result(words)
-        integer, intent(in) :: first    !! Number of the first word that is wanted
-        type(string_t), allocatable :: words(:)
-
-        integer :: i, length
-
-        allocate (words(max(0, command_argument_count() - first + 1)))
-        do i = 1, size(words)
-            call get_command_argument(first + i - 1, length=length)
-            allocate (character(length) :: words(i)%text)
-            call get_command_argument(first + i - 1, words(i)%text)
-        end do
-    end function process_words
-
     !> Begins the declaration of a command.
     subroutine describe(self, command, positionals, fewest, most, summary, example, choices)
         class(arguments_t), intent(out) :: self
@@ -99,7 +76,7 @@ contains
         integer, intent(in) :: fewest, most         !! Allowed number of positional words
         character(*), intent(in) :: summary         !! What the command does
         character(*), intent(in) :: example         !! One or more command lines, by new_line('a')
-        character(*), intent(in), optional :: choices(:)    !! What a positional word may be, for the completion in a shell
+        character(*), intent(in), optional :: choices(:)    !! What a positional word may be, for shells that complete
 
         self%choices = ''
         if (present(choices)) self%choices = join(choices, ' ')
@@ -113,31 +90,32 @@ contains
     end subroutine describe
 
     !> Declares an option. It takes as many values as `placeholder` has words: '' for a switch.
-    subroutine add_option(self, name, placeholder, help, required, choices)
+    subroutine add_option(self, name, placeholder, help, required, choices, default)
         class(arguments_t), intent(inout) :: self
         character(*), intent(in) :: name            !! '--out'
         character(*), intent(in) :: placeholder     !! 'DIR'
         character(*), intent(in) :: help            !! What it does, for the help
         logical, intent(in), optional :: required   !! The command cannot do without it
-        character(*), intent(in), optional :: choices(:)
-        !! What a value may be, for the completion in a shell; fetching the value checks it
+        character(*), intent(in), optional :: choices(:)    !! What a value, or each of a LIST, may be
+        character(*), intent(in), optional :: default       !! Its values where it is not given, by blanks; the help tells it
 
+        type(option_t) :: option
         type(option_t), allocatable :: longer(:)
-        type(string_t), allocatable :: values(:)
-        integer :: n
 
-        values = split_words(placeholder)
-        n = size(self%options) + 1
-        allocate (longer(n))
-        longer(:n - 1) = self%options
-        longer(n)%name = name
-        longer(n)%placeholder = placeholder
-        longer(n)%help = help
-        longer(n)%count = size(values)
-        longer(n)%choices = ''
-        if (present(choices)) longer(n)%choices = join(choices, ' ')
-        if (present(required)) longer(n)%required = required
-        allocate (longer(n)%values(0))
+        option%name = name
+        option%placeholder = placeholder
+        option%help = help
+        option%count = size(split_words(placeholder))
+        option%choices = ''
+        option%default = ''
+        if (present(choices)) option%choices = join(choices, ' ')
+        if (present(required)) option%required = required
+        if (present(default)) option%default = default
+        if (option%default /= '') option%help = help//' (default '//default//')'
+        allocate (option%values(0))
+        allocate (longer(size(self%options) + 1))       ! gfortran 12 writes beyond a constructor's texts
+        longer(:size(self%options)) = self%options
+        longer(size(longer)) = option
         call move_alloc(longer, self%options)
     end subroutine add_option
 
@@ -219,35 +197,25 @@ contains
         equals = index(name, '=')
         if (equals > 0) name = name(:equals - 1)
         position = option_position(self, name)
-        if (position == 0) then
-            call fail(error, 'unknown option '//name//did_you_mean(name, option_names(self)))
-            return
-        end if
+        call refuse_if(position == 0, 'unknown option '//name//did_you_mean(name, option_names(self)), error)
+        if (allocated(error)) return
         associate (option => self%options(position))
-            if (option%given) then
-                call fail(error, 'option '//name//' is given twice')
-                return
-            end if
+            call refuse_if(option%given, 'option '//name//' is given twice', error)
+            call refuse_if(equals > 0 .and. option%count == 0, 'option '//name//' takes no value', error)
             option%given = .true.
             if (equals == 0) then
                 call take_values(option, words, i)
-            else if (option%count == 0) then
-                call fail(error, 'option '//name//' takes no value')
-                return
             else if (option%count == 1) then
                 call append(option%values, words(i)%text(equals + 1:))
             else
                 option%values = split(words(i)%text(equals + 1:), ',')
             end if
             i = i + 1
-            if (size(option%values) == option%count .and. any_empty(option%values)) then
-                call fail(error, 'option '//name//': the value '//option%placeholder//' is empty')
-                return
-            end if
-            if (size(option%values) /= option%count) &
-                call fail(error, 'option '//name//' takes '//integer_text(option%count)// &
-                          trim(merge(' value: ', ' values:', option%count == 1))//' '// &
-                          option%placeholder//' (found '//integer_text(size(option%values))//')')
+            call refuse_if(size(option%values) == option%count .and. any_empty(option%values), &
+                           'option '//name//': the value '//option%placeholder//' is empty', error)
+            call refuse_if(size(option%values) /= option%count, 'option '//name//' takes '//integer_text(option%count)// &
+                           trim(merge(' value: ', ' values:', option%count == 1))//' '//option%placeholder//' (found '// &
+                           integer_text(size(option%values))//')', error)
         end associate
     end subroutine take_option
 
@@ -283,21 +251,14 @@ contains
 
         integer :: i
 
-        if (size(self%words) > self%most) then
-            call fail(error, 'unexpected argument "'//self%words(self%most + 1)%text//'"')
-            return
-        else if (size(self%words) < self%fewest) then
-            call fail(error, 'an argument is missing: '//self%positionals)
-            return
-        else if (any_empty(self%words)) then
-            call fail(error, 'an argument is empty: '//self%positionals)
-            return
-        end if
+        call refuse_if(size(self%words) > self%most, 'unexpected argument "'//self%positional(self%most + 1)//'"', error)
+        call refuse_if(size(self%words) < self%fewest, 'an argument is missing: '//self%positionals, error)
+        call refuse_if(any_empty(self%words), 'an argument is empty: '//self%positionals, error)
         do i = 1, size(self%options)
-            if (self%options(i)%given .or. .not. self%options(i)%required) cycle
-            call fail(error, 'option '//self%options(i)%name//' '//self%options(i)%placeholder// &
-                      ' is required')
-            return
+            associate (option => self%options(i))
+                call refuse_if(option%required .and. .not. option%given, 'option '//option%name//' '//option%placeholder// &
+                               ' is required', error)
+            end associate
         end do
     end subroutine check_complete
 
@@ -315,15 +276,14 @@ contains
         class(arguments_t), intent(in) :: self
         character(:), allocatable :: names(:)
 
-        type(string_t), allocatable :: found(:)
+        type(string_t) :: found(size(self%options) + 2)
         integer :: i
 
-        allocate (found(0))
         do i = 1, size(self%options)
-            call append(found, self%options(i)%name)
+            found(i)%text = self%options(i)%name
         end do
-        call append(found, '--help')
-        call append(found, '--version')
+        found(i)%text = '--help'
+        found(i + 1)%text = '--version'
         names = padded(found)
     end function option_names
 
@@ -357,12 +317,17 @@ contains
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name    !! '--out'
 
-        integer :: position
-
-        position = option_position(self, name)
-        has = position > 0
-        if (has) has = self%options(position)%given
+        has = self%declares(name)
+        if (has) has = self%options(option_position(self, name))%given
     end function has
+
+    !> Has the command such an option?
+    pure logical function declares(self, name)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name    !! '--out'
+
+        declares = option_position(self, name) > 0
+    end function declares
 
     !> One real number. Fails when the option is not given and has no default, or its value is not a
     !> finite number within the limits (both ends included).
@@ -371,16 +336,18 @@ contains
         character(*), intent(in) :: name
         real(dp), intent(out) :: value
         type(error_t), allocatable, intent(inout) :: error
-        real(dp), intent(in), optional :: default, low, high
+        real(dp), intent(in), optional :: default       !! Where none is declared
+        real(dp), intent(in), optional :: low, high
         character(*), intent(in), optional :: unit
 
         real(dp) :: values(1)
 
-        value = 0
-        if (present(default)) value = default
-        if (present(default) .and. .not. self%has(name)) return
-        call self%get_reals(name, values, error, low=low, high=high, unit=unit)
-        if (.not. allocated(error)) value = values(1)
+        if (present(default)) then
+            call self%get_reals(name, values, error, [default], low, high, unit)
+        else
+            call self%get_reals(name, values, error, low=low, high=high, unit=unit)
+        end if
+        value = values(1)
     end subroutine get_real
 
     !> As many real numbers as the option takes, each within the limits.
@@ -389,7 +356,7 @@ contains
         character(*), intent(in) :: name
         real(dp), intent(out) :: value(:)
         type(error_t), allocatable, intent(inout) :: error
-        real(dp), intent(in), optional :: default(:)    !! As long as `value`
+        real(dp), intent(in), optional :: default(:)    !! Where none are declared, as long as `value`
         real(dp), intent(in), optional :: low, high
         character(*), intent(in), optional :: unit
 
@@ -399,35 +366,22 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, name, size(value), .not. present(default), &
-                     trim(allowed_real(low, high, unit)), given, error)
+        call look_up(self, name, size(value), present(default), allowed_real(low, high, unit), given, error)
         do i = 1, size(given)
             call real_from_text(given(i)%text, value(i), problem, low, high, unit)
-            if (.not. allocated(problem)) cycle
-            call fail(error, 'option '//name//': '//problem)
-            return
+            call refuse(name, problem, error)
+            if (allocated(error)) return
         end do
     end subroutine get_reals
 
     !> On how many threads to work; by default as many as there are processors.
     subroutine get_threads(self, threads, error)
         class(arguments_t), intent(in) :: self
-        integer, intent(out) :: threads
-        !! How many; at least 1
+        integer, intent(out) :: threads         !! At least 1
         type(error_t), allocatable, intent(inout) :: error
 
         call self%get('--threads', threads, error, default=omp_get_num_procs(), low=1, high=MOST_THREADS)
     end subroutine get_threads
-
-    !> Notes a wrong usage, unless there is an earlier one.
-    subroutine refuse_if(condition, message, error)
-        logical, intent(in) :: condition            !! The usage is wrong
-        character(*), intent(in) :: message
-        !! Said when the condition holds
-        type(error_t), allocatable, intent(inout) :: error
-
-        if (condition .and. .not. allocated(error)) call fail(error, message)
-    end subroutine refuse_if
 
     !> One integer.
     subroutine get_integer(self, name, value, error, default, low, high)
@@ -435,18 +389,18 @@ contains
         character(*), intent(in) :: name
         integer, intent(out) :: value
         type(error_t), allocatable, intent(inout) :: error
-        integer, intent(in), optional :: default, low, high
+        integer, intent(in), optional :: default        !! Where none is declared
+        integer, intent(in), optional :: low, high
 
         type(string_t), allocatable :: given(:)
         character(:), allocatable :: problem
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, name, 1, .not. present(default), trim(allowed_integer(low, high)), given, &
-                     error)
+        call look_up(self, name, 1, present(default), allowed_integer(low, high), given, error)
         if (size(given) == 0) return
         call integer_from_text(given(1)%text, value, problem, low, high)
-        if (allocated(problem)) call fail(error, 'option '//name//': '//problem)
+        call refuse(name, problem, error)
     end subroutine get_integer
 
     !> One integer of 64 bits, with its sign.
@@ -455,64 +409,61 @@ contains
         character(*), intent(in) :: name
         integer(i8), intent(out) :: value
         type(error_t), allocatable, intent(inout) :: error
-        integer(i8), intent(in) :: default
+        integer(i8), intent(in), optional :: default    !! Where none is declared
 
         type(string_t), allocatable :: given(:)
         logical :: ok
 
-        value = default
-        call look_up(self, name, 1, .false., '', given, error)
+        value = 0
+        if (present(default)) value = default
+        call look_up(self, name, 1, present(default), 'an integer', given, error)
         if (size(given) == 0) return
         call parse_integer(given(1)%text, value, ok)
         if (.not. ok) call fail(error, 'option '//name//': "'//given(1)%text//'" is not an integer; it must be an '// &
                                 'integer from '//integer_text(-huge(value))//' to '//integer_text(huge(value)))
     end subroutine get_long
 
-    !> One text; with `choices`, one of these, in whatever case, returned in their spelling.
+    !> One text, empty where there is none; of choices one, in whatever case, in their spelling.
     subroutine get_text(self, name, value, error, default, choices)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: value
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in), optional :: default
-        character(*), intent(in), optional :: choices(:)
+        character(*), intent(in), optional :: default       !! Where none is declared
+        character(*), intent(in), optional :: choices(:)    !! In place of the declared ones
 
         type(string_t), allocatable :: given(:)
 
         value = ''
         if (present(default)) value = default
-        call look_up(self, name, 1, .not. present(default), allowed_text(choices), given, error)
+        call look_up(self, name, 1, .true., '', given, error)
         if (size(given) == 0) return
         value = given(1)%text
-        if (present(choices)) call choose(name, choices, value, error)
+        call choose(self, name, value, error, choices)
     end subroutine get_text
 
-    !> A list of different texts, separated by commas in one value; with `choices`, each one of these.
+    !> A list of different texts, separated by commas in one value; of choices, each one of these.
     subroutine get_list(self, name, value, error, default, choices)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         type(string_t), allocatable, intent(out) :: value(:)
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in), optional :: default       !! As given: 'front-1,back-1'
-        character(*), intent(in), optional :: choices(:)
+        character(*), intent(in), optional :: default       !! As given: 'front-1,back-1'; where none is declared
+        character(*), intent(in), optional :: choices(:)    !! In place of the declared ones
 
         type(string_t), allocatable :: given(:)
         integer :: i, k
 
         allocate (value(0))
-        call look_up(self, name, 1, .not. present(default), allowed_text(choices), given, error)
+        call look_up(self, name, 1, .true., '', given, error)
         if (size(given) > 0) then
             value = split(given(1)%text, ',')
         else if (present(default)) then
             value = split(default, ',')
         end if
         do i = 1, size(value)
-            if (allocated(error)) return
-            if (value(i)%text == '') then
-                call fail(error, 'option '//name//': an empty name in the list')
-            else if (present(choices)) then
-                call choose(name, choices, value(i)%text, error)
-            end if
+            call refuse_if(value(i)%text == '', 'option '//name//': an empty name in the list', error)
+            call choose(self, name, value(i)%text, error, choices)
             do k = 1, i - 1
                 call refuse_if(value(k)%text == value(i)%text, 'option '//name//': "'//value(i)%text// &
                                '" is twice in the list', error)
@@ -520,58 +471,73 @@ contains
         end do
     end subroutine get_list
 
-    function allowed_text(choices) result(text)
-        character(*), intent(in), optional :: choices(:)
-        character(:), allocatable :: text
-
-        text = 'a text'
-        if (present(choices)) text = allowed_choice(choices)
-    end function allowed_text
-
-    !> Makes a text the choice that it means.
-    subroutine choose(name, choices, text, error)
-        character(*), intent(in) :: name, choices(:)
+    !> Makes a text the choice that it means, where the option has choices.
+    subroutine choose(self, name, text, error, choices)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
         character(:), allocatable, intent(inout) :: text
         type(error_t), allocatable, intent(inout) :: error
+        character(*), intent(in), optional :: choices(:)    !! In place of the declared ones
 
-        character(:), allocatable :: chosen, problem
+        character(:), allocatable :: chosen, problem, allowed(:)
 
-        call choice_from_text(text, choices, chosen, problem)
-        if (allocated(problem)) then
-            call fail(error, 'option '//name//': '//problem)
+        if (allocated(error)) return
+        if (present(choices)) then
+            allowed = choices
         else
-            text = chosen
+            allowed = padded(split_words(self%options(option_position(self, name))%choices))
         end if
+        if (size(allowed) == 0) return
+        call choice_from_text(text, allowed, chosen, problem)
+        call refuse(name, problem, error)
+        if (.not. allocated(error)) text = chosen
     end subroutine choose
 
-    !> The values given for an option; none when it was not given, which fails if it is required, and
-    !> none after an earlier failure.
-    subroutine look_up(self, name, count, required, allowed, given, error)
+    !> What is wrong with the value of an option, if anything.
+    subroutine refuse(name, problem, error)
+        character(*), intent(in) :: name
+        character(:), allocatable, intent(in) :: problem    !! Not allocated: nothing
+        type(error_t), allocatable, intent(inout) :: error
+
+        if (allocated(problem)) call fail(error, 'option '//name//': '//problem)
+    end subroutine refuse
+
+    !> Notes a wrong usage, unless there is an earlier one.
+    subroutine refuse_if(condition, message, error)
+        logical, intent(in) :: condition            !! The usage is wrong
+        character(*), intent(in) :: message         !! Said when the condition holds
+        type(error_t), allocatable, intent(inout) :: error
+
+        if (condition .and. .not. allocated(error)) call fail(error, message)
+    end subroutine refuse_if
+
+    !> The values given for an option, else its default ones; none after an earlier failure. Without either it fails,
+    !> unless the caller can do without.
+    subroutine look_up(self, name, count, dispensable, allowed, given, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         integer, intent(in) :: count            !! How many values the caller wants
-        logical, intent(in) :: required
-        character(*), intent(in) :: allowed
+        logical, intent(in) :: dispensable      !! The caller has values of its own, or needs none
+        character(*), intent(in) :: allowed     !! Said when it is missing
         type(string_t), allocatable, intent(out) :: given(:)
         type(error_t), allocatable, intent(inout) :: error
 
-        integer :: position
-
         allocate (given(0))
         if (allocated(error)) return
-        position = option_position(self, name)
-        if (position == 0) then
-            call fail(error, 'option '//name//' is not declared by '//self%command)
-        else if (self%options(position)%count /= count) then
-            call fail(error, 'option '//name//' is declared with '// &
-                      integer_text(self%options(position)%count)//' values, not '// &
-                      integer_text(count))
-        else if (self%options(position)%given) then
-            given = self%options(position)%values
-        else if (required) then
-            call fail(error, 'option '//name//' '//self%options(position)%placeholder// &
-                      ' is required: '//allowed)
-        end if
+        call refuse_if(.not. self%declares(name), 'option '//name//' is not declared by '//self%command, error)
+        if (allocated(error)) return
+        associate (option => self%options(option_position(self, name)))
+            if (option%count /= count) then
+                call fail(error, 'option '//name//' is declared with '//integer_text(option%count)//' values, not '// &
+                          integer_text(count))
+            else if (option%given) then
+                given = option%values
+            else if (option%default /= '') then
+                given = split_words(option%default)
+            else if (.not. dispensable) then
+                call fail(error, 'option '//name//' '//option%placeholder//' is required: '//trim(allowed))
+            end if
+        end associate
     end subroutine look_up
 
     !> gracecg simulate CASE --out DIR [OPTIONS]
@@ -624,33 +590,4 @@ contains
         end if
         text = text//wrapped(help, HELP_COLUMN, HELP_WIDTH)
     end function option_help
-
-
-    !> What a shell may complete behind the command: the options, last --help, and behind them, with an empty
-    !> name, the positional words.
-    subroutine completion(self, offered)
-        class(arguments_t), intent(in) :: self
-        type(offered_t), allocatable, intent(out) :: offered(:)
-
-        integer :: i, n
-
-        n = size(self%options)
-        allocate (offered(n + 2))
-        do i = 1, n
-            associate (option => self%options(i))
-                offered(i)%name = option%name           ! one by one: gfortran 12 writes beyond a constructor's texts
-                offered(i)%placeholder = option%placeholder
-                offered(i)%choices = option%choices
-                offered(i)%help = option%help
-            end associate
-        end do
-        offered(n + 1)%name = '--help'
-        offered(n + 1)%placeholder = ''
-        offered(n + 1)%choices = ''
-        offered(n + 1)%help = 'shows the help of the command'
-        offered(n + 2)%name = ''
-        offered(n + 2)%placeholder = self%positionals
-        offered(n + 2)%choices = self%choices
-        offered(n + 2)%help = ''
-    end subroutine completion
 end module gracecg_cli_arguments

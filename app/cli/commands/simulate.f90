@@ -1,6 +1,6 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
@@ -30,13 +30,10 @@ contains
                                 'cases) or a namelist file. Seed and run alone decide the '// &
                                 'random numbers.', &
                                 'gracecg simulate front-1 --out run1 --seed 1 --run 1')
-        call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE// &
-                                  ' and the observation set; made if it is not there', &
-                                  required=.true.)
-        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--run', 'K', &
-                                  'number of the run: other random numbers of the same seed '// &
-                                  '(default 1)')
+        call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE//' and the observation set; made if it is not '// &
+                                  'there', required=.true.)
+        call arguments%add_option('--seed', 'S', 'of the random numbers', default='1')
+        call arguments%add_option('--run', 'K', 'number of the run: other random numbers of the same seed', default='1')
         call arguments%add_option('--rods', 'S', 'also writes rods.csv, the moments that the torque rods truly '// &
                                   'had, every S seconds: estimate takes them in place of those commanded')
     end subroutine declare_simulate
@@ -50,11 +47,10 @@ contains
         type(calibration_t) :: calibration
         type(simulation_order_t) :: order
         type(simulation_summary_t) :: summary
-        integer :: i
 
         call arguments%get('--out', order%folder, misuse)
-        call arguments%get('--seed', order%seed, misuse, default=1_i8)
-        call arguments%get('--run', order%run, misuse, default=1, low=0)
+        call arguments%get('--seed', order%seed, misuse)
+        call arguments%get('--run', order%run, misuse, low=0)
         call arguments%get('--rods', order%rods_interval, misuse, default=0.0_dp, low=1e-3_dp, high=10.0_dp)
         if (allocated(misuse)) return
 
@@ -64,9 +60,7 @@ contains
         call write_run(order, calibration%options, summary, error)
         if (allocated(error)) return
         call warn_of_instruments(order%case, console)
-        do i = 1, size(summary%warnings)
-            call console%warn(summary%warnings(i)%text)
-        end do
+        call console%warn_all(summary%warnings)
         call report(order, summary, console)
     end subroutine run_simulate
 

@@ -4,19 +4,20 @@ module gracecg_cli_results
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, split
-    use gracecg_base_version, only: VERSION
+    use gracecg_base_version, only: VERSION, file_comments
     use gracecg_files_json, only: json_writer_t
     use gracecg_files_data_table, only: data_table_t
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
     private
-    public :: results_t, FORMATS, add_format_option, take_format, publish_row, put_columns
+    public :: results_t, FORMATS, add_format_option, take_format, publish_row, put_columns, axis_columns
 
     character(4), parameter :: FORMATS(3) = [character(4) :: 'text', 'csv', 'json']    !! Values of --format
 
     !> A JSON object in the making; what is the command's own is put in by `member`, `begin` and `end`.
     type, extends(json_writer_t) :: results_t
+        character(:), allocatable, private :: command       !! As typed: 'model gravity'
     contains
         procedure :: open => open_results   !! Program, version and command
         procedure :: publish                !! Ends the object and prints what is asked for
@@ -34,21 +35,18 @@ contains
 
         usual = 'text'
         if (present(default)) usual = default
-        call arguments%add_option('--format', 'FORMAT', 'text, csv or json (default '//usual//')', choices=FORMATS)
+        call arguments%add_option('--format', 'FORMAT', 'text, csv or json', choices=FORMATS, default=usual)
     end subroutine add_format_option
 
     !> What standard output is to be: text for people, the table as CSV, or everything as JSON.
-    subroutine take_format(arguments, console, misuse, default)
+    subroutine take_format(arguments, console, misuse)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(inout) :: misuse     !! The format is another
-        character(*), intent(in), optional :: default           !! As of add_format_option
 
-        character(:), allocatable :: chosen, usual
+        character(:), allocatable :: chosen
 
-        usual = 'text'
-        if (present(default)) usual = default
-        call arguments%get('--format', chosen, misuse, default=usual, choices=FORMATS)
+        call arguments%get('--format', chosen, misuse)
         if (.not. allocated(misuse)) console%format = chosen
     end subroutine take_format
 
@@ -57,6 +55,7 @@ contains
         class(results_t), intent(inout) :: self
         character(*), intent(in) :: command     !! As typed: 'model gravity'
 
+        self%command = command
         call self%begin()
         call self%member('program', 'gracecg')
         call self%member('version', VERSION)
@@ -64,28 +63,34 @@ contains
     end subroutine open_results
 
     !> Prints the result: of JSON the object with the table's rows and the warnings, of CSV the table, of text
-    !> nothing, for that has been written line by line. Fails when a number is not finite.
-    subroutine publish(self, table, console, error)
+    !> nothing, for that has been written line by line. Writes the table into a file, too, where one is asked for. Fails
+    !> when a number is not finite, or the file cannot be written.
+    subroutine publish(self, table, console, error, path, about, json)
         class(results_t), intent(inout) :: self
         type(data_table_t), intent(in) :: table         !! Its rows are the member `results`
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: path      !! Of the CSV file; empty: none
+        character(*), intent(in), optional :: about     !! Of that file: what it was made with
+        character(:), allocatable, intent(out), optional :: json    !! The object, whatever is printed
 
         type(string_t), allocatable :: lines(:)
         character(:), allocatable :: text
         integer :: i
 
-        select case (console%format)
-        case ('csv')
+        if (console%format == 'json' .or. present(json)) call self%complete(table, console, text, error)
+        if (allocated(error)) return
+        if (console%format == 'json') call console%data(text)
+        if (console%format == 'csv') then
             call table%csv(lines, error)
             if (allocated(error)) return
             do i = 1, size(lines)
                 call console%data(lines(i)%text)
             end do
-        case ('json')
-            call self%complete(table, console, text, error)
-            if (.not. allocated(error)) call console%data(text)
-        end select
+        end if
+        if (present(json)) json = text
+        if (.not. present(path)) return
+        if (path /= '') call table%write(path, file_comments(self%command, about), error)
     end subroutine publish
 
     !> Ends the object with the table's rows and the warnings. Fails when a number is not finite.
@@ -105,6 +110,21 @@ contains
         call self%end()
         call self%finish(text, error)
     end subroutine complete
+
+    !> Declares three columns of a table below one heading: x, y, z in the names.
+    subroutine axis_columns(table, before, behind, layout, heading)
+        type(data_table_t), intent(inout) :: table
+        character(*), intent(in) :: before, behind      !! Of the axis in the column's name
+        character(*), intent(in) :: layout              !! For people, of one value
+        character(*), intent(in) :: heading             !! For people, of all three
+
+        integer :: axis
+
+        call table%column(before//AXES(1)//behind, layout, heading//'|'//AXES(1))
+        do axis = 2, size(AXES)
+            call table%column(before//AXES(axis)//behind, layout, '|'//AXES(axis))
+        end do
+    end subroutine axis_columns
 
     !> Three series as columns of a table: x, y, z in the names.
     subroutine put_columns(json, before, behind, values)

@@ -5,6 +5,7 @@ module gracecg_cli_campaign_tables
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
     use gracecg_cli_arguments, only: arguments_t, refuse_if
@@ -17,8 +18,7 @@ module gracecg_cli_campaign_tables
     public :: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
-    integer, parameter :: NAME_WIDTH = 10           !! Of the column of the cases, for short names
-    integer, parameter :: FEWEST_DIGITS = 5         !! That algorithms have alike who share a column
+    integer, parameter :: FEWEST_DIGITS = 5         !! That algorithms have alike who work alike
 
 contains
 
@@ -28,32 +28,32 @@ contains
         character(:), allocatable, intent(out) :: table_file, runs_file !! As given; empty when not
         type(error_t), allocatable, intent(inout) :: misuse
 
-        call arguments%get('--out', table_file, misuse, default='')
-        call arguments%get('--runs-out', runs_file, misuse, default='')
+        call arguments%get('--out', table_file, misuse)
+        call arguments%get('--runs-out', runs_file, misuse)
         call refuse_if(table_file /= '' .and. table_file == runs_file, &
                        'options --out and --runs-out name the same file, '//table_file, misuse)
     end subroutine read_campaign_files
 
-    !> RMS by case and axis: ours, of the report and of theory; then how they agree. Where all algorithms give the
-    !> same, they share a column.
+    !> RMS by case and axis: ours, of the report and of theory; then how they agree.
     subroutine show_campaign(campaign, console)
         type(campaign_t), intent(in) :: campaign
         type(console_t), intent(inout) :: console
 
-        integer :: digits, width, most, i
+        logical :: alike
+        integer :: digits, i
 
-        most = most_runs(campaign)
         call console%line('RMS error of the CG offset, mm: '//runs_text(campaign)//' here, '// &
                           integer_text(REPORT_RUNS)//' in CSR-TM-00-01 (Tables 6.1 and 6.2), and theory')
-        width = max(NAME_WIDTH, maxval(len_trim(campaign%cases%name)) + 2)
         digits = digits_alike(campaign)
-        if (size(campaign%algorithms) > 1 .and. digits >= FEWEST_DIGITS) then
-            call show_alike(campaign, digits, width, console)
-        else
-            call show_each(campaign, width, console)
-        end if
-        call show_honesty(campaign, width, console)
-        call show_agreement(agreement_of(campaign), most, console)
+        alike = size(campaign%algorithms) == 1 .or. digits >= FEWEST_DIGITS
+        if (size(campaign%algorithms) > 1) &
+            call console%paragraph('(here all algorithms work on the same observations; in the report each had its own)')
+        if (size(campaign%algorithms) > 1 .and. alike) &
+            call console%paragraph('(the RMS errors of the '//integer_text(size(campaign%algorithms))//' algorithms agree to '// &
+                                   integer_text(digits)//' digits here: one column stands for them)')
+        call show_errors(campaign, merge(1, size(campaign%algorithms), alike), console)
+        call show_honesty(campaign, console)
+        call show_agreement(agreement_of(campaign), maxval(runs_of(campaign)), console)
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
                 if (case%published == '' .and. any(REPORT_CASE_NAMES == case%name)) &
@@ -63,25 +63,29 @@ contains
         end do
     end subroutine show_campaign
 
-    !> The runs of the entry that has most.
-    pure integer function most_runs(campaign) result(most)
+    !> How many runs each entry has.
+    pure function runs_of(campaign) result(runs)
         type(campaign_t), intent(in) :: campaign
+        integer :: runs(size(campaign%algorithms), size(campaign%cases))
 
         integer :: a, i
 
-        most = maxval([((size(campaign%entries(a, i)%run), a=1, size(campaign%algorithms)), i=1, size(campaign%cases))])
-    end function most_runs
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                runs(a, i) = size(campaign%entries(a, i)%run)
+            end do
+        end do
+    end function runs_of
 
     !> "15 runs", or of a campaign that was stopped "0 to 15 runs".
     function runs_text(campaign) result(text)
         type(campaign_t), intent(in) :: campaign
         character(:), allocatable :: text
 
-        integer :: a, i, least
-
-        least = minval([((size(campaign%entries(a, i)%run), a=1, size(campaign%algorithms)), i=1, size(campaign%cases))])
-        text = integer_text(most_runs(campaign))//' runs'
-        if (least < most_runs(campaign)) text = integer_text(least)//' to '//text
+        associate (runs => runs_of(campaign))
+            text = integer_text(maxval(runs))//' runs'
+            if (minval(runs) < maxval(runs)) text = integer_text(minval(runs))//' to '//text
+        end associate
     end function runs_text
 
     !> To how many digits the RMS errors of all algorithms are the same, in every case and axis; 0 when not all
@@ -110,133 +114,111 @@ contains
         digits = floor(-log10(difference))
     end function digits_alike
 
-    !> One column for all algorithms, and the published values of each.
-    subroutine show_alike(campaign, digits, width, console)
+    !> A row for each case and axis: ours, theory, the report, by algorithm.
+    subroutine show_errors(campaign, different, console)
         type(campaign_t), intent(in) :: campaign
-        integer, intent(in) :: digits           !! That are the same
-        integer, intent(in) :: width            !! Of the column of the cases
+        integer, intent(in) :: different        !! Algorithms that have columns of their own here: the first one, or all
         type(console_t), intent(inout) :: console
 
-        character(160) :: row
-        integer :: a, i, axis, n
+        type(data_table_t) :: table
+        logical :: published
+        integer :: a, i, axis
 
-        n = size(campaign%algorithms)
-        call console%line('(the '//integer_text(n)//' algorithms work on the same observations here, and their RMS errors '// &
-                          'agree to '//integer_text(digits)//' digits:')
-        call console%line('one column stands for them; in the report each had its own observations)')
-        row = 'axis        here      theory'
-        if (any_published(campaign)) write (row(29:), '(*(a12))') (trim(campaign%algorithms(a)), a=1, n)
-        if (any_published(campaign)) call console%line(repeat(' ', width + 28)//'  in the report:')
-        call console%line(wide('case', width)//trim(row))
+        published = any([((any(campaign%entries(a, i)%published > 0), a=1, size(campaign%algorithms)), i=1, size(campaign%cases))])
+        call table%column('case', 'a', 'case')
+        call table%column('axis', 'a', 'axis')
+        call add_columns('here', campaign%algorithms(:different), different > 1, table)
+        call add_columns('theory', campaign%algorithms(:different), different > 1, table)
+        if (published) call add_columns('in the report', campaign%algorithms, .true., table)
         do i = 1, size(campaign%cases)
             associate (entries => campaign%entries(:, i))
                 do axis = 1, 3
-                    write (row, '(a, t5, 2f12.5)') AXES(axis), entries(1)%statistics%rms(axis), entries(1)%predicted(axis)
-                    if (any(entries%published(axis) > 0)) &
-                        write (row(29:), '(*(a12))') (or_dash(entries(a)%published(axis)), a=1, n)
-                    call console%line(wide(trim(campaign%cases(i)%name), width)//trim(row))
+                    call table%add(campaign%cases(i)%name)
+                    call table%add(AXES(axis))
+                    call add_positive([(merge(entries(a)%statistics%rms(axis), 0.0_dp, size(entries(a)%run) > 0), &
+                                        a=1, different)], table)
+                    call add_positive(entries(:different)%predicted(axis), table)
+                    if (published) call add_positive(entries%published(axis), table)
                 end do
             end associate
         end do
-    end subroutine show_alike
+        call console%table(table)
+    end subroutine show_errors
 
-    pure logical function any_published(campaign)
-        type(campaign_t), intent(in) :: campaign
+    !> A column for each algorithm below one heading.
+    subroutine add_columns(heading, algorithms, named, table)
+        character(*), intent(in) :: heading
+        character(*), intent(in) :: algorithms(:)
+        logical, intent(in) :: named            !! The algorithms are told
+        type(data_table_t), intent(inout) :: table
 
-        integer :: a, i
+        integer :: a
 
-        any_published = .false.
-        do i = 1, size(campaign%cases)
-            do a = 1, size(campaign%algorithms)
-                any_published = any_published .or. any(campaign%entries(a, i)%published > 0)
-            end do
+        do a = 1, size(algorithms)
+            if (.not. named) then
+                call table%column(heading, 'f12.5', heading)
+            else if (a == 1) then
+                call table%column(heading, 'f12.5', heading//'|'//trim(algorithms(a)))
+            else
+                call table%column(heading, 'f12.5', '|'//trim(algorithms(a)))
+            end if
         end do
-    end function any_published
+    end subroutine add_columns
 
-    !> A column for each algorithm, with a row of ours, one of the report and one of theory.
-    subroutine show_each(campaign, width, console)
-        type(campaign_t), intent(in) :: campaign
-        integer, intent(in) :: width            !! Of the column of the cases
-        type(console_t), intent(inout) :: console
+    !> Numbers of a row; nothing for 0.
+    subroutine add_positive(values, table)
+        real(dp), intent(in) :: values(:)
+        type(data_table_t), intent(inout) :: table
 
-        character(:), allocatable :: label
-        character(160) :: row
-        integer :: a, i, axis, n
+        integer :: a
 
-        n = size(campaign%algorithms)
-        if (n > 1) call console%line('(here all algorithms work on the same observations; in the report '// &
-                                     'each had its own)')
-        write (row, '(a, t17, *(a12))') 'axis', (trim(campaign%algorithms(a)), a=1, n)
-        call console%line(wide('case', width)//trim(row))
-        do i = 1, size(campaign%cases)
-            associate (entries => campaign%entries(:, i))
-                do axis = 1, 3
-                    label = wide(trim(campaign%cases(i)%name), width)
-                    write (row, '(a, t6, a, t17, *(a12))') AXES(axis), 'here', &
-                        (or_dash(merge(entries(a)%statistics%rms(axis), 0.0_dp, size(entries(a)%run) > 0)), a=1, n)
-                    call console%line(label//trim(row))
-                    label = wide('', width)
-                    if (any(entries%published(axis) > 0)) then
-                        write (row, '(t6, a, t17, *(a12))') 'report', (or_dash(entries(a)%published(axis)), a=1, n)
-                        call console%line(label//trim(row))
-                    end if
-                    write (row, '(t6, a, t17, *(f12.5))') 'theory', entries%predicted(axis)
-                    call console%line(label//trim(row))
-                end do
-            end associate
+        do a = 1, size(values)
+            if (values(a) > 0) then
+                call table%add(values(a))
+            else
+                call table%add_nothing()
+            end if
         end do
-    end subroutine show_each
-
-    !> A number, or a dash for 0.
-    function or_dash(value) result(text)
-        real(dp), intent(in) :: value
-        character(12) :: text
-
-        write (text, '(f12.5)') value
-        if (.not. value > 0) text = repeat(' ', 11)//'-'
-    end function or_dash
+    end subroutine add_positive
 
     !> How honest the sigmas are that estimators give with their estimates.
-    subroutine show_honesty(campaign, width, console)
+    subroutine show_honesty(campaign, console)
         type(campaign_t), intent(in) :: campaign
-        integer, intent(in) :: width            !! Of the column of the cases
         type(console_t), intent(inout) :: console
 
-        character(160) :: row
-        integer :: a, i, n
+        type(data_table_t) :: table
+        character(160) :: line
+        integer :: i
 
         if (.not. any(campaign%entries%mean_normalised > 0)) return
-        n = size(campaign%algorithms)
         call console%line('')
-        write (row, '(a, f0.2, a)') 'mean of the errors squared in units of the estimates'' own covariances (3 if '// &
-            'those are honest; one sigma ', sqrt(6.0_dp/most_runs(campaign)), ')'
-        call console%paragraph(row)
+        write (line, '(a, f0.2, a)') 'mean of the errors squared in units of the estimates'' own covariances (3 if '// &
+            'those are honest; one sigma ', sqrt(6.0_dp/maxval(runs_of(campaign))), ')'
+        call console%paragraph(line)
+        call table%column('case', 'a', 'case')
+        call add_columns('', campaign%algorithms, .true., table)
         do i = 1, size(campaign%cases)
-            write (row, '(t17, *(a12))') (or_dash(campaign%entries(a, i)%mean_normalised), a=1, n)
-            call console%line(wide(trim(campaign%cases(i)%name), width)//trim(row))
+            call table%add(campaign%cases(i)%name)
+            call add_positive(campaign%entries(:, i)%mean_normalised, table)
         end do
+        call console%table(table)
     end subroutine show_honesty
 
     !> How ours, the report's and theory agree.
     subroutine show_agreement(found, runs, console)
         type(campaign_agreement_t), intent(in) :: found
-        integer, intent(in) :: runs
+        integer, intent(in) :: runs             !! Of the entry that has most
         type(console_t), intent(inout) :: console
 
         call console%line('')
-        if (found%published > 0) then
+        if (found%published > 0) &
             call console%line('published values that 15 runs allow if theory is right (95 %): '// &
                               integer_text(found%allowed)//' of '//integer_text(found%published))
-        end if
-        if (found%misprint) then
-            call console%line('front-1, ascrest, z is printed 0.01112 in the report: taken as 0.1112')
-        end if
+        if (found%misprint) call console%line('front-1, ascrest, z is printed 0.01112 in the report: taken as 0.1112')
         call console%line('largest difference of an RMS here from theory: '// &
                           percent_text(found%worst_difference)//'; one sigma of '//integer_text(runs)// &
                           ' runs: '//percent_text(sampling_error(runs)))
-        if (found%not_converged > 0) then
-            call console%warn(integer_text(found%not_converged)//' runs did not converge')
-        end if
+        if (found%not_converged > 0) call console%warn(integer_text(found%not_converged)//' runs did not converge')
     end subroutine show_agreement
 
     !> The same as CSV or JSON.

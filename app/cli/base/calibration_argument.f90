@@ -1,24 +1,108 @@
-!> The cases on a command line: what is simulated, and how it is estimated. One way to name them in every command:
-!> words CASE ... or --cases LIST, each a built-in case, a group of these, or a namelist file.
+!> The cases on a command line, what is simulated and how it is estimated, and the options that most studies share. One
+!> way to name cases in every command: words CASE ... or --cases LIST, each a built-in case, a group of these, or a
+!> namelist file.
 module gracecg_cli_calibration_argument
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_text, only: string_t, append, integer_text, join
+    use gracecg_base_text, only: string_t, append, integer_text, join, split_words
+    use gracecg_files_file, only: check_writable
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_options, only: read_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_instrument_limits, only: instrument_warnings
     use gracecg_simulation_case_library, only: CASE_GROUPS, expanded_cases
     use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
+    public :: study_t, add_study_options, take_study
     public :: add_options_option, add_cases_option, take_calibration, take_firing_calibration
     public :: take_calibrations, take_one_calibration, warn_of_instruments, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
 
+    !> What most studies are told.
+    type :: study_t
+        type(calibration_t), allocatable :: calibrations(:)     !! At least one
+        type(string_t), allocatable :: algorithms(:)    !! Of --algorithm, --algorithms
+        integer(i8) :: seed = 1                         !! Of the random numbers
+        integer :: runs = 1, threads = 1
+        character(:), allocatable :: path               !! Of --out; empty: no file
+    end type study_t
+
 contains
+
+    !> Declares some of the options that studies share.
+    subroutine add_study_options(arguments, names, algorithms, runs)
+        type(arguments_t), intent(inout) :: arguments
+        character(*), intent(in) :: names       !! Between blanks, in the order of the help: '--seed --threads --out'
+        character(*), intent(in), optional :: algorithms
+        !! Default of --algorithms; of --algorithm, which must be given without one
+        character(*), intent(in), optional :: runs              !! Default of --runs
+
+        type(string_t), allocatable :: list(:)
+        integer :: i
+
+        list = split_words(names)
+        do i = 1, size(list)
+            associate (name => list(i)%text)
+                select case (name)
+                case ('--algorithm')
+                    call arguments%add_option(name, 'NAME', 'one of '//join(ESTIMATOR_NAMES, ', '), &
+                                              required=.not. present(algorithms), choices=ESTIMATOR_NAMES, default=algorithms)
+                case ('--algorithms')
+                    call arguments%add_option(name, 'LIST', 'of '//join(ESTIMATOR_NAMES, ', '), &
+                                              choices=ESTIMATOR_NAMES, default=algorithms)
+                case ('--runs')
+                    call arguments%add_option(name, 'N', 'of each simulation', default=runs)
+                case ('--seed')
+                    call arguments%add_option(name, 'S', 'of the random numbers', default='1')
+                case ('--threads')
+                    call arguments%add_option(name, 'N', 'to work on (default: the processors of the machine)')
+                case ('--out')
+                    call arguments%add_option(name, 'FILE', 'CSV file for the table')
+                case ('--format')
+                    call add_format_option(arguments)
+                case ('--options')
+                    call add_options_option(arguments)
+                end select
+            end associate
+        end do
+    end subroutine add_study_options
+
+    !> Takes those of the options that the command has, and its cases. Fails as take_calibrations does, and when the file
+    !> for the table cannot be written.
+    subroutine take_study(arguments, default, console, study, misuse, error, may_rest)
+        type(arguments_t), intent(in) :: arguments
+        character(*), intent(in) :: default         !! Names of cases, by commas, when the user names none
+        type(console_t), intent(inout) :: console
+        type(study_t), intent(out) :: study
+        type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
+        type(error_t), allocatable, intent(out) :: error        !! A case or the file is
+        logical, intent(in), optional :: may_rest   !! As of take_calibrations
+
+        integer :: i
+
+        study%path = ''
+        if (arguments%declares('--algorithm')) call arguments%get('--algorithm', study%algorithms, misuse)
+        if (arguments%declares('--algorithms')) call arguments%get('--algorithms', study%algorithms, misuse)
+        if (arguments%declares('--runs')) call arguments%get('--runs', study%runs, misuse, low=1, high=MOST_RUNS)
+        if (arguments%declares('--seed')) call arguments%get('--seed', study%seed, misuse)
+        if (arguments%declares('--threads')) call arguments%get_threads(study%threads, misuse)
+        if (arguments%declares('--out')) call arguments%get('--out', study%path, misuse)
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+        call check_writable(study%path, error)
+        if (allocated(error)) return
+        call take_calibrations(arguments, default, console, study%calibrations, misuse, error, may_rest)
+        if (allocated(misuse) .or. allocated(error) .or. .not. arguments%declares('--runs')) return
+        do i = 1, size(study%calibrations)
+            call warn_of_instruments(study%calibrations(i)%case, console)
+        end do
+    end subroutine take_study
 
     !> The option --options FILE, of commands that take a CASE.
     subroutine add_options_option(arguments)
@@ -34,17 +118,15 @@ contains
         character(*), intent(in) :: default             !! What is taken when no case is named, for the help
         logical, intent(in), optional :: single         !! The command takes one case only; no when absent
 
-        logical :: one
+        character(*), parameter :: WORDS = 'another way to name '
+        character(:), allocatable :: ending
 
-        one = .false.
-        if (present(single)) one = single
-        if (one) then
-            call arguments%add_option('--cases', 'CASE', 'another way to name the CASE: a built-in case or a '// &
-                                      'namelist file (default '//default//')')
+        ending = ' (default '//default//')'
+        if (present(single)) then
+            call arguments%add_option('--cases', 'CASE', WORDS//'the CASE: a built-in case or a namelist file'//ending)
         else
-            call arguments%add_option('--cases', 'LIST', 'another way to name each CASE, separated by commas: '// &
-                                      'built-in cases, groups of them ('//join(CASE_GROUPS, ', ')// &
-                                      ') or namelist files (default '//default//')')
+            call arguments%add_option('--cases', 'LIST', WORDS//'each CASE, separated by commas: built-in cases, groups of '// &
+                                      'them ('//join(CASE_GROUPS, ', ')//') or namelist files'//ending)
         end if
     end subroutine add_cases_option
 
@@ -64,6 +146,8 @@ contains
         integer :: i, k
 
         call take_names(arguments, default, names, misuse)
+        call refuse_if(size(names) > 1 .and. arguments%most == 1, integer_text(size(names))// &
+                       ' cases are named; this command takes one', misuse)
         if (allocated(misuse)) return
         resting = .false.
         if (present(may_rest)) resting = may_rest
@@ -95,13 +179,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: may_rest       !! As of take_calibrations
 
-        type(string_t), allocatable :: names(:)
         type(calibration_t), allocatable :: calibrations(:)
 
-        call take_names(arguments, default, names, misuse)
-        if (allocated(misuse)) return
-        call refuse_if(size(names) > 1, integer_text(size(names))//' cases are named; this command takes one', misuse)
-        if (allocated(misuse)) return
         call take_calibrations(arguments, default, console, calibrations, misuse, error, may_rest)
         if (.not. (allocated(misuse) .or. allocated(error))) calibration = calibrations(1)
     end subroutine take_one_calibration
@@ -116,6 +195,9 @@ contains
         type(string_t), allocatable :: given(:), listed(:)
         character(:), allocatable :: older
         integer :: i
+
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
 
         allocate (given(0))
         do i = 1, arguments%positional_count()

@@ -1,19 +1,17 @@
 !> gracecg reliability: what the tests of the operator's beliefs are worth, tried.
 module gracecg_cli_reliability
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, join, padded, rounded_text, string_t
-    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_files_file, only: check_writable
+    use gracecg_base_text, only: integer_text, join, padded, rounded_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
         size_text, SILENT_SIGMAS, FAR_BEYOND
-    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
-    use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_cli_results, only: results_t
     implicit none
     private
     public :: declare_reliability, run_reliability
@@ -31,18 +29,12 @@ contains
                                 'without a word. `bound` says beforehand what can be detected.', &
                                 'gracecg reliability front-3 --only quaternions --runs 1')
         call add_cases_option(arguments, 'front-3')
-        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default optimal)', &
-                                  choices=ESTIMATOR_NAMES)
+        call add_study_options(arguments, '--algorithms --runs', 'optimal', '2')
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
-        call arguments%add_option('--runs', 'N', 'of each wrong belief and size (default 2)')
         call arguments%add_option('--power', '', 'each belief with a value wrong by what its own test finds in 80 of 100 runs, '// &
                                   'as fits without noise say, instead of three sizes')
         call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
-        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
-        call arguments%add_option('--out', 'FILE', 'CSV file for the counts')
-        call add_format_option(arguments)
-        call add_options_option(arguments)
+        call add_study_options(arguments, '--seed --threads --out --format --options')
     end subroutine declare_reliability
 
     !> The work of `gracecg reliability`.
@@ -51,26 +43,16 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(calibration_t), allocatable :: calibrations(:)
+        type(study_t) :: study
         type(wrong_belief_t), allocatable :: list(:)
         type(tally_t), allocatable :: tallies(:), all_tallies(:)
         type(data_table_t) :: table
         type(results_t) :: results
-        type(string_t), allocatable :: algorithms(:)
-        character(:), allocatable :: only, path
-        integer(i8) :: seed
-        integer :: runs, threads, with_value, i
+        character(:), allocatable :: only, names
+        integer :: i
 
-        call arguments%get('--algorithms', algorithms, misuse, default='optimal', choices=ESTIMATOR_NAMES)
-        call arguments%get('--only', only, misuse, default='')
-        call arguments%get('--runs', runs, misuse, default=2, low=1, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1_i8)
-        call arguments%get_threads(threads, misuse)
-        call arguments%get('--out', path, misuse, default='')
-        call take_format(arguments, console, misuse)
-        if (allocated(misuse)) return
-        call check_writable(path, error)
-        if (.not. allocated(error)) call take_calibrations(arguments, 'front-3', console, calibrations, misuse, error)
+        call arguments%get('--only', only, misuse)
+        call take_study(arguments, 'front-3', console, study, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         list = chosen(all_wrong_beliefs())
         call refuse_if(size(list) == 0, '--only "'//only//'": no wrong belief has that in its name; try rod, '// &
@@ -79,37 +61,47 @@ contains
         call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,'// &
                               'own_test,named,silently_wrong,worst_sigmas,own_test_stated')
         allocate (all_tallies(0))
-        call console%expect_parts(size(calibrations), 'cases')
-        do i = 1, size(calibrations)
+        call console%expect_parts(size(study%calibrations), 'cases')
+        do i = 1, size(study%calibrations)
+            call try_case(study%calibrations(i))
+            if (allocated(error)) return
+            call console%next_part()
+            all_tallies = [all_tallies, tallies]
+        end do
+        do i = 1, size(study%algorithms)
+            associate (name => study%algorithms(i)%text)
+                call show(name, pack(all_tallies, all_tallies%algorithm == name), console)
+            end associate
+        end do
+        names = join(padded(study%algorithms), ',')
+        call results%open('reliability')
+        call results%member('algorithms', names)
+        call results%member('seed', study%seed)
+        call results%publish(table, console, error, study%path, names//', seed '//integer_text(study%seed))
+
+    contains
+
+        !> Spoils the calibrations of a case.
+        subroutine try_case(calibration)
+            type(calibration_t), intent(in) :: calibration
+
+            integer :: with_value
+
             if (arguments%has('--power')) then
-                call beliefs_with_value(calibrations(i), list, error)
+                call beliefs_with_value(calibration, list, error)
                 if (allocated(error)) return
                 list = chosen(list)
                 with_value = size(list)
-                call find_detectable_values(calibrations(i), threads, list, error, console)
+                call find_detectable_values(calibration, study%threads, list, error, console)
                 if (allocated(error)) return
             end if
-            call try_wrong_beliefs(calibrations(i), padded(algorithms), .not. arguments%has('--no-causes'), list, seed, runs, &
-                                   threads, tallies, error, console)
+            call try_wrong_beliefs(calibration, padded(study%algorithms), .not. arguments%has('--no-causes'), list, study%seed, &
+                                   study%runs, study%threads, tallies, error, console)
             if (allocated(error)) return
-            call console%next_part()
-            call add_rows(trim(calibrations(i)%case%name), tallies, table)
-            all_tallies = [all_tallies, tallies]
+            call add_rows(trim(calibration%case%name), tallies, table)
             if (arguments%has('--power')) &
-                call show_power(trim(calibrations(i)%case%name), with_value, size(list), tallies, console)
-        end do
-        do i = 1, size(algorithms)
-            call show(algorithms(i)%text, pack(all_tallies, all_tallies%algorithm == algorithms(i)%text), console)
-        end do
-        call results%open('reliability')
-        call results%member('algorithms', join(padded(algorithms), ','))
-        call results%member('seed', seed)
-        call results%publish(table, console, error)
-        if (.not. allocated(error) .and. path /= '') &
-            call table%write(path, [character(80) :: 'gracecg reliability', &
-                                                      join(padded(algorithms), ', ')//', seed '//integer_text(seed)], error)
-
-    contains
+                call show_power(trim(calibration%case%name), with_value, size(list), tallies, console)
+        end subroutine try_case
 
         !> Those whose name has the text asked for.
         function chosen(from) result(some)
@@ -137,13 +129,8 @@ contains
                 call table%add(trim(size_text(t%wrong)))
                 call table%add(t%runs)
                 call table%add(t%times)
-                call table%add(t%refused)
-                call table%add(t%contradicted)
-                call table%add(t%found)
-                call table%add(t%named)
-                call table%add(t%silent)
-                call table%add(t%worst)
-                call table%add(t%stated)
+                call table%add(real([t%refused, t%contradicted, t%found, t%named, t%silent], dp))
+                call table%add([t%worst, t%stated])
             end associate
         end do
     end subroutine add_rows
@@ -156,21 +143,26 @@ contains
         type(tally_t), intent(in) :: tallies(:)
         type(console_t), intent(inout) :: console
 
-        character(120) :: line
+        type(data_table_t) :: rows
         integer :: i
 
         call console%line(name//': '//integer_text(looked_for)//' of '//integer_text(with_value)// &
                           ' beliefs have a value that fits without noise find in 80 of 100 runs')
-        write (line, '(t3, a, t40, a, t56, a, t70, a, t82, a)') 'belief', 'wrong by', 'times bound''s', 'algorithm', &
-            'found by its own test'
-        call console%line(trim(line))
+        call rows%column('belief', 'a', '  belief')
+        call rows%column('size', 'a', 'wrong by')
+        call rows%column('times', 'f6.2', 'times bound''s')
+        call rows%column('algorithm', 'a', 'algorithm')
+        call rows%column('found', 'f6.1', 'found by its own test, %')
         do i = 1, size(tallies)
             associate (t => tallies(i))
-                write (line, '(t3, a, t40, a, t56, f6.2, t70, a, t82, f6.1, a)') trim(subject_of(t%wrong)), &
-                    trim(size_text(t%wrong)), t%times, trim(t%algorithm), 100*t%found/real(t%runs, dp), ' %'
-                call console%line(trim(line))
+                call rows%add('  '//subject_of(t%wrong))
+                call rows%add(size_text(t%wrong))
+                call rows%add(t%times)
+                call rows%add(t%algorithm)
+                call rows%add(100*t%found/real(t%runs, dp))
             end associate
         end do
+        call console%table(rows)
     end subroutine show_power
 
     !> What is wrong without a word, case by case, and the sums.

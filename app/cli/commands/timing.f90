@@ -2,30 +2,28 @@
 module gracecg_cli_timing
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: tell
-    use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_base_text, only: integer_text, string_t, split
+    use gracecg_base_text, only: integer_text, string_t
     use gracecg_files_value, only: real_from_text
     use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
         shortest_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
-    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, write_places
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
+    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table
+    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_programme, only: show_programme, put_programme
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_cli_plan_results, only: add_programme
+    use gracecg_cli_results, only: results_t
     implicit none
     private
     public :: declare_timing, run_timing
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
-    integer, parameter :: DEFAULT_STEP = 10, LONGEST_STEP = 600     !! s
+    integer, parameter :: LONGEST_STEP = 600        !! s
 
     !> A programme that is asked for, and what was found.
     type :: request_t
@@ -52,17 +50,14 @@ contains
                                 'gracecg timing front-1 --step 120 --manoeuvres 2 --lengths 60,120')
         call add_cases_option(arguments, 'front-1', single=.true.)
         call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named', &
-                                  choices=SATELLITES)
+                                  choices=SATELLITES, default='front')
         call arguments%add_option('--pattern', 'NAME', 'rule of section 4.2 that chooses the two rods at each place, in place '// &
                                   'of the case''s: y-z, as in the report, or general', choices=PATTERN_RULES)
-        call arguments%add_option('--step', 'S', 'whole seconds from place to place (default 10)')
-        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
-        call arguments%add_option('--out', 'FILE', 'CSV file for all places')
+        call arguments%add_option('--step', 'S', 'whole seconds from place to place', default='10')
         call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many manoeuvres together, at these places')
         call arguments%add_option('--wanted-mm', 'MM', 'of --manoeuvres: the fewest, up to N, whose largest sigma is this')
         call arguments%add_option('--lengths', 'LIST', 'of --manoeuvres: arcs to choose from, s (default: that of the case)')
-        call add_format_option(arguments)
-        call add_options_option(arguments)
+        call add_study_options(arguments, '--threads --out --format --options')
     end subroutine declare_timing
 
     !> The work of `gracecg timing`.
@@ -71,37 +66,27 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
+        type(study_t) :: asked
         type(timing_study_t) :: study
-        type(calibration_t) :: calibration
-        character(:), allocatable :: satellite, pattern, path
+        character(:), allocatable :: satellite, pattern
         type(request_t) :: request
-        integer :: step, threads
+        integer :: step
 
-        call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
-        call arguments%get('--pattern', pattern, misuse, default=trim(PATTERN_RULES(1)), choices=PATTERN_RULES)
-        call arguments%get('--step', step, misuse, default=DEFAULT_STEP, low=1, high=LONGEST_STEP)
-        call arguments%get('--out', path, misuse, default='')
-        call take_format(arguments, console, misuse)
-        call arguments%get_threads(threads, misuse)
+        call arguments%get('--satellite', satellite, misuse)
+        call arguments%get('--pattern', pattern, misuse)
+        call arguments%get('--step', step, misuse, low=1, high=LONGEST_STEP)
         call read_request(arguments, request, misuse)
-        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
-                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
-        if (allocated(misuse)) return
-        call check_writable(path, error)
-        if (.not. allocated(error)) call take_one_calibration(arguments, satellite//'-1', console, calibration, misuse, error)
+        call take_study(arguments, satellite//'-1', console, asked, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        if (arguments%has('--pattern')) calibration%case%pattern_rule = pattern
-
-        call study_timing(calibration, step, threads, study, error, console)
+        associate (calibration => asked%calibrations(1))
+            if (pattern /= '') calibration%case%pattern_rule = pattern
+            call study_timing(calibration, step, asked%threads, study, error, console)
+        end associate
         if (allocated(error)) return
-        call show_heading(study, console)
         call show_table(study, console)
-        call show_weakest_x(study, step, console)
-        if (request%manoeuvres > 0) call plan_programme(study, request, threads, console, error)
-        if (allocated(error)) return
-        call publish(study, step, request, console, error)
-        if (allocated(error)) return
-        if (path /= '') call write_places(path, 'timing', study%case, study%places, error)
+        call show_weakest_x(study, console)
+        if (request%manoeuvres > 0) call plan_programme(study, request, asked%threads, console, error)
+        if (.not. allocated(error)) call publish(study, request, asked%path, console, error)
     end subroutine run_timing
 
     !> What is asked of a programme.
@@ -111,25 +96,19 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse
 
         type(string_t), allocatable :: words(:)
-        character(:), allocatable :: list, problem
+        character(:), allocatable :: problem
         integer :: i
 
         call arguments%get('--manoeuvres', request%manoeuvres, misuse, default=0, low=1, high=MOST_MANOEUVRES)
         call arguments%get('--wanted-mm', request%wanted, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='mm')
         request%wanted = request%wanted*MILLIMETRE
-        call arguments%get('--lengths', list, misuse, default='')
-        call refuse_if(request%manoeuvres == 0 .and. (request%wanted > 0 .or. list /= ''), &
+        call arguments%get('--lengths', words, misuse)
+        call refuse_if(request%manoeuvres == 0 .and. (request%wanted > 0 .or. size(words) > 0), &
                        '--wanted-mm and --lengths belong to --manoeuvres N', misuse)
-        allocate (request%lengths(0))
-        if (allocated(misuse) .or. list == '') return
-        words = split(list, ',')
-        deallocate (request%lengths)
         allocate (request%lengths(size(words)))
         do i = 1, size(words)
             call real_from_text(words(i)%text, request%lengths(i), problem, 6.0_dp, 3600.0_dp, 's')
-            if (.not. allocated(problem)) cycle
-            call fail(misuse, '--lengths: '//problem)
-            return
+            if (allocated(problem)) call refuse_if(.true., '--lengths: '//problem, misuse)
         end do
     end subroutine read_request
 
@@ -151,14 +130,13 @@ contains
         else
             call best_programme(request%candidates, request%manoeuvres, request%programme)
         end if
-        call show_programme(request%candidates, request%programme, request%wanted, console)
     end subroutine plan_programme
 
-    !> All places as CSV or JSON.
-    subroutine publish(study, step, request, console, error)
+    !> All places as CSV or JSON, and into the file.
+    subroutine publish(study, request, path, console, error)
         type(timing_study_t), intent(in) :: study
-        integer, intent(in) :: step             !! s
         type(request_t), intent(in) :: request
+        character(*), intent(in) :: path        !! Of the file; empty: none
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -172,7 +150,7 @@ contains
         call results%member('epoch_utc', utc_text(study%case%epoch))
         call results%member('duration_s', study%case%duration)
         call results%member('revolution_s', study%orbit%revolution)
-        call results%member('step_s', step)
+        call results%member('step_s', study%step)
         call results%member('pattern', trim(study%case%pattern_rule))
         of_cases = places_table(study%of_cases, study%case%epoch)
         call of_cases%to_json(results, 'cases')
@@ -185,26 +163,12 @@ contains
             end do
         end associate
         call results%end()
-        call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*step)
-        if (request%manoeuvres > 0) call put_programme(request%candidates, request%programme, results)
-        call results%publish(places_table(study%places, study%case%epoch), console, error)
+        call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*study%step)
+        if (request%manoeuvres > 0) &
+            call add_programme(request%candidates, request%programme, request%wanted, console, results)
+        call results%publish(places_table(study%places, study%case%epoch), console, error, path, &
+                             trim(study%case%satellite%name)//' satellite; field in body axes')
     end subroutine publish
-
-    subroutine show_heading(study, console)
-        type(timing_study_t), intent(in) :: study
-        type(console_t), intent(inout) :: console
-
-        associate (case => study%case)
-            call console%paragraph(trim(case%satellite%name)//' satellite: one revolution of '// &
-                              integer_text(nint(study%orbit%revolution))//' s from '// &
-                              utc_text(case%epoch)//', a calibration of '// &
-                              integer_text(nint(case%duration))//' s at every '// &
-                              integer_text(study%step)//' s')
-        end associate
-        call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//'; field in body axes; '// &
-                               'amplitude of the angular acceleration; predicted sigma of the CG offset')
-        call console%line('')
-    end subroutine show_heading
 
     !> The places of the report's cases and the best ones.
     subroutine show_table(study, console)
@@ -214,6 +178,13 @@ contains
         character(8) :: labels(size(study%of_cases) + 4)
         integer :: i
 
+        call console%paragraph(trim(study%case%satellite%name)//' satellite: one revolution of '// &
+                               integer_text(nint(study%orbit%revolution))//' s from '//utc_text(study%case%epoch)// &
+                               ', a calibration of '//integer_text(nint(study%case%duration))//' s at every '// &
+                               integer_text(study%step)//' s')
+        call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//'; field in body axes; '// &
+                               'amplitude of the angular acceleration; predicted sigma of the CG offset')
+        call console%line('')
         do i = 1, size(study%of_cases)
             labels(i) = 'case '//integer_text(i)
         end do
@@ -224,9 +195,8 @@ contains
 
     !> When the angular acceleration about x is the smallest of the three: section 6.2 expects about
     !> 100 s of a revolution.
-    subroutine show_weakest_x(study, step, console)
+    subroutine show_weakest_x(study, console)
         type(timing_study_t), intent(in) :: study
-        integer, intent(in) :: step             !! s
         type(console_t), intent(inout) :: console
 
         logical :: weakest(0:size(study%places) + 1)
@@ -243,7 +213,7 @@ contains
         end do
         call console%line('')
         call console%line('angular acceleration smaller about x than about y and z: '// &
-                          integer_text(count(weakest)*step)//' s of the revolution')
+                          integer_text(count(weakest)*study%step)//' s of the revolution')
         if (text /= '') call console%paragraph('(places at'//text(2:)//')')
 
     contains

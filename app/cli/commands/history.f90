@@ -4,19 +4,19 @@ module gracecg_cli_history
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_base_version, only: file_comments
     use gracecg_environment_time, only: utc_t, utc_text, parse_utc
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: check_writable
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
-        trace_offset, DEFAULT_WALK
+        history_point_t, trace_offset, DEFAULT_WALK
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_cli_joint, only: show_offset
+    use gracecg_cli_results, only: results_t, add_format_option, take_format, axis_columns
     implicit none
     private
     public :: declare_history, run_history
@@ -24,8 +24,6 @@ module gracecg_cli_history
     integer, parameter :: MOST_FILES = 1000
     real(dp), parameter :: DAY = 86400, MICROMETRE = 1e-6_dp
     character(11), parameter :: TANK_COLUMNS(3) = [character(11) :: 'time_utc', 'tank_1_kg', 'tank_2_kg']
-    character(*), parameter :: COLUMNS = 'time_utc,calibration,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
-        'smoothed_x_mm,smoothed_y_mm,smoothed_z_mm,smoothed_sigma_x_mm,smoothed_sigma_y_mm,smoothed_sigma_z_mm'
 
 contains
 
@@ -47,13 +45,13 @@ contains
                                   'sigmas in mm, columns as above')
         call arguments%add_option('--tanks', 'FILE', 'CSV of the gas in both tanks: time_utc,tank_1_kg,tank_2_kg')
         call arguments%add_option('--tank-x', 'X1 X2', 'of --tanks: where they lie on the x axis, m')
-        call arguments%add_option('--mass', 'KG', 'of the satellite with the gas of the first time (default 420)')
+        call arguments%add_option('--mass', 'KG', 'of the satellite with the gas of the first time', default='420')
         call arguments%add_option('--walk-um', 'UM', 'standard deviation of the random walk of an axis in a year, '// &
-                                  'micrometres (default '//rounded_text(DEFAULT_WALK/MICROMETRE, 3)//')')
-        call arguments%add_option('--limit-mm', 'MM', 'that no component is to leave (default 0.1)')
-        call arguments%add_option('--risk', 'P', 'of having left it, that calls for a calibration (default 0.05)')
+                                  'micrometres', default=rounded_text(DEFAULT_WALK/MICROMETRE, 3))
+        call arguments%add_option('--limit-mm', 'MM', 'that no component is to leave', default='0.1')
+        call arguments%add_option('--risk', 'P', 'of having left it, that calls for a calibration', default='0.05')
         call arguments%add_option('--today', 'ISO', 'UTC (default: the time of the last calibration)')
-        call arguments%add_option('--step', 'DAYS', 'from point to point (default 10)')
+        call arguments%add_option('--step', 'DAYS', 'from point to point', default='10')
         call arguments%add_option('--out', 'FILE', 'CSV file of the offset at all points')
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot (takes Python)')
         call add_format_option(arguments)
@@ -74,9 +72,9 @@ contains
         type(utc_t), allocatable :: today
 
         call read_settings(arguments, settings, misuse)
-        call arguments%get('--out', out, misuse, default='')
-        call arguments%get('--report', page, misuse, default='')
-        call arguments%get('--today', date, misuse, default='')
+        call arguments%get('--out', out, misuse)
+        call arguments%get('--report', page, misuse)
+        call arguments%get('--today', date, misuse)
         call take_format(arguments, console, misuse)
         call refuse_if(arguments%has('--tanks') .neqv. arguments%has('--tank-x'), '--tanks and --tank-x belong together', &
                        misuse)
@@ -102,8 +100,7 @@ contains
                               rounded_text(history%statistic, 4)//' for '//integer_text(history%degrees)// &
                               ' degrees of freedom; masses that were moved belong into --changes, or --walk-um is too small')
         call show(history, settings, console)
-        call publish(page, history, settings, console, error)
-        if (.not. allocated(error) .and. out /= '') call write_points(out, history, error)
+        call publish(page, out, history, settings, console, error)
         if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
     end subroutine run_history
 
@@ -112,17 +109,15 @@ contains
         type(history_settings_t), intent(out) :: settings
         type(error_t), allocatable, intent(inout) :: misuse
 
-        type(history_settings_t), parameter :: DEFAULT = history_settings_t()
-        real(dp) :: walk, limit, step
+        real(dp) :: walk        ! um
 
-        call arguments%get('--walk-um', walk, misuse, default=DEFAULT_WALK/MICROMETRE, low=1e-3_dp, high=1e5_dp, unit='um')
-        call arguments%get('--limit-mm', limit, misuse, default=DEFAULT%limit/MILLIMETRE, low=1e-4_dp, high=1e3_dp, &
-                           unit='mm')
-        call arguments%get('--risk', settings%risk, misuse, default=DEFAULT%risk, low=1e-3_dp, high=0.5_dp)
-        call arguments%get('--step', step, misuse, default=DEFAULT%step/DAY, low=0.1_dp, high=365.0_dp, unit='days')
+        call arguments%get('--walk-um', walk, misuse, low=1e-3_dp, high=1e5_dp, unit='um')
+        call arguments%get('--limit-mm', settings%limit, misuse, low=1e-4_dp, high=1e3_dp, unit='mm')
+        call arguments%get('--risk', settings%risk, misuse, low=1e-3_dp, high=0.5_dp)
+        call arguments%get('--step', settings%step, misuse, low=0.1_dp, high=365.0_dp, unit='days')
         settings%walk = walk*MICROMETRE
-        settings%limit = limit*MILLIMETRE
-        settings%step = step*DAY
+        settings%limit = settings%limit*MILLIMETRE
+        settings%step = settings%step*DAY
     end subroutine read_settings
 
     subroutine read_all_offsets(arguments, offsets, error)
@@ -154,13 +149,13 @@ contains
         real(dp), allocatable :: mass(:, :)
         real(dp) :: position(3, 2), places(2), satellite
 
-        call arguments%get('--mass', satellite, misuse, default=420.0_dp, low=1.0_dp, high=1e6_dp, unit='kg')
+        call arguments%get('--mass', satellite, misuse, low=1.0_dp, high=1e6_dp, unit='kg')
         if (allocated(misuse)) return
-        call arguments%get('--changes', path, misuse, default='')
+        call arguments%get('--changes', path, misuse)
         if (path /= '') call read_changes(path, changes, error)
         if (allocated(error)) return
         if (.not. allocated(changes)) allocate (changes(0))
-        call arguments%get('--tanks', path, misuse, default='')
+        call arguments%get('--tanks', path, misuse)
         if (path == '') return
         call arguments%get('--tank-x', places, misuse, low=-10.0_dp, high=10.0_dp, unit='m')
         if (allocated(misuse)) return
@@ -178,44 +173,18 @@ contains
         type(history_settings_t), intent(in) :: settings
         type(console_t), intent(inout) :: console
 
-        type(data_table_t) :: table
-        character(100) :: line
-        integer :: i
-
         call console%line(integer_text(history%calibrations)//' calibrations from '//date_of(history%points(1)%time)//' to '// &
                           date_of(last_calibration(history)))
         call console%line('')
         call console%line('after each calibration: from those so far, and from all')
-        call table%column('time_utc', 'a', 'date')
-        do i = 1, 3
-            call table%column('d'//AXES(i)//'_mm', 'f10.4', trim(merge('offset, mm|', '|          ', i == 1))//AXES(i))
-        end do
-        do i = 1, 3
-            call table%column('sigma_'//AXES(i)//'_mm', 'f9.4', trim(merge('sigma, mm|', '|         ', i == 1))//AXES(i))
-        end do
-        do i = 1, 3
-            call table%column('smoothed_'//AXES(i)//'_mm', 'f10.4', trim(merge('smoothed, mm|', '|            ', i == 1))// &
-                              AXES(i))
-        end do
-        do i = 1, size(history%points)
-            associate (point => history%points(i))
-                if (.not. point%is_calibration) cycle
-                call table%add(date_of(point%time))
-                call table%add([point%filtered, point%filtered_sigma, point%smoothed]/MILLIMETRE)
-            end associate
-        end do
-        call console%table(table)
+        call console%table(points_table(pack(history%points, history%points%is_calibration), short=.true.))
         if (history%degrees > 0) &
             call console%line('what calibrations brought that was not expected: chi square '// &
                               rounded_text(history%statistic, 4)//' for '//integer_text(history%degrees)// &
                               ' degrees of freedom, probability '//rounded_text(history%probability, 3))
         call console%line('')
         call console%line('today, '//date_of(history%today%time)//', the offset is')
-        do i = 1, 3
-            write (line, '("d", a1, f12.5, " +/-", f9.5, " mm")') AXES(i), history%today%filtered(i)/MILLIMETRE, &
-                history%today%filtered_sigma(i)/MILLIMETRE
-            call console%line(trim(line))
-        end do
+        call show_offset(history%today%filtered, history%today%filtered_sigma, console)
         call console%line(outlook(history, settings))
     end subroutine show
 
@@ -250,57 +219,46 @@ contains
     type(utc_t) function last_calibration(history) result(time)
         type(offset_history_t), intent(in) :: history
 
-        integer :: i
-
-        time = history%points(1)%time
-        do i = 1, size(history%points)
-            if (history%points(i)%is_calibration) time = history%points(i)%time
-        end do
+        time = history%points(findloc(history%points%is_calibration, .true., 1, back=.true.))%time
     end function last_calibration
 
-    !> All points as a table for files.
-    function points_table(history) result(table)
-        type(offset_history_t), intent(in) :: history
+    !> The offset at points in time, a row each.
+    function points_table(points, short) result(table)
+        type(history_point_t), intent(in) :: points(:)
+        logical, intent(in) :: short        !! Dates without the time of day, for people
         type(data_table_t) :: table
 
+        character(:), allocatable :: time
         integer :: i
 
-        call table%columns_of(COLUMNS)
-        do i = 1, size(history%points)
-            associate (point => history%points(i))
-                call table%add(utc_text(point%time))
+        call table%column('time_utc', 'a', 'date')
+        call table%column('calibration')
+        call axis_columns(table, 'd', '_mm', 'f10.4', 'offset, mm')
+        call axis_columns(table, 'sigma_', '_mm', 'f9.4', 'sigma, mm')
+        call axis_columns(table, 'smoothed_', '_mm', 'f10.4', 'smoothed, mm')
+        call table%columns_of('smoothed_sigma_x_mm,smoothed_sigma_y_mm,smoothed_sigma_z_mm')
+        do i = 1, size(points)
+            associate (point => points(i))
+                time = utc_text(point%time)
+                if (short) time = date_of(point%time)
+                call table%add(time)
                 call table%add(point%is_calibration)
                 call table%add([point%filtered, point%filtered_sigma, point%smoothed, point%smoothed_sigma]/MILLIMETRE)
             end associate
         end do
     end function points_table
 
-    subroutine write_points(path, history, error)
-        character(*), intent(in) :: path
-        type(offset_history_t), intent(in) :: history
-        type(error_t), allocatable, intent(out) :: error
-
-        type(data_table_t) :: table
-
-        table = points_table(history)
-        call table%write(path, file_comments('history', 'offset in body axes'), error)
-    end subroutine write_points
-
-    !> As CSV or JSON, and the page of it.
-    subroutine publish(page, history, settings, console, error)
-        character(*), intent(in) :: page        !! Path; empty: none
+    !> As CSV or JSON, the page and the file of it.
+    subroutine publish(page, out, history, settings, console, error)
+        character(*), intent(in) :: page, out   !! Paths; empty: none
         type(offset_history_t), intent(in) :: history
         type(history_settings_t), intent(in) :: settings
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(results_t) :: results
-        type(data_table_t) :: table
-        character(:), allocatable :: text
+        character(:), allocatable :: json
 
-        table = points_table(history)
-        if (console%format == 'csv') call results%publish(table, console, error)
-        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
         call results%open('history')
         call results%member('calibrations', history%calibrations)
         call results%member('walk_um_in_a_year', settings%walk/MICROMETRE)
@@ -324,9 +282,7 @@ contains
         call results%member('calibrate_by_utc', utc_text(history%calibrate_by))
         call results%member('outside_already', history%left_already > 0.5_dp)
         call results%member('futures', settings%futures)
-        call results%complete(table, console, text, error)
-        if (allocated(error)) return
-        if (console%format == 'json') call console%data(text)
-        if (page /= '') call make_page(page, text, error)
+        call results%publish(points_table(history%points, short=.false.), console, error, out, 'offset in body axes', json)
+        if (.not. allocated(error) .and. page /= '') call make_page(page, json, error)
     end subroutine publish
 end module gracecg_cli_history

@@ -7,7 +7,7 @@ module gracecg_cli_console
     use gracecg_base_progress, only: progress_t
     use gracecg_base_text, only: string_t, append, parse_integer, split_words
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_cli_interruption, only: caught_signal
+    use gracecg_cli_process, only: caught_signal
     implicit none
     private
     public :: console_t, console_width, wrapped, quoted_word
@@ -28,6 +28,7 @@ module gracecg_cli_console
         procedure :: data                       !! Writes lines of CSV or JSON on standard output
         procedure :: message                    !! Writes a line on standard error
         procedure :: warn                       !! Writes a warning there
+        procedure :: warn_all                   !! Writes several warnings there
         procedure :: progress                   !! Shows how far a long work is
         procedure :: stops => is_interrupted    !! Shall a long work stop?
         procedure :: finish                     !! Ends the output; fails when some was lost
@@ -127,6 +128,18 @@ contains
         call append(self%warnings, text)
         call self%message('warning: '//text)
     end subroutine warn
+
+    !> Writes several warnings.
+    subroutine warn_all(self, texts)
+        class(console_t), intent(inout) :: self
+        type(string_t), intent(in) :: texts(:)      !! Without line ends
+
+        integer :: i
+
+        do i = 1, size(texts)
+            call self%warn(texts(i)%text)
+        end do
+    end subroutine warn_all
 
     !> Characters in a line: the environment's COLUMNS, where it is a width that tables can have; else 100.
     integer function console_width() result(width)
