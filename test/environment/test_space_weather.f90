@@ -138,7 +138,7 @@ contains
         type(utc_t) :: utc
         real(dp) :: found(3)
 
-        call read_space_weather(FIXTURES//'.txt', table, failure)
+        call read_space_weather(FIXTURES//'.csv', table, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check_indices(error, table, '2001-03-31T06:00:00', 256.9_dp, 186.7_dp, 9.0_dp)
@@ -154,7 +154,7 @@ contains
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
 
-        call read_space_weather(FIXTURES//'_crlf.txt', table, failure)
+        call read_space_weather(FIXTURES//'_crlf.csv', table, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check_indices(error, table, '2001-03-31T01:00:00', 256.9_dp, 186.7_dp, 4.0_dp)
@@ -216,23 +216,20 @@ contains
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
 
-        character(24), parameter :: BAD(2, 16) = reshape([character(24) :: &
+        character(24), parameter :: BAD(2, 13) = reshape([character(24) :: &
             '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
-            '_columns.txt', 'txt:3: has 23 columns', &
-            '_date.txt', '01 to 28 of 2001-02', &
-            '_order.txt', 'the days must rise', &
-            '_repeated.txt', 'the days must rise', &
-            '_number.txt', '"NaN" is not a finite', &
-            '_flux.txt', 'txt:3: F10.7: 0.0 is', &
-            '_mean.txt', 'txt:2: 81-day mean', &
-            '_kp.txt', 'not "85"', &
+            '_date.csv', '01 to 28 of 2001-02', &
+            '_repeated.csv', 'the days must rise', &
+            '_number.csv', '"NaN" is not a finite', &
+            '_flux.csv', 'csv:3: F10.7: 0.0 is', &
+            '_mean.csv', 'csv:2: 81-day mean', &
             '_celestrak_header.csv', 'no column KP5', &
             '_celestrak_columns.csv', 'csv:3: has 30 columns', &
             '_celestrak_kp.csv', 'csv:3: Kp is given', &
             '_celestrak_order.csv', 'csv:3: the days must', &
             '_gfz_kp.txt', 'txt:5: Kp is given', &
-            '_gfz_columns.txt', 'txt:6: has 27 columns'], [2, 16])
+            '_gfz_columns.txt', 'txt:6: has 27 columns'], [2, 13])
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         integer :: i

@@ -71,6 +71,7 @@ contains
         type(string_t), allocatable :: fields(:)
         type(error_t), allocatable :: failure
         real(dp) :: value
+        integer :: n
 
         call read_sample(error, file)
         if (allocated(error)) return
@@ -79,15 +80,29 @@ contains
                          [character(W) :: 'fields.txt:3:', 'has 2 columns, expected 3: a, b, c', &
                           '|  1'])
         if (allocated(error)) return
+        call check(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')
+        if (allocated(error)) return
+        call file%get_real(1, string_t('x'), 'length', value, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'has 2 columns'])     ! the first failure stays
+        if (allocated(error)) return
+        deallocate (failure)
         fields = file%fields(2)
         call file%get_real(2, fields(1), 'length', value, failure, unit='m')
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:5:', 'length: "three" is not', 'in m', &
                           '| three 4'])
         if (allocated(error)) return
+        deallocate (failure)
         call file%get_real(2, fields(2), 'length', value, failure, 0.0_dp, 3.0_dp)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:5:', '4 is outside', 'from 0 to 3'])
+        if (allocated(error)) return
+        deallocate (failure)
+        call file%get_integer(2, fields(2), 'count', n, failure, 4, 4)
+        call check(error, n == 4 .and. .not. allocated(failure))
+        if (allocated(error)) return
+        call file%get_integer(2, fields(2), 'count', n, failure, 5)
+        call check_fails(error, message_of(failure), [character(W) :: 'fields.txt:5:', 'count: 4 is outside', 'at least 5'])
         if (allocated(error)) return
         call file%fail_at(3, 'a row is missing', failure)
         call check_fails(error, message_of(failure), &
@@ -117,6 +132,7 @@ contains
         do i = 1, size(BAD)
             if (allocated(error)) return
             fields = split_words('1 '//BAD(i))
+            if (allocated(failure)) deallocate (failure)
             call file%check_numbers(1, fields, 2, failure)
             parts(1) = 'fields.txt:3: column 3: "'//trim(BAD(i))//'" is not a finite number'
             parts(2) = '|  1'

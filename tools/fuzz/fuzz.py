@@ -97,7 +97,7 @@ class Files:
             "options": (work / "set/options.nml").read_bytes(), "gfc": b"\n".join(gfc) + b"\n",
             "stars": b"\n".join(stars) + b"\n",
             "wind": (ROOT / "data/wind_hwm93_1989-01-02.txt").read_bytes(),
-            "weather": (ROOT / "data/space_weather_1989.txt").read_bytes()}
+            "weather": (ROOT / "test/fixtures/space_weather_celestrak.csv").read_bytes()}
         rows = [(n, m) for n in range(1, 4) for m in range(-n, n + 1)]
         self.sound["shc"] = ("# a field of degree 3\n1 3 2 2 1\n1990.0 2000.0\n" + "".join(
             f"{n} {m} {-30000.5 / (7*n + m):.2f} {-29000.5 / (7*n + m):.2f}\n" for n, m in rows)).encode()
