@@ -5,7 +5,8 @@ module test_decimal
     use gracecg_base_text, only: integer_text
     use gracecg_base_decimal, only: scan_real, scan_integer, shortest_digits
     use gracecg_base_random, only: random_stream_t, new_stream
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_decimal
@@ -31,7 +32,7 @@ contains
 
     !> The same number as the run-time library gives, to the last bit.
     subroutine check_same(error, text)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: text
 
         real(dp) :: value, expected
@@ -42,7 +43,7 @@ contains
         call scan_real(text//' ', at, value, ok)
         read (text, *, iostat=status) expected
         call check(error, ok .and. status == 0 .and. transfer(value, 0_i8) == transfer(expected, 0_i8), text)
-        if (.not. allocated(error)) call check(error, at, len(text) + 1, text)
+        call check(error, at, len(text) + 1, text)
     end subroutine check_same
 
     !> Numbers of 1 to 20 digits with exponents of -50 to 50, the point anywhere.
@@ -114,7 +115,7 @@ contains
             at = 1
             call scan_real(trim(WRONG(i))//' ', at, value, ok)
             call check(error, .not. ok, WRONG(i))
-            if (.not. allocated(error)) call check(error, at, len_trim(WRONG(i)) + 1, WRONG(i))
+            call check(error, at, len_trim(WRONG(i)) + 1, WRONG(i))
             if (allocated(error)) return
         end do
     end subroutine test_refused
@@ -154,7 +155,7 @@ contains
     !> What the digits of x have to be, by the run-time library's conversions: they read back; the decimals with
     !> one digit less around x do not; and a formatted write with as many digits gives the same, but for ties.
     subroutine check_digits(error, x)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: x
 
         character(40) :: written
@@ -163,14 +164,12 @@ contains
 
         call shortest_digits(x, digits, exponent)
         call check(error, reads_back(digits, exponent, x), 'does not read back')
-        if (allocated(error)) return
         do while (mod(digits, 10_i8) == 0)
             digits = digits/10
             exponent = exponent + 1
         end do
         call check(error, .not. (reads_back(digits/10, exponent + 1, x) .or. &
                                  reads_back(digits/10 + 1, exponent + 1, x)), 'fewer digits read back')
-        if (allocated(error)) return
         n = len(integer_text(digits))
         write (written, '(es40.'//integer_text(n - 1)//'e3)') x
         ! larger numbers may end in a 5 that is rounded up here and to even there
@@ -232,7 +231,6 @@ contains
                 exponent = exponent + 1
             end do
             call check(error, digits == m .and. exponent == e, integer_text(m)//'e'//integer_text(e))
-            if (allocated(error)) return
         end do
     end subroutine test_short
 

@@ -4,8 +4,8 @@ module test_table
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_table
     use gracecg_base_text, only: string_t, split_words
-    use fixture, only: FOLDER, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_table
@@ -27,7 +27,7 @@ contains
 
     !> A file with two rows, in its lines 3 and 5.
     subroutine read_sample(error, file)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable :: failure
 
@@ -48,7 +48,6 @@ contains
         call read_sample(error, file)
         if (allocated(error)) return
         call check(error, file%row_count(), 2)
-        if (allocated(error)) return
         call check(error, size(file%fields(0)) + size(file%fields(3)), 0)
         if (allocated(error)) return
         call file%get_fields(1, 2, 'a, b', fields, failure)
@@ -58,7 +57,6 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, value, -2500.0_dp)
-        if (allocated(error)) return
         call file%get_fields(2, 3, 'a, b, c', fields, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -79,31 +77,26 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:3:', 'has 2 columns, expected 3: a, b, c', &
                           '|  1'])
-        if (allocated(error)) return
         call check(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')
         if (allocated(error)) return
         call file%get_real(1, string_t('x'), 'length', value, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'has 2 columns'])     ! the first failure stays
-        if (allocated(error)) return
         deallocate (failure)
         fields = file%fields(2)
         call file%get_real(2, fields(1), 'length', value, failure, unit='m')
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:5:', 'length: "three" is not', 'in m', &
                           '| three 4'])
-        if (allocated(error)) return
         deallocate (failure)
         call file%get_real(2, fields(2), 'length', value, failure, 0.0_dp, 3.0_dp)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:5:', '4 is outside', 'from 0 to 3'])
-        if (allocated(error)) return
         deallocate (failure)
         call file%get_integer(2, fields(2), 'count', n, failure, 4, 4)
         call check(error, n == 4 .and. .not. allocated(failure))
         if (allocated(error)) return
         call file%get_integer(2, fields(2), 'count', n, failure, 5)
         call check_fails(error, message_of(failure), [character(W) :: 'fields.txt:5:', 'count: 4 is outside', 'at least 5'])
-        if (allocated(error)) return
         call file%fail_at(3, 'a row is missing', failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:6: a row is missing'])
@@ -147,7 +140,6 @@ contains
 
         call read_table(FOLDER//'missing.txt', file, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'missing.txt: no such file'])
-        if (allocated(error)) return
         call make_file(error, 'fields.txt', '# only'//LF//LF)
         if (allocated(error)) return
         call read_table(FOLDER//'fields.txt', file, failure)
