@@ -332,61 +332,29 @@ contains
         end do
     end subroutine check_numbers
 
-    !> All fields of all rows as numbers. Fails, naming the column, when a row of a CSV file has too few
-    !> or too many, or one is not a finite number.
+    !> All fields of all rows as numbers. Fails, naming the column, when a row has too few or too many, or one is not a
+    !> finite number.
     subroutine get_numbers(self, columns, numbers, error)
         class(table_file_t), intent(in) :: self
         character(*), intent(in) :: columns(:)                  !! Their names
         real(dp), allocatable, intent(out) :: numbers(:, :)     !! (row, column)
         type(error_t), allocatable, intent(inout) :: error
 
-        integer :: row
+        type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: names
+        integer :: row, k
 
         if (allocated(error)) return
         allocate (numbers(self%row_count(), size(columns)))
+        names = join(columns, ',')
         do row = 1, self%row_count()
-            call read_row(self, row, columns, numbers(row, :), error)
+            call self%get_fields(row, size(columns), names, fields, error)
+            do k = 1, size(columns)
+                call self%get_real(row, fields(k), 'column '//trim(columns(k)), numbers(row, k), error)
+            end do
             if (allocated(error)) return
         end do
     end subroutine get_numbers
-
-    subroutine read_row(file, row, columns, numbers, error)
-        type(table_file_t), intent(in) :: file
-        integer, intent(in) :: row
-        character(*), intent(in) :: columns(:)
-        real(dp), intent(out) :: numbers(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t), allocatable :: fields(:)
-        integer :: column, first, last, end
-        logical :: ok
-
-        first = file%text%first(file%line(row))
-        last = file%text%last(file%line(row))
-        column = 0
-        do
-            end = first
-            do while (end <= last)
-                if (file%text%text(end:end) == COMMA) exit
-                end = end + 1
-            end do
-            column = column + 1
-            if (column > size(numbers)) exit
-            call parse_real(file%text%text(first:end - 1), numbers(column), ok)
-            if (.not. ok) then
-                call file%fail_at(row, 'column '//trim(columns(column))//': "'// &
-                                  file%text%text(first:end - 1)//'" is not a finite number', error)
-                return
-            end if
-            if (end > last) exit
-            first = end + 1
-        end do
-        if (column /= size(numbers)) then
-            fields = file%fields(row)       ! within an expression, gfortran 12 would not free its texts
-            call file%fail_at(row, 'has '//integer_text(size(fields))//' columns, expected '// &
-                              integer_text(size(numbers))//': '//join(columns, ','), error)
-        end if
-    end subroutine read_row
 
     !> A failure at a row.
     subroutine fail_at(self, row, message, error)

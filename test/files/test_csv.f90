@@ -153,7 +153,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, &
-                           [character(60) :: ':3:', 'column time_s: ""'])
+                           [character(60) :: ':3:', '1 columns, expected 3'])
     end subroutine test_blank_fails
 
     subroutine test_round_trip(error)
