@@ -68,7 +68,6 @@ contains
             text = digits(:point)//'.'//digits(point + 1:)//'e'//integer_text(int(101*u(3)) - 50)
             if (u(4) < 0.5_dp) text = '-'//text
             call check_same(error, text)
-            if (allocated(error)) return
         end do
     end subroutine test_random
 
@@ -84,7 +83,6 @@ contains
 
         do i = 1, size(HARD)
             call check_same(error, trim(HARD(i)))
-            if (allocated(error)) return
         end do
     end subroutine test_halfway
 
@@ -98,7 +96,6 @@ contains
 
         do i = 1, size(FORMS)
             call check_same(error, trim(FORMS(i)))
-            if (allocated(error)) return
         end do
     end subroutine test_forms
 
@@ -116,7 +113,6 @@ contains
             call scan_real(trim(WRONG(i))//' ', at, value, ok)
             call check(error, .not. ok, WRONG(i))
             call check(error, at, len_trim(WRONG(i)) + 1, WRONG(i))
-            if (allocated(error)) return
         end do
     end subroutine test_refused
 
@@ -204,7 +200,6 @@ contains
         stream = new_stream(3, 1, 1, 1, 1)
         do i = 1, TRIALS
             call check_digits(error, 10.0_dp**(43.9_dp*stream%uniform() - 27.95_dp))
-            if (allocated(error)) return
         end do
     end subroutine test_samples
 
@@ -257,7 +252,6 @@ contains
 
         do i = 1, size(X)
             call check_digits(error, X(i))
-            if (allocated(error)) return
         end do
     end subroutine test_far
 end module test_decimal

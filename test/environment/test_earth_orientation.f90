@@ -136,7 +136,6 @@ contains
         do i = 1, size(FILES)
             call read_earth_parameters(FIXTURES//trim(FILES(i)), utc_t(61100, 0.0_dp), parameters, failure)
             call check_passes(error, message_of(failure))
-            if (allocated(error)) return
             call check(error, abs(parameters%ut1_minus_utc - UT1(i)) < 1e-12_dp .and. &
                        all(abs(parameters%pole/ARCSECOND - [X(i), Y(i)]) < 1e-12_dp), FILES(i))
             call read_earth_parameters(FIXTURES//trim(FILES(i)), utc_t(61099, 43200.0_dp), noon, failure)
@@ -157,7 +156,6 @@ contains
 
         call read_earth_parameters(FIXTURES//'finals2000A_leap.txt', utc_t(57753, 43200.0_dp), parameters, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, parameters%ut1_minus_utc, (-0.4077601_dp + 0.5912821_dp - 1)/2, thr=1e-12_dp)
     end subroutine test_leap_second
 
@@ -198,7 +196,6 @@ contains
         call check(error, message_of(failure) == '' .and. earth_orientation_name(case) == 'report', 'angle that is given')
         call make_case('2026-03-01', "earth_orientation_file = '"//FIXTURES//"finals2000A.txt'", case, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, case%earth_parameters%ut1_minus_utc, 0.0672036_dp, thr=1e-12_dp)
         call case_text(case, text, failure)
         call case_from_text(text, 'written', again, failure)

@@ -44,7 +44,6 @@ contains
             call table%indices_at(utc, found(1), found(2), found(3), failure)
         end if
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, all(abs(found - [f107, f107_mean, kp]) < 1e-12_dp), time)
     end subroutine check_indices
 
@@ -64,13 +63,9 @@ contains
 
         table = embedded_space_weather()
         call check_indices(error, table, '2000-01-05T02:59:59', 134.7_dp, 165.0_dp, 3.7_dp)
-        if (allocated(error)) return
         call check_indices(error, table, '2000-01-05T03:00:00', 134.7_dp, 165.0_dp, 4.0_dp)
-        if (allocated(error)) return
         call check_indices(error, table, '2000-01-05T17:59:59.9', 134.7_dp, 165.0_dp, 2.3_dp)
-        if (allocated(error)) return
         call check_indices(error, table, '2000-01-05T23:59:59.9', 134.7_dp, 165.0_dp, 3.7_dp)
-        if (allocated(error)) return
         call check_indices(error, table, '2000-01-06T00:00:00', 136.5_dp, 164.8_dp, 4.0_dp)
     end subroutine test_intervals
 
@@ -91,7 +86,6 @@ contains
             call table%indices_at(utc_plus(first, (i - 1)*86400.0_dp), flux(i - 1), means(i), kp, &
                                   failure)
             call check_passes(error, message_of(failure))
-            if (allocated(error)) return
         end do
         do i = 41, DAYS - 41
             call check(error, sum(flux(i - 40:i + 40))/81, means(i), thr=0.0501_dp)
@@ -138,7 +132,6 @@ contains
 
         call read_space_weather(FIXTURES//'.csv', table, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check_indices(error, table, '2001-03-31T06:00:00', 256.9_dp, 186.7_dp, 9.0_dp)
         if (allocated(error)) return
         call parse_utc('2001-04-02', utc, failure)
@@ -154,7 +147,6 @@ contains
 
         call read_space_weather(FIXTURES//'_crlf.csv', table, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check_indices(error, table, '2001-03-31T01:00:00', 256.9_dp, 186.7_dp, 4.0_dp)
     end subroutine test_crlf
 
@@ -169,7 +161,6 @@ contains
 
         call read_space_weather(FIXTURES//'_celestrak.csv', table, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check_indices(error, table, '2026-03-02T05:00:00', 147.0_dp, 140.3_dp, 1.3_dp)
         if (allocated(error)) return
         call parse_utc('2026-03-04', utc, failure)
@@ -199,11 +190,9 @@ contains
             call embedded%indices_at(utc_plus(utc, 86400.0_dp*i), a(1), a(2), a(3), failure)
             call table%indices_at(utc_plus(utc, 86400.0_dp*i), b(1), b(2), b(3), failure)
             call check_passes(error, message_of(failure))
-            if (allocated(error)) return
             call check(error, all(abs(a - b) < [1e-12_dp, 0.0501_dp, 1e-12_dp]))
             call gap%indices_at(utc_plus(utc, 86400.0_dp*i), c(1), c(2), c(3), failure)
             call check(error, .not. allocated(failure) .and. abs(c(2) - b(2)) < 1 .and. abs(c(2) - b(2)) > 1e-3_dp)
-            if (allocated(error)) return
         end do
         call table%indices_at(utc_plus(utc, 864000.0_dp), b(1), b(2), b(3), failure)
         call check_fails(error, message_of(failure), [character(40) :: 'no 81-day mean', '1988-12-01 to 1989-02-28'])

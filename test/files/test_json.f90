@@ -59,7 +59,6 @@ contains
         call json%end()
         call json%finish(text, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, text, '{'//LF//'  "name": "front-1",'//LF//'  "runs": 15,'//LF// &
                    '  "seed": 9007199254740993,'//LF//'  "converged": true,'//LF//'  "published": null,'//LF// &
                    '  "d": [1.5, -2e-9],'//LF//'  "matrix": ['//LF//'    [1, 3],'//LF//'    [2, 4]'//LF//'  ],'//LF// &
