@@ -313,7 +313,7 @@ contains
 
         character(LONGEST_INTEGER) :: digits
         integer(i8) :: rest
-        integer :: sign_there, n, leading
+        integer :: n, leading
 
         rest = mantissa
         leading = exponent
@@ -321,38 +321,27 @@ contains
             rest = rest/10
             leading = leading + 1
         end do
-        call put_integer(rest, digits, n)
+        digits = integer_field(rest)
+        n = len_trim(digits)
         leading = leading + n - 1       ! exponent of the first digit
-
-        text = ''
-        sign_there = merge(1, 0, negative)
-        if (negative) text(1:1) = '-'
-        associate (body => text(sign_there + 1:))
-            if (leading >= 0 .and. leading < n - 1) then
-                body(:leading + 1) = digits(:leading + 1)
-                body(leading + 2:leading + 2) = '.'
-                body(leading + 3:n + 1) = digits(leading + 2:n)
-            else if (leading >= 0 .and. leading < 16) then
-                body(:n) = digits(:n)
-                body(n + 1:leading + 1) = ZEROS
-            else if (leading < 0 .and. leading >= -5) then
-                body(:1 - leading) = '0.'//ZEROS
-                body(2 - leading:1 - leading + n) = digits(:n)
-            else
-                body(:1) = digits(:1)
-                if (n > 1) body(2:n + 1) = '.'//digits(2:n)
-                if (n > 1) n = n + 1
-                body(n + 1:n + 1) = 'e'
-                call put_integer(int(leading, i8), body(n + 2:), leading)
-            end if
-        end associate
+        if (leading >= 0 .and. leading < n - 1) then
+            text = digits(:leading + 1)//'.'//digits(leading + 2:)
+        else if (leading >= 0 .and. leading < 16) then
+            text = digits(:n)//ZEROS(:leading + 1 - n)
+        else if (leading < 0 .and. leading >= -5) then
+            text = '0.'//ZEROS(:-leading - 1)//digits
+        else if (n == 1) then
+            text = digits(:1)//'e'//integer_field(int(leading, i8))
+        else
+            text = digits(:1)//'.'//digits(2:n)//'e'//integer_field(int(leading, i8))
+        end if
+        if (negative) text = '-'//text
     end function decimal_text
 
-    !> The digits of an integer from the first place on, a minus before them; blanks behind.
-    pure subroutine put_integer(value, text, length)
+    !> An integer with blanks behind it.
+    pure function integer_field(value) result(field)
         integer(i8), intent(in) :: value
-        character(*), intent(inout) :: text     !! Long enough
-        integer, intent(out) :: length          !! Places taken
+        character(LONGEST_INTEGER) :: field
 
         character(LONGEST_INTEGER) :: digits
         integer(i8) :: rest, tenth
@@ -371,18 +360,7 @@ contains
             first = first - 1
             digits(first:first) = '-'
         end if
-        length = LONGEST_INTEGER + 1 - first
-        text = digits(first:)
-    end subroutine put_integer
-
-    !> An integer with blanks behind it.
-    pure function integer_field(value) result(field)
-        integer(i8), intent(in) :: value
-        character(LONGEST_INTEGER) :: field
-
-        integer :: length
-
-        call put_integer(value, field, length)
+        field = digits(first:)
     end function integer_field
 
     pure function integer_text_i8(value) result(text)
