@@ -5,10 +5,10 @@
 !> is what is believed. A belief without one (which axis is which, a sign, a convention) is an alteration.
 module gracecg_estimation_belief
     use gracecg_base_kinds, only: dp
-    use gracecg_base_interpolation, only: cubic_weights
     use gracecg_base_constants, only: DEGREE, NANOTESLA, PI
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
+    use gracecg_base_interpolation, only: cubic_weights
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
