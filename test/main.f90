@@ -30,7 +30,6 @@ program tester
     use test_decimal, only: collect_decimal
     use test_fourier, only: collect_fourier
     use test_controlled_steps, only: collect_controlled_steps
-    use test_shortest_decimal, only: collect_shortest_decimal
     use test_file, only: collect_file
     use test_table, only: collect_table
     use test_csv, only: collect_csv
@@ -159,7 +158,6 @@ program tester
              new_testsuite('decimal', collect_decimal), &
              new_testsuite('fourier', collect_fourier), &
              new_testsuite('controlled-steps', collect_controlled_steps), &
-             new_testsuite('shortest-decimal', collect_shortest_decimal), &
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &

@@ -3,7 +3,8 @@ module test_statistics
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: median_of
     use gracecg_base_random, only: random_stream_t, new_stream
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_statistics
@@ -22,9 +23,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call check(error, median_of([5.0_dp, -1.0_dp, 3.0_dp]), 3.0_dp)
-        if (allocated(error)) return
         call check(error, median_of([4.0_dp, 1.0_dp, 1e9_dp, 2.0_dp]), 3.0_dp)
-        if (allocated(error)) return
         call check(error, median_of([7.0_dp]), 7.0_dp)
     end subroutine test_few
 

@@ -96,8 +96,11 @@ class Files:
             "case": text.encode(), "setup": (work / "set/setup.nml").read_bytes(),
             "options": (work / "set/options.nml").read_bytes(), "gfc": b"\n".join(gfc) + b"\n",
             "stars": b"\n".join(stars) + b"\n",
-            "wind": (ROOT / "data/wind_hwm93_1989-01-02.txt").read_bytes(),
-            "weather": (ROOT / "data/space_weather_1989.txt").read_bytes()}
+            "wind": (ROOT / "data/wind_hwm93_1989-01-02.txt").read_bytes()}
+        days = [line.split() for line in (ROOT / "data/space_weather_1989.txt").read_text().splitlines()
+                if line and not line.startswith("#")]
+        self.sound["weather"] = ("DATE,KP1,KP2,KP3,KP4,KP5,KP6,KP7,KP8,F10.7_OBS,F10.7_OBS_CENTER81\n" + "".join(
+            ",".join([day[0], *day[6:14], day[1], day[3]]) + "\n" for day in days)).encode()
         rows = [(n, m) for n in range(1, 4) for m in range(-n, n + 1)]
         self.sound["shc"] = ("# a field of degree 3\n1 3 2 2 1\n1990.0 2000.0\n" + "".join(
             f"{n} {m} {-30000.5 / (7*n + m):.2f} {-29000.5 / (7*n + m):.2f}\n" for n, m in rows)).encode()
