@@ -100,7 +100,11 @@ program tester
     use test_fit_diagnostics, only: collect_fit_diagnostics
     use test_calibration_page, only: collect_calibration_page
     use test_library, only: collect_library
-    use test_c_interface, only: collect_c_interface
+    use test_c_models, only: collect_c_models
+    use test_c_cases, only: collect_c_cases
+    use test_c_estimates, only: collect_c_estimates
+    use test_c_planning, only: collect_c_planning
+    use test_c_misuse, only: collect_c_misuse
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
     use test_document, only: collect_document
@@ -227,7 +231,11 @@ program tester
              new_testsuite('fit-diagnostics', collect_fit_diagnostics), &
              new_testsuite('calibration-page', collect_calibration_page), &
              new_testsuite('library', collect_library), &
-             new_testsuite('c-interface', collect_c_interface), &
+             new_testsuite('c-models', collect_c_models), &
+             new_testsuite('c-cases', collect_c_cases), &
+             new_testsuite('c-estimates', collect_c_estimates), &
+             new_testsuite('c-planning', collect_c_planning), &
+             new_testsuite('c-misuse', collect_c_misuse), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
              new_testsuite('document', collect_document), &

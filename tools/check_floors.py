@@ -42,10 +42,10 @@ FOLDERS = {"estimation": {"contract": 0, "data": 1, "model": 2, "checks": 3,
            "cli": {"base": 0, "output": 1, "page": 2, "commands": 3, "report": 4, "": 5}}
 
 UMBRELLA = "src/gracecg.f90"
-# Of the packages in app/ and level1/: their manifests, and the table of which an interface is made
-NO_FORTRAN = ("fpm.toml", "f77_entries.txt")
+# Of the packages in app/ and level1/: their manifests
+NO_FORTRAN = ("fpm.toml",)
 # Callers without modules need procedures outside of them.
-WITHOUT_MODULE = ("src/interface/f77.f90", "level1/src/interface/f77.f90")
+WITHOUT_MODULE = ("src/interface/f77_entries.f90", "level1/src/interface/f77_entries.f90")
 
 # The geomagnetic model may stand in for a failed magnetometer; to evaluate it takes the epoch and
 # the place, so time and the shape of the Earth (constants of nature, nothing of the satellite's
@@ -330,7 +330,7 @@ PLANTED = (
     (("src/planning/a.h", "int a;"), "a.h:1:", "no Fortran"),
     (("app/a.F90", "#define A"), "a.F90:1:", "no Fortran"),
     (("src/attic/a.f90",), "a.f90:1:", "no floor"),
-    (("src/interface/f77.f90",), "f77.f90:1:", "outside of modules"),
+    (("src/interface/f77_entries.f90",), "f77_entries.f90:1:", "outside of modules"),
 )
 
 
