@@ -284,9 +284,9 @@ contains
     end subroutine discard_writer
 
     !> What of the records the form of the file could not keep: a sentence each; none: all was kept.
-    subroutine losses(self, texts)
+    function losses(self) result(texts)
         class(level1_writer_t), intent(in) :: self
-        type(string_t), allocatable, intent(out) :: texts(:)
+        type(string_t), allocatable :: texts(:)
 
         integer :: i
 
@@ -299,5 +299,5 @@ contains
         if (self%wrapped > 0) &
             call append(texts, integer_text(self%wrapped)//' block numbers are beyond the 16 bits of binary: they begin '// &
                         'anew at '//integer_text(BLOCK_NUMBERS))
-    end subroutine losses
+    end function losses
 end module gracecg_level1_writer
