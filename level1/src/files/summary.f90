@@ -108,8 +108,10 @@ contains
 
             key = 0
             if (summary%layout%series > 0) key = block%values(i, summary%layout%series)
-            k = findloc(abs(keys(:series) - key) <= 0, .true., 1)
-            if (k == 0) then
+            do k = 1, series
+                if (abs(keys(k) - key) <= 0) exit
+            end do
+            if (k > series) then
                 series = min(series + 1, MOST_SERIES)
                 k = series
                 keys(k) = key
@@ -160,6 +162,7 @@ contains
 
         integer :: bit
 
+        if (all(abs(values) <= 0)) return
         do bit = 0, 7
             flags(bit) = flags(bit) + count(btest(int(values), bit))
         end do

@@ -15,7 +15,7 @@ module gracecg_level1_time
     use gracecg_level1_records, only: level1_records_t
     implicit none
     private
-    public :: level1_clock_t, new_level1_clock, gps_date_text, carry_fraction, to_gps_time, last_before
+    public :: level1_clock_t, new_level1_clock, gps_date_text, to_gps_time, last_before
 
     integer(i8), parameter :: DAY = 86400, NOON = 43200
 

@@ -14,7 +14,8 @@ module gracecg_level1_writer
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
     use gracecg_level1_binary_form, only: put_bytes, BLOCK_NUMBERS
-    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES
+    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES, &
+        is_calibration_history
     use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, &
         LABEL_LENGTH
     use gracecg_level1_text_form, only: put_word
@@ -70,7 +71,7 @@ contains
         end if
         call self%file%open(path, error)
         if (allocated(error)) return
-        if (binary .or. .not. layout%grace_fo .or. (layout%is_event .and. layout%keeps_last)) then
+        if (binary .or. .not. layout%grace_fo .or. is_calibration_history(layout%product)) then
             call write_cards(self, header)
         else
             call write_yaml(self, header)
