@@ -20,8 +20,7 @@ module gracecg_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_base_decimal, only: is_white
+    use gracecg_base_text, only: string_t, append, integer_text, split_words
     use gracecg_files_file, only: input_stream_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &
@@ -142,29 +141,21 @@ contains
         self%not_finite = int(0*self%layout%fields%kind, i8)
     end subroutine open_reader
 
-    !> The satellite that the first record of a text names, which decides between the forms of GRACE and GRACE-FO.
+    !> The satellite that the first record of a text names among its first words, which decides between the forms of
+    !> GRACE and GRACE-FO.
     subroutine find_satellite(self, satellite)
-        class(level1_reader_t), intent(inout) :: self
+        class(level1_reader_t), intent(in) :: self
         character(1), intent(inout) :: satellite    !! Stays when no record tells
 
-        integer, parameter :: MOST_WORDS = 4
-        integer :: i, words
-        character(1) :: letter
+        integer, parameter :: MOST_WORDS = 4, BEGINNING = 200
+        type(string_t), allocatable :: words(:)
+        integer :: i
 
         if (self%header%binary) return
-        words = 0
-        do i = self%at, self%filled
-            letter = self%buffer(i:i)
-            if (is_white(letter) .or. letter == LF) cycle
-            if (i > self%at) then
-                if (.not. (is_white(self%buffer(i - 1:i - 1)) .or. self%buffer(i - 1:i - 1) == LF)) cycle
-            end if
-            words = words + 1
-            if (words > MOST_WORDS) return
-            if (i == self%filled) return
-            if (.not. is_white(self%buffer(i + 1:i + 1))) cycle
-            if (scan(letter, SATELLITES) == 0) cycle
-            satellite = letter
+        words = split_words(self%buffer(self%at:min(self%filled, self%at + BEGINNING)))
+        do i = 1, min(size(words), MOST_WORDS)
+            if (len(words(i)%text) /= 1 .or. scan(words(i)%text, SATELLITES) == 0) cycle
+            satellite = words(i)%text
             return
         end do
     end subroutine find_satellite
