@@ -122,7 +122,8 @@ module gracecg
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site, only: manoeuvre_quality_t
     use gracecg_planning_map, only: map_point_t
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t
+    use gracecg_planning_candidates, only: design_settings_t
+    use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre, map_case
     implicit none
     private

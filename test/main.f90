@@ -35,7 +35,6 @@ program tester
     use test_table, only: collect_table
     use test_csv, only: collect_csv
     use test_json, only: collect_json
-    use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
     use test_observation_files, only: collect_observation_files
     use test_level1_reader, only: collect_level1_reader
@@ -164,7 +163,6 @@ program tester
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('json', collect_json), &
-             new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
              new_testsuite('observation-files', collect_observation_files), &
              new_testsuite('level1-reader', collect_level1_reader), &

@@ -19,7 +19,8 @@ module gracecg_cli_design
     use gracecg_cli_leakage, only: show_leakage, put_leakage
     use gracecg_cli_programme, only: show_programme, put_programme
     use gracecg_cli_reliable_manoeuvre, only: show_reliable, put_reliable
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
+    use gracecg_planning_candidates, only: design_settings_t, pattern_567
+    use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
     use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
     use gracecg_planning_scan, only: rods_at_place
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &

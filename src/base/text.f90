@@ -11,7 +11,7 @@ module gracecg_base_text
     use gracecg_base_shortest_decimal, only: shortest_digits, MOST_DIGITS
     implicit none
     private
-    public :: string_t, lower_case, split, split_words, append, padded, join
+    public :: string_t, lower_case, split, split_words, append, padded, join, quoted_text
     public :: parse_real, parse_integer, real_text, real_field, LONGEST_REAL, rounded_text, integer_text, logical_text, &
         parse_logical
 
@@ -192,6 +192,32 @@ contains
             last = last + len_trim(texts(i))
         end do
     end function join
+
+    pure integer function quoted_length(text, quote) result(length)
+        character(*), intent(in) :: text
+        character(1), intent(in) :: quote
+
+        integer :: i
+
+        length = len(text) + 2 + count([(text(i:i) == quote, i=1, len(text))])
+    end function quoted_length
+
+    !> A text between quotes, those within it doubled.
+    pure function quoted_text(text, quote) result(quoted)
+        character(*), intent(in) :: text    !! Any
+        character(1), intent(in) :: quote   !! ' or "
+        character(quoted_length(text, quote)) :: quoted
+
+        integer :: i, n
+
+        quoted(1:1) = quote
+        n = 1
+        do i = 1, len(text)
+            quoted(n + 1:n + 2) = text(i:i)//quote
+            n = n + merge(2, 1, text(i:i) == quote)
+        end do
+        quoted(n + 1:) = quote
+    end function quoted_text
 
     !> The whole text as a finite number: blanks around it and a D exponent are allowed. Not ok:
     !> empty, anything else than a decimal number, NaN, infinity, a number too large for double

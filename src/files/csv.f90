@@ -7,7 +7,7 @@ module gracecg_files_csv
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t, split, join, padded, real_text, real_field, integer_text
+    use gracecg_base_text, only: string_t, split, join, padded, quoted_text, real_text, real_field, integer_text
     use gracecg_files_file, only: output_file_t, remove_file, is_device
     use gracecg_files_json, only: json_writer_t
     use gracecg_files_units, only: unit_of_column
@@ -137,11 +137,8 @@ contains
     pure integer function field_length(text) result(length)
         character(*), intent(in) :: text
 
-        integer :: i
-
         length = len(text)
-        if (scan(text, SPECIAL) == 0) return
-        length = len(text) + 2 + count([(text(i:i) == QUOTE, i=1, len(text))])
+        if (scan(text, SPECIAL) > 0) length = len(quoted_text(text, QUOTE))
     end function field_length
 
     !> A text as a field: in quotes, doubled within, where it holds a comma, a quote or a line end.
@@ -149,23 +146,8 @@ contains
         character(*), intent(in) :: text        !! Of a field
         character(field_length(text)) :: field
 
-        integer :: i, n
-
-        if (scan(text, SPECIAL) == 0) then
-            field = text
-            return
-        end if
-        field(1:1) = QUOTE
-        n = 1
-        do i = 1, len(text)
-            if (text(i:i) == QUOTE) then
-                n = n + 1
-                field(n:n) = QUOTE
-            end if
-            n = n + 1
-            field(n:n) = text(i:i)
-        end do
-        field(n + 1:) = QUOTE
+        field = text
+        if (scan(text, SPECIAL) > 0) field = quoted_text(text, QUOTE)
     end function csv_field
 
     pure integer function label_length(labels) result(length)

@@ -1,4 +1,4 @@
-!> Files in Fortran's namelist syntax, read so that every mistake is shown with file and line.
+!> Fortran's namelist syntax: from a text to keys and values, every one with its line.
 !>
 !>     &spacecraft                         ! a comment
 !>         mass = 432.0                    ! key = value
@@ -6,492 +6,408 @@
 !>         name = 'front', drag = .true.
 !>     /
 !>
-!> The reader collects groups, keys and values; typed `get`s fetch them, with defaults and limits;
-!> `check_all_used` then reports what nobody asked for: a misspelt key. A group may stand several
-!> times and is then numbered by `index`. Keys and group names are blind to case. Not taken over
-!> from Fortran: elements and components as keys (a(2), a%b), null values, texts over several lines
-!> or without quotes.
+!> Keys and names of groups are blind to case. A group may stand several times. Not taken over from Fortran:
+!> elements and components as keys (a(2), a%b), null values, texts over several lines or without quotes.
 module gracecg_files_namelist
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, nearest_name
-    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of
-    use gracecg_files_namelist_syntax, only: value_t, entry_t, group_t, read_groups, count_groups, &
-        position_of
-    use gracecg_files_namelist_writer, only: namelist_writer_t
-    use gracecg_base_text, only: string_t, lower_case, append, join, padded, integer_text
-    use gracecg_files_value, only: real_from_text, integer_from_text, logical_from_text, &
-        choice_from_text, allowed_real, allowed_integer, allowed_choice, did_you_mean
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: lower_case, parse_integer, integer_text
+    use gracecg_files_file, only: text_file_t
     implicit none
     private
-    public :: namelist_file_t, namelist_writer_t
+    public :: value_t, entry_t, read_namelist
 
-    type :: known_t
-        !! A key that was asked for
-        character(:), allocatable :: group, key
-    end type known_t
+    type :: value_t
+        !! One value of a key
+        character(:), allocatable :: text   !! As written; without its quotes
+        logical :: quoted = .false.         !! It stood in quotes: a text
+        integer :: line = 0                 !! Where it stands in the file, from 1
+    end type value_t
 
-    type :: namelist_file_t
-        !! The content of a namelist file
-        private
+    type :: entry_t
+        !! A key with its values; without key: a group, before its keys
+        character(:), allocatable :: group      !! Its name, in lower case
+        integer :: index = 0                    !! Which group of that name, from 1
+        character(:), allocatable :: key        !! In lower case; empty: the group itself
+        integer :: line = 0                     !! Where it stands in the file, from 1
+        type(value_t), allocatable :: values(:) !! In their order
+        logical :: used = .false.               !! Somebody asked for it
+    end type entry_t
+
+    !> Kinds of tokens: what a word is, what stood in quotes, or the sign itself
+    character(1), parameter :: END_OF_TEXT = ' ', WORD = 'w', QUOTED = 'q', GROUP_BEGIN = '&', GROUP_END = '/', &
+                               EQUALS = '=', COMMA = ','
+
+    !> The place reached in a text, and the token there. After a failure every token is the end of the text.
+    type :: parser_t
         type(text_file_t) :: source
-        type(group_t), allocatable :: groups(:)
-        type(known_t), allocatable :: known(:)
-    contains
-        procedure :: read => read_namelist      !! Reads a file
-        procedure :: parse => parse_namelist    !! Reads a text in memory
-        procedure :: group_count                !! How many groups have a name
-        procedure :: has                        !! Does a key stand in the file?
-        procedure :: holds                      !! Does a group, or a key that begins so?
-        generic :: get => get_real, get_reals, get_integer, get_logical, get_text
-        !! The value or values of a key
-        procedure :: reject                     !! A failure about the value of a key
-        procedure :: check_all_used             !! Fails when a group or key was never asked for
-        ! The specific procedures of a generic stay public: when they are private, gfortran 12
-        ! refuses to read the module files of two users of this type ("mismatch in components")
-        procedure :: get_real       !! One real number
-        procedure :: get_reals      !! Several real numbers
-        procedure :: get_integer    !! One integer
-        procedure :: get_logical    !! One logical
-        procedure :: get_text       !! One text
-    end type namelist_file_t
+        type(error_t), allocatable :: failure
+        integer :: position = 1, line = 1       ! behind the token
+        character(1) :: kind = END_OF_TEXT
+        character(:), allocatable :: text       ! a group's name, a word, or what stood in quotes
+        integer :: times = 1                    ! repeat count
+        integer :: at = 0                       ! line of the token
+        logical :: begins_line = .false.        ! nothing but blanks before it
+        type(entry_t), allocatable :: entries(:)
+        integer :: used = 0                     ! of them
+        character(:), allocatable :: group      ! the present one
+        integer :: number = 0                   ! which of that name
+        integer :: header = 0                   ! its place among the entries
+    end type parser_t
+
+    character(*), parameter :: TAB = achar(9), LF = achar(10), CR = achar(13)
+    character(*), parameter :: SEPARATORS = ' '//TAB//LF//CR//',=/!&''"'
+    character(*), parameter :: LETTERS = 'abcdefghijklmnopqrstuvwxyz'
+    character(*), parameter :: NAME_CHARACTERS = LETTERS//'_0123456789'
+    !> Values of a key, groups and keys of a file: far above what any file needs, and so few that the time to read a
+    !> file that is none stays short
+    integer, parameter :: MOST_VALUES = 1000, MOST_ENTRIES = 5000
 
 contains
 
-    !> Reads a file. Fails when it cannot be read or breaks the syntax.
-    subroutine read_namelist(self, path, error)
-        class(namelist_file_t), intent(out) :: self
-        character(*), intent(in) :: path    !! Of the file
+    !> Reads groups and keys of a text. Fails when it breaks the syntax or has no group.
+    subroutine read_namelist(source, entries, error)
+        type(text_file_t), intent(in) :: source                 !! The whole text
+        type(entry_t), allocatable, intent(out) :: entries(:)   !! In their order; of the group first
         type(error_t), allocatable, intent(out) :: error
 
-        call read_text_file(path, self%source, error)
-        if (allocated(error)) return
-        allocate (self%known(0))
-        call read_groups(self%source, self%groups, error)
+        type(parser_t) :: parser
+
+        parser%source = source
+        allocate (parser%entries(0))
+        call advance(parser)
+        do while (parser%kind == GROUP_BEGIN)
+            call read_group(parser)
+        end do
+        if (parser%kind /= END_OF_TEXT) &
+            call refuse(parser, parser%at, 'text outside a group; a group begins with &name and ends with /, a '// &
+                        'comment begins with !')
+        entries = parser%entries(:parser%used)
+        call move_alloc(parser%failure, error)
+        if (.not. allocated(error) .and. size(entries) == 0) &
+            call fail(error, source%name//': there is no group (&name ... /) in it')
     end subroutine read_namelist
 
-    !> Reads a text in memory; `name` stands for the file in messages.
-    subroutine parse_namelist(self, text, name, error)
-        class(namelist_file_t), intent(out) :: self
-        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
-        type(error_t), allocatable, intent(out) :: error
+    !> Reads a group from its name on; afterwards the token behind its end is the present one.
+    subroutine read_group(parser)
+        type(parser_t), intent(inout) :: parser
 
-        self%source = text_file_of(text, name)
-        allocate (self%known(0))
-        call read_groups(self%source, self%groups, error)
-    end subroutine parse_namelist
+        integer :: line, i
 
-    !> How often a group stands in the file.
-    integer function group_count(self, group)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group       !! Its name, without the &
-
-        integer :: i
-
-        group_count = count_groups(self%groups, lower_case(group))
-        do i = 1, size(self%groups)
-            if (self%groups(i)%name == lower_case(group)) self%groups(i)%used = .true.
+        parser%group = parser%text
+        line = parser%at
+        parser%number = 1
+        do i = 1, parser%used
+            if (parser%entries(i)%key == '' .and. parser%entries(i)%group == parser%group) parser%number = parser%number + 1
         end do
-        if (.not. any([(self%known(i)%group == lower_case(group), i=1, size(self%known))])) &
-            call remember(self, lower_case(group), '')
-    end function group_count
-
-    !> Does the key stand in the file? Asking does not mark it as used.
-    logical function has(self, group, key, index)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group, key      !! Their names, in whatever case
-        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
-
-        integer :: i
-
-        i = group_position(self, group, index)
-        has = i > 0
-        if (has) has = position_of(self%groups(i), lower_case(key)) > 0
-    end function has
-
-    !> Does a group stand in the file, or a key in its first one whose name begins with `key`? Asking does not
-    !> mark it as used.
-    pure logical function holds(self, group, key)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group               !! Its name, in whatever case
-        character(*), intent(in), optional :: key       !! The beginning of its name, in lower case
-
-        integer :: i, j
-
-        i = group_position(self, group)
-        holds = i > 0
-        if (holds .and. present(key)) &
-            holds = any([(index(self%groups(i)%entries(j)%key, key) == 1, j=1, size(self%groups(i)%entries))])
-    end function holds
-
-    !> One real number. Fails when the key is missing and has no default, or its value is not one
-    !> finite number within the limits (both ends included).
-    subroutine get_real(self, group, key, value, error, default, low, high, unit, index)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key      !! Their names, in whatever case
-        real(dp), intent(out) :: value              !! In the file's unit
-        type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: default, low, high    !! Allowed range, in the file's unit
-        character(*), intent(in), optional :: unit  !! Of the range, for the message
-        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
-
-        type(entry_t) :: entry
-        character(:), allocatable :: problem
-        logical :: found
-
-        value = 0
-        if (present(default)) value = default
-        call look_up(self, group, key, index, trim(allowed_real(low, high, unit)), 1, &
-                     .not. present(default), entry, found, error)
-        if (.not. found) return
-        call real_from_value(entry%values(1), value, problem, low, high, unit)
-        if (allocated(problem)) call reject(self, group, key, problem, error, index)
-    end subroutine get_real
-
-    !> As many real numbers as `value` has elements, each within the limits.
-    subroutine get_reals(self, group, key, value, error, default, low, high, unit, index)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key          !! Their names, in whatever case
-        real(dp), intent(out) :: value(:)               !! In the file's unit
-        type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: default(:)    !! As long as `value`
-        real(dp), intent(in), optional :: low, high     !! Allowed range of each, in the file's unit
-        character(*), intent(in), optional :: unit      !! Of the range, for the message
-        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
-
-        type(entry_t) :: entry
-        character(:), allocatable :: problem
-        logical :: found
-        integer :: i
-
-        value = 0
-        if (present(default)) value = default
-        call look_up(self, group, key, index, integer_text(size(value))//' numbers, each '// &
-                     trim(allowed_real(low, high, unit)), size(value), .not. present(default), &
-                     entry, found, error)
-        if (.not. found) return
-        do i = 1, size(value)
-            call real_from_value(entry%values(i), value(i), problem, low, high, unit)
-            if (.not. allocated(problem)) cycle
-            call reject(self, group, key, 'value '//integer_text(i)//': '//problem, error, index, &
-                        item=i)
-            return
+        call add_entry(parser, '', line)
+        parser%header = parser%used
+        call advance(parser)
+        do while (parser%kind == WORD)
+            call read_entry(parser)
         end do
-    end subroutine get_reals
+        select case (parser%kind)
+        case (GROUP_END)
+            call advance(parser)
+        case (GROUP_BEGIN, END_OF_TEXT)
+            call refuse(parser, line, 'the group &'//parser%group//' is not ended: a line with / is missing')
+        case default
+            call refuse(parser, parser%at, 'expected key = value, or / to end the group &'//parser%group)
+        end select
+    end subroutine read_group
 
-    subroutine real_from_value(given, value, problem, low, high, unit)
-        type(value_t), intent(in) :: given
-        real(dp), intent(out) :: value
-        character(:), allocatable, intent(out) :: problem
-        real(dp), intent(in), optional :: low, high
-        character(*), intent(in), optional :: unit
+    !> Reads key = values; afterwards the token behind them is the present one: the next key or the end.
+    subroutine read_entry(parser)
+        type(parser_t), intent(inout) :: parser
 
-        if (given%quoted) then
-            value = 0
-            problem = 'a text in quotes; it must be '//trim(allowed_real(low, high, unit))
-        else
-            call real_from_text(given%text, value, problem, low, high, unit)
-        end if
-    end subroutine real_from_value
+        type(value_t), allocatable :: values(:)
+        character(:), allocatable :: key
+        integer :: line
 
-    !> One integer.
-    subroutine get_integer(self, group, key, value, error, default, low, high, index)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key      !! Their names, in whatever case
-        integer, intent(out) :: value               !! As in the file, or the default
-        type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: default, low, high !! Allowed range
-        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
+        call check_key(parser)
+        key = lower_case(parser%text)
+        line = parser%at
+        call add_entry(parser, key, line)
+        call advance(parser)    ! the = sign
+        call read_values(parser, values)
+        if (size(values) == 0) call refuse(parser, line, 'the key "'//key//'" has no value')
+        parser%entries(parser%used)%values = values
+    end subroutine read_entry
 
-        type(entry_t) :: entry
-        character(:), allocatable :: problem
-        logical :: found
+    !> The key is a name, not yet in the group, and followed by an = sign.
+    subroutine check_key(parser)
+        type(parser_t), intent(inout) :: parser
 
-        value = 0
-        if (present(default)) value = default
-        call look_up(self, group, key, index, trim(allowed_integer(low, high)), 1, &
-                     .not. present(default), entry, found, error)
-        if (.not. found) return
-        if (entry%values(1)%quoted) then
-            problem = 'a text in quotes; it must be '//trim(allowed_integer(low, high))
-        else
-            call integer_from_text(entry%values(1)%text, value, problem, low, high)
-        end if
-        if (allocated(problem)) call reject(self, group, key, problem, error, index)
-    end subroutine get_integer
-
-    !> One logical.
-    subroutine get_logical(self, group, key, value, error, default, index)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key      !! Their names, in whatever case
-        logical, intent(out) :: value               !! As in the file, or the default
-        type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: default    !! Without it the key is required
-        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
-
-        type(entry_t) :: entry
-        character(:), allocatable :: problem
-        logical :: found
-
-        value = .false.
-        if (present(default)) value = default
-        call look_up(self, group, key, index, '.true. or .false.', 1, .not. present(default), &
-                     entry, found, error)
-        if (.not. found) return
-        if (entry%values(1)%quoted) then
-            problem = 'a text in quotes; it must be .true. or .false. without quotes'
-        else
-            call logical_from_text(entry%values(1)%text, value, problem)
-        end if
-        if (allocated(problem)) call reject(self, group, key, problem, error, index)
-    end subroutine get_logical
-
-    !> One text in quotes; with `choices`, one of these, in whatever case, returned in their
-    !> spelling.
-    subroutine get_text(self, group, key, value, error, default, choices, index)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key      !! Their names, in whatever case
-        character(:), allocatable, intent(out) :: value !! As in the file, or the default
-        type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in), optional :: default   !! Without it the key is required
-        character(*), intent(in), optional :: choices(:)    !! What is allowed; anything when absent
-        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
-
-        type(entry_t) :: entry
-        character(:), allocatable :: problem, allowed
-        logical :: found
-
-        value = ''
-        if (present(default)) value = default
-        allowed = 'a text in quotes'
-        if (present(choices)) allowed = allowed//', '//allowed_choice(choices)
-        call look_up(self, group, key, index, allowed, 1, .not. present(default), entry, found, &
-                     error)
-        if (.not. found) return
-        value = entry%values(1)%text
-        if (.not. entry%values(1)%quoted) then
-            problem = value//' is not in quotes; it must be '//allowed
-        else if (present(choices)) then
-            call choice_from_text(entry%values(1)%text, choices, value, problem)
-        end if
-        if (allocated(problem)) call reject(self, group, key, problem, error, index)
-    end subroutine get_text
-
-    !> Finds an entry and marks it as used. Fails when it is missing but required, or has another
-    !> number of values.
-    subroutine look_up(self, group, key, index, allowed, number_of_values, required, entry, &
-                       found, error)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
-        integer, intent(in), optional :: index
-        character(*), intent(in) :: allowed         !! What the value must be
-        integer, intent(in) :: number_of_values
-        logical, intent(in) :: required
-        type(entry_t), intent(out) :: entry
-        logical, intent(out) :: found               !! False too after a failure
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: i, j
-
-        call remember(self, lower_case(group), lower_case(key))
-        i = group_position(self, group, index)
-        j = 0
-        if (i > 0) then
-            self%groups(i)%used = .true.
-            j = position_of(self%groups(i), lower_case(key))
-        end if
-        found = j > 0
-        if (.not. found) then
-            if (required) &
-                call fail_missing(self, lower_case(group), lower_case(key), i, index, allowed, &
-                                  error)
-            return
-        end if
-        self%groups(i)%entries(j)%used = .true.
-        entry = self%groups(i)%entries(j)
-        found = size(entry%values) == number_of_values
-        if (.not. found) &
-            call reject(self, group, key, integer_text(size(entry%values))//' values; it must '// &
-                        'be '//allowed, error, index)
-    end subroutine look_up
-
-    subroutine fail_missing(self, group, key, position, index, allowed, error)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group, key
-        integer, intent(in) :: position             !! Of the group; 0 when that is missing too
-        integer, intent(in), optional :: index
-        character(*), intent(in) :: allowed
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t), allocatable :: unused(:)
-        character(:), allocatable :: needed, name, near
-        integer :: j
-
-        name = 'group &'//group
-        if (present(index)) name = name//' number '//integer_text(index)
-        needed = 'the key "'//key//'" ('//allowed//')'
-        if (position == 0) then
-            call fail(error, self%source%name//': the '//name//' is missing; it must have '//needed)
-            return
-        end if
-        allocate (unused(0))
-        do j = 1, size(self%groups(position)%entries)
-            associate (entry => self%groups(position)%entries(j))
-                if (.not. entry%used) call append(unused, entry%key)
-            end associate
-        end do
-        near = nearest_name(key, padded(unused))
-        if (near /= '') near = '; is "'//near//'" there a misspelling of it?'
-        call self%source%fail_at(self%groups(position)%line, needed//' is missing in the '//name// &
-                                 near, error)
-    end subroutine fail_missing
-
-    !> A failure about the value of a key, for a check of the caller's own: names file, line and
-    !> key, and shows the line.
-    subroutine reject(self, group, key, problem, error, index, item)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group, key  !! Their names, in whatever case
-        character(*), intent(in) :: problem     !! What is wrong with it, and what is allowed
-        type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: index  !! Which group of that name; 1 if absent
-        integer, intent(in), optional :: item   !! Which of the values; the first if absent
-
-        character(:), allocatable :: message
-        integer :: i, j, k
-
-        message = 'key "'//lower_case(key)//'" of group &'//lower_case(group)//': '//problem
-        i = group_position(self, group, index)
-        j = 0
-        if (i > 0) j = position_of(self%groups(i), lower_case(key))
-        if (j == 0) then
-            call fail(error, self%source%name//': '//message)
-            return
-        end if
-        k = 1
-        if (present(item)) k = item
-        call self%source%fail_at(self%groups(i)%entries(j)%values(k)%line, message, error)
-    end subroutine reject
-
-    !> Fails for the first group or key of the file that nobody asked for.
-    subroutine check_all_used(self, error, others, only)
-        class(namelist_file_t), intent(in) :: self
-        type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in), optional :: others(:)     !! Groups that are not checked, in lower case
-        character(*), intent(in), optional :: only(:)       !! Groups that alone are checked
-
-        integer :: i, j
-
-        do i = 1, size(self%groups)
-            if (present(others)) then
-                if (any(others == self%groups(i)%name)) cycle
-            end if
-            if (present(only)) then
-                if (.not. any(only == self%groups(i)%name)) cycle
-            end if
-            if (.not. self%groups(i)%used) then
-                call fail_unknown_group(self, self%groups(i), error, others)
-                return
-            end if
-            do j = 1, size(self%groups(i)%entries)
-                if (self%groups(i)%entries(j)%used) cycle
-                call fail_unknown_key(self, self%groups(i)%name, self%groups(i)%entries(j), error)
-                return
-            end do
-        end do
-    end subroutine check_all_used
-
-    subroutine fail_unknown_group(self, group, error, others)
-        class(namelist_file_t), intent(in) :: self
-        type(group_t), intent(in) :: group
-        type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in), optional :: others(:)
-
-        type(string_t), allocatable :: names(:)
-        character(:), allocatable :: problem
+        character(:), allocatable :: key
         integer :: i
 
-        allocate (names, source=known_names(self))
-        if (present(others)) then
-            do i = 1, size(others)
-                if (.not. any(padded(names) == others(i))) call append(names, trim(others(i)))
-            end do
+        key = '"'//lower_case(parser%text)//'"'
+        if (.not. equals_follows(parser)) then
+            call refuse(parser, parser%at, 'expected key = value: no = after '//key)
+        else if (scan(key, '(%') > 0) then
+            call refuse(parser, parser%at, key//': keys with an index or % are not read; give all values of the key '// &
+                        'together, as in key = 1, 2, 3')
+        else if (.not. is_name(parser%text)) then
+            call refuse(parser, parser%at, key//' cannot be a key: a key begins with a letter and has letters, digits and _')
         end if
-        if (any(padded(names) == group%name)) then
-            problem = ' stands here once too often'
-        else
-            problem = ' is not known'//did_you_mean(group%name, padded(names))// &
-                      '; known: '//join(padded(names), ', ')
-        end if
-        call self%source%fail_at(group%line, 'the group &'//group%name//problem, error)
-    end subroutine fail_unknown_group
+        do i = parser%header + 1, parser%used
+            if ('"'//parser%entries(i)%key//'"' == key) &
+                call refuse(parser, parser%at, 'the key '//key//' stands twice in the group &'//parser%group// &
+                            ', first in line '//integer_text(parser%entries(i)%line))
+        end do
+    end subroutine check_key
 
-    subroutine fail_unknown_key(self, group, entry, error)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group
-        type(entry_t), intent(in) :: entry
-        type(error_t), allocatable, intent(out) :: error
+    !> Reads values up to something else.
+    subroutine read_values(parser, values)
+        type(parser_t), intent(inout) :: parser
+        type(value_t), allocatable, intent(out) :: values(:)
 
-        type(string_t), allocatable :: names(:)
+        logical :: after_comma
 
-        allocate (names, source=known_names(self, group))
-        call self%source%fail_at(entry%line, 'the key "'//entry%key//'" is not known in the '// &
-                                 'group &'//group//did_you_mean(entry%key, padded(names))// &
-                                 '; known: '//join(padded(names), ', '), error)
-    end subroutine fail_unknown_key
-
-    !> The keys of a group that were asked for; without `group`, the groups.
-    function known_names(self, group) result(names)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in), optional :: group
-        type(string_t), allocatable :: names(:)
-
-        integer :: i
-
-        allocate (names(0))
-        do i = 1, size(self%known)
-            associate (known => self%known(i))
-                if (.not. present(group)) then
-                    if (any(padded(names) == known%group)) cycle
-                    call append(names, known%group)
-                else if (known%group == group .and. known%key /= '') then
-                    call append(names, known%key)
+        allocate (values(0))
+        after_comma = .false.
+        do
+            call advance(parser)
+            select case (parser%kind)
+            case (COMMA)
+                if (after_comma .or. size(values) == 0) &
+                    call refuse(parser, parser%at, 'a value is missing before a comma')
+            case (WORD, QUOTED)
+                if (parser%kind == WORD) then
+                    if (equals_follows(parser)) return
+                    if (parser%begins_line .and. looks_like_key(parser%text)) &
+                        call refuse(parser, parser%at, '"'//parser%text//'" is no value: an = is missing after a key, or '// &
+                                    'quotes around a text')
                 end if
-            end associate
+                call append_value(parser, values)
+            case default
+                return
+            end select
+            after_comma = parser%kind == COMMA
         end do
-    end function known_names
+    end subroutine read_values
 
-    !> Notes that a key was asked for, once.
-    subroutine remember(self, group, key)
-        class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
+    !> Puts the present token at the end, as often as its repeat count says.
+    subroutine append_value(parser, values)
+        type(parser_t), intent(inout) :: parser
+        type(value_t), allocatable, intent(inout) :: values(:)
 
-        type(known_t), allocatable :: longer(:)
+        type(value_t), allocatable :: longer(:)
         integer :: i, n
 
-        n = size(self%known)
-        do i = 1, n
-            if (self%known(i)%group == group .and. self%known(i)%key == key) return
+        n = size(values)
+        if (n + parser%times > MOST_VALUES) &
+            call refuse(parser, parser%at, 'more than '//integer_text(MOST_VALUES)//' values of one key')
+        if (allocated(parser%failure)) return
+        allocate (longer(n + parser%times))
+        longer(:n) = values
+        do i = n + 1, size(longer)
+            longer(i)%text = parser%text
+            longer(i)%quoted = parser%kind == QUOTED
+            longer(i)%line = parser%at
         end do
-        allocate (longer(n + 1))
-        longer(:n) = self%known
-        longer(n + 1)%group = group
-        longer(n + 1)%key = key
-        call move_alloc(longer, self%known)
-    end subroutine remember
+        call move_alloc(longer, values)
+    end subroutine append_value
 
-    !> Position of a group in the file's list; 0 when it is not there.
-    pure integer function group_position(self, name, index) result(position)
-        class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: name
-        integer, intent(in), optional :: index
+    !> True for a word that is a name and no value.
+    pure logical function looks_like_key(text)
+        character(*), intent(in) :: text
 
-        integer :: wanted
+        looks_like_key = is_name(text)
+        select case (lower_case(text))
+        case ('t', 'f', 'true', 'false', 'nan', 'inf', 'infinity')
+            looks_like_key = .false.
+        end select
+    end function looks_like_key
 
-        wanted = 1
-        if (present(index)) wanted = index
-        do position = 1, size(self%groups)
-            if (self%groups(position)%name == lower_case(name) .and. &
-                self%groups(position)%index == wanted) return
+    pure logical function is_name(text)
+        character(*), intent(in) :: text
+
+        is_name = text /= '' .and. verify(lower_case(text), NAME_CHARACTERS) == 0
+        if (is_name) is_name = scan(lower_case(text(1:1)), LETTERS) == 1
+    end function is_name
+
+    !> Is the next token an = sign? The parser stays where it is.
+    logical function equals_follows(parser)
+        type(parser_t), intent(in) :: parser
+
+        integer :: position, line
+
+        position = parser%position
+        line = parser%line
+        call skip_blanks(parser%source%text, position, line)
+        equals_follows = .false.
+        if (position <= len(parser%source%text)) equals_follows = parser%source%text(position:position) == EQUALS
+    end function equals_follows
+
+    !> Skips blanks, ends of lines and comments.
+    pure subroutine skip_blanks(text, position, line)
+        character(*), intent(in) :: text
+        integer, intent(inout) :: position, line
+
+        integer :: length
+
+        do while (position <= len(text))
+            select case (text(position:position))
+            case (LF)
+                line = line + 1
+            case ('!')
+                length = index(text(position:), LF)
+                if (length == 0) length = len(text) - position + 2
+                position = position + length - 2    ! the last before the end
+            case (' ', TAB, CR)
+            case default
+                exit
+            end select
+            position = position + 1
         end do
-        position = 0
-    end function group_position
+    end subroutine skip_blanks
+
+    !> Goes to the next token.
+    subroutine advance(parser)
+        type(parser_t), intent(inout) :: parser
+
+        call skip_blanks(parser%source%text, parser%position, parser%line)
+        parser%begins_line = parser%line /= parser%at
+        parser%at = parser%line
+        parser%text = ''
+        parser%times = 1
+        parser%kind = END_OF_TEXT
+        if (allocated(parser%failure) .or. parser%position > len(parser%source%text)) return
+        parser%kind = parser%source%text(parser%position:parser%position)
+        select case (parser%kind)
+        case (EQUALS, COMMA, GROUP_END)
+            parser%position = parser%position + 1
+        case (GROUP_BEGIN)
+            parser%text = lower_case(word_at(parser%source%text, parser%position + 1))
+            parser%position = parser%position + 1 + len(parser%text)
+            if (parser%text == 'end') then
+                parser%kind = GROUP_END
+            else if (.not. is_name(parser%text)) then
+                call refuse(parser, parser%at, 'the name of a group must follow the &')
+            end if
+        case ('''', '"')
+            call scan_quoted(parser)
+        case default
+            call scan_word(parser)
+        end select
+    end subroutine advance
+
+    !> A text in quotes; a doubled quote within stands for one.
+    subroutine scan_quoted(parser)
+        type(parser_t), intent(inout) :: parser
+
+        character(1) :: quote
+        integer :: begin, end, last, length, i
+
+        associate (text => parser%source%text)
+            begin = parser%position + 1
+            quote = text(begin - 1:begin - 1)
+            last = parser%source%last(parser%line)
+            end = begin                                 ! of the closing quote; a doubled one is passed over
+            do while (end <= last)
+                if (text(end:end) == quote) then
+                    if (text(end + 1:min(end + 1, last)) /= quote) exit
+                    end = end + 1
+                end if
+                end = end + 1
+            end do
+            if (end > last) then
+                call refuse(parser, parser%at, 'the text is not ended: a closing '//quote//' is missing in this line')
+                return
+            end if
+            parser%kind = QUOTED
+            parser%position = end + 1
+            parser%text = text(begin:end - 1)
+            length = 0
+            i = begin
+            do while (i < end)
+                length = length + 1
+                parser%text(length:length) = text(i:i)
+                if (text(i:i) == quote) i = i + 1
+                i = i + 1
+            end do
+            parser%text = parser%text(:length)
+        end associate
+    end subroutine scan_quoted
+
+    !> A word, with the repeat count before it if there is one.
+    subroutine scan_word(parser)
+        type(parser_t), intent(inout) :: parser
+
+        character(:), allocatable :: word_text
+        integer :: star
+        logical :: ok
+
+        parser%kind = WORD
+        word_text = word_at(parser%source%text, parser%position)
+        parser%position = parser%position + len(word_text)
+        star = index(word_text, '*')
+        parser%text = word_text(star + 1:)
+        if (star == 0) return
+        call parse_integer(word_text(:star - 1), parser%times, ok)
+        if (.not. ok .or. parser%times < 1 .or. parser%times > MOST_VALUES) then
+            call refuse(parser, parser%at, '"'//word_text//'": before the * must stand a repeat count of 1 to '// &
+                        integer_text(MOST_VALUES))
+        else if (parser%text == '') then
+            if (scan(parser%source%text(parser%position:), '''"') == 1) then
+                call scan_quoted(parser)
+            else
+                call refuse(parser, parser%at, 'a value is missing after "'//word_text//'"')
+            end if
+        end if
+    end subroutine scan_word
+
+    pure integer function word_length(text, position) result(length)
+        character(*), intent(in) :: text
+        integer, intent(in) :: position
+
+        length = scan(text(position:), SEPARATORS) - 1
+        if (length < 0) length = len(text) - position + 1
+    end function word_length
+
+    !> The characters from `position` to the next separator.
+    pure function word_at(text, position) result(found)
+        character(*), intent(in) :: text
+        integer, intent(in) :: position
+        character(word_length(text, position)) :: found
+
+        found = text(position:)
+    end function word_at
+
+    !> Puts the present group, or a key of it, at the end of the entries.
+    subroutine add_entry(parser, key, line)
+        type(parser_t), intent(inout) :: parser
+        character(*), intent(in) :: key         !! Empty: the group
+        integer, intent(in) :: line             !! Where it stands
+
+        type(entry_t), allocatable :: longer(:)
+
+        if (parser%used == MOST_ENTRIES) then
+            call refuse(parser, line, 'more than '//integer_text(MOST_ENTRIES)//' groups and keys')
+            return
+        end if
+        if (parser%used == size(parser%entries)) then
+            allocate (longer(2*parser%used + 64))
+            longer(:parser%used) = parser%entries
+            call move_alloc(longer, parser%entries)
+        end if
+        parser%used = parser%used + 1
+        associate (entry => parser%entries(parser%used))
+            entry%group = parser%group
+            entry%index = parser%number
+            entry%key = key
+            entry%line = line
+            allocate (entry%values(0))
+        end associate
+    end subroutine add_entry
+
+    !> Notes the first thing that is wrong.
+    subroutine refuse(parser, line, message)
+        type(parser_t), intent(inout) :: parser
+        integer, intent(in) :: line
+        character(*), intent(in) :: message
+
+        parser%kind = END_OF_TEXT
+        if (.not. allocated(parser%failure)) call parser%source%fail_at(line, message, parser%failure)
+    end subroutine refuse
 end module gracecg_files_namelist

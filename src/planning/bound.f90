@@ -62,11 +62,8 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
 
-        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
-                                                           magnetometer_bias=.false.), simulator, error)
-        if (allocated(error)) return
-        call observe_without_noise(simulator, density_wave_t(), observations)
-        call bound_at_truth(simulator, observations, options, bound, error)
+        call observe_case(case, simulator, observations, error)
+        if (.not. allocated(error)) call bound_at_truth(simulator, observations, options, bound, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
@@ -82,11 +79,9 @@ contains
         type(observation_set_t) :: observations
         type(whitened_problem_t) :: problem
 
-        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
-                                                           magnetometer_bias=.false.), simulator, error)
-        if (allocated(error)) return
-        call observe_without_noise(simulator, density_wave_t(), observations)
-        call prepare_at_truth(simulator, observations, options, asked_parameters(options%optimal), problem, error)
+        call observe_case(case, simulator, observations, error)
+        if (.not. allocated(error)) &
+            call prepare_at_truth(simulator, observations, options, asked_parameters(options%optimal), problem, error)
         if (.not. allocated(error)) &
             call gather_information(observations%knowledge, options, problem, information, error)
         call add_context(error, 'case '//trim(case%name))
@@ -104,15 +99,25 @@ contains
         type(observation_set_t) :: observations
         type(whitened_problem_t) :: problem
 
-        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
-                                                           magnetometer_bias=.false.), simulator, error)
-        if (allocated(error)) return
-        call observe_without_noise(simulator, density_wave_t(), observations)
-        call prepare_at_truth(simulator, observations, options, &
-                              estimated_parameters(options%optimal, observations%knowledge%duration), problem, error)
+        call observe_case(case, simulator, observations, error)
+        if (.not. allocated(error)) &
+            call prepare_at_truth(simulator, observations, options, &
+                                  estimated_parameters(options%optimal, observations%knowledge%duration), problem, error)
         if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine reliability_of_case
+
+    !> A case without noise, and without what an estimate takes for granted or considers.
+    subroutine observe_case(case, simulator, observations, error)
+        type(case_t), intent(in) :: case
+        type(simulator_t), intent(out) :: simulator
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
+                                                           magnetometer_bias=.false.), simulator, error)
+        if (.not. allocated(error)) call observe_without_noise(simulator, density_wave_t(), observations)
+    end subroutine observe_case
 
     !> The problem of some parameters at the true state. Fails when the rods are off, or an instrument has no noise.
     subroutine prepare_at_truth(simulator, observations, options, parameters, problem, error)

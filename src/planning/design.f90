@@ -1,12 +1,9 @@
 !> The planner: the manoeuvre whose worst axis is best, at one place of the orbit or at several, under the
 !> limits of rods, rate and pointing.
 !>
-!> Which manoeuvres are good is known beforehand: rods that share neither frequency nor phase, so
-!> that the angular acceleration does not keep one direction, and whole cycles, which do not disturb
-!> each other. So whole numbers of cycles are tried that differ little, with quarter-period phases where rods
-!> share a frequency, in every waveform; the best are refined in frequency and phase by the simplex
-!> method of J. A. Nelder and R. Mead (Computer Journal 7 (1965) 308-313). Nothing is random: the
-!> result does not depend on threads.
+!> Whole numbers of cycles are tried that differ little, with quarter-period phases where rods share a frequency, in
+!> every waveform; the best are refined in frequency and phase by the simplex method of J. A. Nelder and R. Mead
+!> (Computer Journal 7 (1965) 308-313). Nothing is random: the result does not depend on threads.
 !>
 !> How good a manoeuvre is changes with its frequency as rods, noise and density wave do, slowly, and with the
 !> difference of the rods' cycles, cycle by cycle. So all differences are tried, but in a long arc not all lowest
@@ -18,42 +15,20 @@
 !> that come after, are judged at every sample.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
-    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_progress, only: progress_t, tell, expect_pieces, piece_done
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
-        dipole_moments, SINE, TAPERED, SQUARE, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moments, TAPERED, SQUARE
     use gracecg_simulation_dynamics, only: RATE => OMEGA
     use gracecg_simulation_limits, only: exceeds_limits, check_motion
     use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, manoeuvre_quality_t, evaluate_manoeuvre, &
         evaluate_moments, thin_arc, thin_site
+    use gracecg_planning_candidates, only: design_settings_t, candidate_t, check_design_settings, &
+        structured_candidates, neighbours, candidate_567, allows_567, rods_of
     implicit none
     private
-    public :: design_settings_t, manoeuvre_design_t, check_design_settings
-    public :: design_manoeuvre, judge_manoeuvre, choose_place, pattern_567
-
-    !> What the search may do.
-    type :: design_settings_t
-        logical :: rod_used(3) = .true.             !! Rods along body x, y, z
-        real(dp) :: amplitude = MAX_DIPOLE          !! Of a rod, A m^2
-        real(dp) :: lowest_frequency = 0.05_dp      !! Hz
-        real(dp) :: highest_frequency = 0.2_dp      !! Hz
-        logical :: waveform_used(4) = [.true., .false., .true., .true.]
-        !! Sine, cosine (a sine with another phase), tapered, square
-        real(dp) :: taper = 5                       !! Of tapered waveforms, s
-        real(dp) :: rise_time = 1                   !! Of square waves, s
-        integer :: refinement_steps = 120           !! Of the simplex method, for each of the best
-        integer :: threads = 1                      !! Of the search
-    end type design_settings_t
-
-    !> A manoeuvre in the numbers that the search changes.
-    type :: candidate_t
-        integer :: waveform = SINE
-        real(dp) :: cycles(3) = 0                   !! During the arc, of each rod
-        real(dp) :: phase(3) = 0                    !! rad
-        real(dp) :: amplitude = 0                   !! A m^2
-    end type candidate_t
+    public :: manoeuvre_design_t, design_manoeuvre, judge_manoeuvre, choose_place
 
     !> A judged manoeuvre.
     type :: manoeuvre_design_t
@@ -92,8 +67,6 @@ module gracecg_planning_design
         type(manoeuvre_site_t), allocatable :: thinned_sites(:)
     end type quick_look_t
 
-    integer, parameter :: WIDEST = 4        !! Difference of two rods' cycles in the structured search
-    integer, parameter :: MOST_LOWEST = 12  !! Lowest cycles of the structured search
     integer, parameter :: WIDENED_COUNT = 6 !! Whose lowest cycle is looked at more closely where some were left out
     integer, parameter :: FINAL_COUNT = 24    !! Judged at all places
     integer, parameter :: REFINED_COUNT = 6       !! Refined
@@ -104,61 +77,6 @@ module gracecg_planning_design
     integer, parameter :: PROMISING_COUNT = 240     !! Judged at every sample after a look at fewer
 
 contains
-
-    !> Fails for settings that allow no manoeuvre.
-    subroutine check_design_settings(arc, settings, error)
-        type(planned_arc_t), intent(in) :: arc
-        type(design_settings_t), intent(in) :: settings
-        type(error_t), allocatable, intent(out) :: error
-
-        type(torque_rods_t) :: rods
-        type(rod_activation_t) :: rod
-        real(dp) :: duration
-        integer :: waveform
-
-        duration = arc%samples*arc%interval
-        if (.not. any(settings%rod_used)) then
-            call fail(error, 'all torque rods are off: at least one has to be used')
-        else if (.not. settings%amplitude > 0) then
-            call fail(error, 'all torque rods are off: the amplitude is '//number_text(settings%amplitude)// &
-                      ' A m^2, it has to be more than 0')
-        else if (.not. any(settings%waveform_used)) then
-            call fail(error, 'no waveform is allowed')
-        else if (.not. settings%lowest_frequency > 0 .or. &
-                 .not. settings%highest_frequency >= settings%lowest_frequency) then
-            call fail(error, 'frequencies from '//number_text(settings%lowest_frequency)//' to '// &
-                      number_text(settings%highest_frequency)//' Hz: the first has to be positive and at '// &
-                      'most the second')
-        else if (most_cycles(settings, duration) < fewest_cycles(settings, duration)) then
-            call fail(error, 'frequencies from '//number_text(settings%lowest_frequency)//' to '// &
-                      number_text(settings%highest_frequency)//' Hz leave no whole number of cycles in '// &
-                      number_text(duration)//' s')
-        end if
-        do waveform = 1, size(WAVEFORM_NAMES)
-            if (allocated(error)) return
-            if (.not. settings%waveform_used(waveform)) cycle
-            rod = rod_activation_t(axis=1, amplitude=settings%amplitude, &
-                                   frequency=settings%highest_frequency, stop=duration, waveform=waveform, &
-                                   taper=merge(settings%taper, 0.0_dp, waveform == TAPERED), &
-                                   rise_time=settings%rise_time)
-            call new_torque_rods(rods, [rod], error)
-            if (.not. allocated(error)) call check_rod_sampling(rods, arc%interval, error)
-        end do
-    end subroutine check_design_settings
-
-    pure integer function fewest_cycles(settings, duration) result(cycles)
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: duration
-
-        cycles = max(1, ceiling(settings%lowest_frequency*duration - 1e-9_dp))
-    end function fewest_cycles
-
-    pure integer function most_cycles(settings, duration) result(cycles)
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: duration
-
-        cycles = floor(settings%highest_frequency*duration + 1e-9_dp)
-    end function most_cycles
 
     !> A look at manoeuvres that takes less time: with fewer samples where they are more than QUICK_SAMPLES, else with
     !> those of the arc itself. Fails as thin_arc does.
@@ -178,7 +96,7 @@ contains
         longest = OF_PERIOD/settings%highest_frequency
         if (settings%waveform_used(SQUARE)) longest = min(longest, OF_EDGE*settings%rise_time)
         if (settings%waveform_used(TAPERED)) longest = min(longest, OF_EDGE*settings%taper)
-        samples = max(QUICK_SAMPLES, ceiling(arc%samples*arc%interval/longest - 1e-9_dp))
+        samples = max(QUICK_SAMPLES, ceiling(arc%duration()/longest - 1e-9_dp))
         if (samples >= arc%samples) return
         call thin_arc(arc, samples, look%thinned_arc, error)
         if (allocated(error)) return
@@ -330,129 +248,6 @@ contains
         end do
     end function best_first
 
-    !> From one lowest cycle of the structured search to the next: 1 where all are few enough.
-    pure integer function lowest_step(settings, duration) result(step)
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: duration        !! s
-
-        step = 1 + (most_cycles(settings, duration) - fewest_cycles(settings, duration))/MOST_LOWEST
-    end function lowest_step
-
-    !> The candidates with all their cycles moved to where the structured search left some out, as far as the next
-    !> one that it tried.
-    function neighbours(arc, settings, candidates) result(moved)
-        type(planned_arc_t), intent(in) :: arc
-        type(design_settings_t), intent(in) :: settings
-        type(candidate_t), intent(in) :: candidates(:)
-        type(candidate_t), allocatable :: moved(:)
-
-        type(candidate_t) :: candidate
-        real(dp) :: duration
-        integer :: i, shift, step
-
-        allocate (moved(0))
-        duration = arc%samples*arc%interval
-        step = lowest_step(settings, duration)
-        do i = 1, size(candidates)
-            do shift = 1 - step, step - 1
-                candidate = candidates(i)
-                candidate%amplitude = settings%amplitude
-                where (settings%rod_used) candidate%cycles = candidate%cycles + shift
-                if (shift == 0) cycle
-                if (any(settings%rod_used .and. (nint(candidate%cycles) < fewest_cycles(settings, duration) .or. &
-                                                 nint(candidate%cycles) > most_cycles(settings, duration)))) cycle
-                moved = [moved, candidate]
-            end do
-        end do
-    end function neighbours
-
-    !> Whole numbers of cycles that differ by at most WIDEST, in every waveform, all rods starting
-    !> as a sine or all as a cosine; where rods share a frequency, in all quarters of the period.
-    function structured_candidates(arc, settings) result(candidates)
-        type(planned_arc_t), intent(in) :: arc
-        type(design_settings_t), intent(in) :: settings
-        type(candidate_t), allocatable :: candidates(:)
-
-        type(candidate_t) :: candidate
-        integer :: pass, n, waveform, x, y, z, start, y_later, z_later, low, high, step
-
-        low = fewest_cycles(settings, arc%samples*arc%interval)
-        high = most_cycles(settings, arc%samples*arc%interval)
-        step = lowest_step(settings, arc%samples*arc%interval)
-        do pass = 1, 2      ! count, then store
-            n = 0
-            do waveform = 1, size(settings%waveform_used)
-                if (.not. settings%waveform_used(waveform)) cycle
-                do x = low, merge(high, low, settings%rod_used(1))
-                    do y = low, merge(high, low, settings%rod_used(2))
-                        do z = low, merge(high, low, settings%rod_used(3))
-                            if (too_wide(x, y, z)) cycle
-                            do start = 0, 1
-                                do y_later = 0, merge(3, 0, settings%rod_used(2) .and. shares(y, [x], [1]))
-                                    do z_later = 0, merge(3, 0, settings%rod_used(3) .and. &
-                                                          shares(z, [x, y], [1, 2]))
-                                        n = n + 1
-                                        if (pass == 1) cycle
-                                        candidate%waveform = waveform
-                                        candidate%cycles = [x, y, z]
-                                        candidate%phase = PI/2*modulo(start + [0, y_later, z_later], 4)
-                                        candidate%amplitude = settings%amplitude
-                                        candidates(n) = candidate
-                                    end do
-                                end do
-                            end do
-                        end do
-                    end do
-                end do
-            end do
-            if (pass == 1) allocate (candidates(n))
-        end do
-
-    contains
-
-        !> Does a rod of these cycles share its frequency with one of the others in use?
-        pure logical function shares(cycles, others, rods)
-            integer, intent(in) :: cycles, others(:), rods(:)
-
-            shares = any(others == cycles .and. settings%rod_used(rods))
-        end function shares
-
-        pure logical function too_wide(x, y, z)
-            integer, intent(in) :: x, y, z
-
-            integer :: used(3)
-
-            used = [x, y, z]
-            too_wide = maxval(used, mask=settings%rod_used) - minval(used, mask=settings%rod_used) > WIDEST .or. &
-                       modulo(minval(used, mask=settings%rod_used) - low, step) > 0
-        end function too_wide
-    end function structured_candidates
-
-    !> The manoeuvre of a candidate for an arc that starts at 0.
-    pure function rods_of(settings, duration, candidate) result(rods)
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: duration
-        type(candidate_t), intent(in) :: candidate
-        type(torque_rods_t) :: rods
-
-        integer :: axis
-
-        do axis = 1, 3
-            if (.not. settings%rod_used(axis)) cycle
-            rods%count = rods%count + 1
-            associate (rod => rods%activations(rods%count))
-                rod%axis = axis
-                rod%amplitude = candidate%amplitude
-                rod%frequency = candidate%cycles(axis)/duration
-                rod%phase = candidate%phase(axis)
-                rod%stop = duration
-                rod%waveform = candidate%waveform
-                if (candidate%waveform == TAPERED) rod%taper = settings%taper
-                rod%rise_time = settings%rise_time
-            end associate
-        end do
-    end function rods_of
-
     subroutine judge_all(arc, sites, settings, candidates, most_places, judged, error, progress, refine_first)
         type(planned_arc_t), intent(in), target :: arc
         type(manoeuvre_site_t), intent(in), target :: sites(:)
@@ -508,10 +303,10 @@ contains
         real(dp) :: nominal, factor
 
         spent = 0
-        call dipole_moments(rods_of(settings, arc%samples*arc%interval, candidate), arc%interval/2, dipole)
+        call dipole_moments(rods_of(settings, arc%duration(), candidate), arc%interval/2, dipole)
         do attempt = 0, SCALINGS
             call judge_moments(arc, sites, dipole, most_places, .true., design)
-            design%rods = rods_of(settings, arc%samples*arc%interval, candidate)
+            design%rods = rods_of(settings, arc%duration(), candidate)
             spent = spent + design%evaluations
             if (design%allowed) exit
             ! what the manoeuvre adds to rate and turn is proportional to its amplitude
@@ -572,7 +367,7 @@ contains
             design%excursion = max(design%excursion, quality%motion%excursion)
             design%beyond = max(design%beyond, quality%motion%rate/arc%knowledge%limits%rate, &
                                 quality%motion%excursion/arc%knowledge%limits%pointing)
-            if (all(quality%sigma < huge(1.0_dp))) then
+            if (quality%is_seen()) then
                 design%worst = max(design%worst, maxval(hypot(hypot(quality%sigma, quality%wave), &
                                                               quality%force)))
             else
@@ -581,29 +376,11 @@ contains
             end if
             if (exceeds_limits(arc%knowledge%limits, quality%motion)) then
                 design%allowed = .false.
-            else if (.not. all(quality%sigma < huge(1.0_dp))) then
+            else if (.not. quality%is_seen()) then
                 design%beyond = huge(1.0_dp)
             end if
         end do
     end subroutine judge_moments
-
-    !> Three rods at 5, 6 and 7 cycles in the arc, with the first allowed waveform.
-    pure function pattern_567(settings, duration) result(rods)
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: duration        !! s
-        type(torque_rods_t) :: rods
-
-        rods = rods_of(settings, duration, candidate_567(settings))
-    end function pattern_567
-
-    pure function candidate_567(settings) result(candidate)
-        type(design_settings_t), intent(in) :: settings
-        type(candidate_t) :: candidate
-
-        candidate%waveform = findloc(settings%waveform_used, .true., 1)
-        candidate%cycles = [5, 6, 7]
-        candidate%amplitude = settings%amplitude
-    end function candidate_567
 
     !> The pattern of 5, 6 and 7 cycles; not allowed when its frequencies or rods are not.
     subroutine judge_pattern_567(arc, sites, settings, design)
@@ -616,10 +393,7 @@ contains
 
         candidate = candidate_567(settings)
         call judge(arc, sites, settings, candidate, size(sites), design)
-        associate (duration => arc%samples*arc%interval)
-            design%allowed = design%allowed .and. all(settings%rod_used) .and. &
-                             5 >= fewest_cycles(settings, duration) .and. 7 <= most_cycles(settings, duration)
-        end associate
+        design%allowed = design%allowed .and. allows_567(settings, arc%duration())
     end subroutine judge_pattern_567
 
     !> The simplex method over cycles and phases of the rods in use, from a candidate. The phase of the
@@ -712,10 +486,10 @@ contains
             real(dp) :: frequency(3), dipole(3, 0:2*arc%samples)
 
             objective = huge(1.0_dp)
-            frequency = x(1:3)/(arc%samples*arc%interval)
+            frequency = x(1:3)/(arc%duration())
             if (any(settings%rod_used .and. (frequency < settings%lowest_frequency .or. &
                                              frequency > settings%highest_frequency))) return
-            call dipole_moments(rods_of(settings, arc%samples*arc%interval, candidate_at(x)), arc%interval/2, dipole)
+            call dipole_moments(rods_of(settings, arc%duration(), candidate_at(x)), arc%interval/2, dipole)
             call judge_moments(arc, sites, dipole, REFINE_PLACES, .true., design)
             evaluations = evaluations + design%evaluations
             if (design%allowed) objective = design%worst

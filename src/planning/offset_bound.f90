@@ -13,9 +13,10 @@ module gracecg_planning_offset_bound
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
+    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
     implicit none
     private
-    public :: offset_bound_t, bound_offset
+    public :: offset_bound_t, bound_offset, principal_axes, invert_information
 
     !> Bound and consider covariance of the CG offset.
     type :: offset_bound_t
@@ -44,7 +45,7 @@ contains
 
         real(dp), dimension(size(names), size(names)) :: covariance
         real(dp), dimension(size(names)) :: zero, unused
-        real(dp) :: values(3), condition
+        real(dp) :: condition
         integer :: n, i
 
         n = size(names)
@@ -53,18 +54,50 @@ contains
         if (allocated(error)) return
         bound%covariance = covariance(offset, offset)
         bound%sigma = [(sqrt(bound%covariance(i, i)), i=1, 3)]
-        call symmetric_eigen(bound%covariance, values, bound%direction, error)
+        call principal_axes(bound%covariance, bound%principal_sigma, bound%direction, error)
         if (allocated(error)) return
-        bound%principal_sigma = sqrt(max(0.0_dp, values))
-        do i = 1, 3
-            associate (column => bound%direction(:, i))
-                if (column(maxloc(abs(column), 1)) < 0) column = -column
-            end associate
-        end do
         allocate (bound%considered(3, size(consider_sigma)))
         do i = 1, size(consider_sigma)
             bound%considered(:, i) = -matmul(covariance(offset, :), information(:n, n + i))*consider_sigma(i)
         end do
         bound%consider_sigma = sqrt(bound%sigma**2 + sum(bound%considered**2, 2))
     end subroutine bound_offset
+
+    !> The error ellipsoid of a covariance; its last axis is the longest.
+    subroutine principal_axes(covariance, sigma, direction, error)
+        real(dp), intent(in) :: covariance(3, 3)        !! m^2
+        real(dp), intent(out) :: sigma(3)               !! Semi-axes, ascending, m
+        real(dp), intent(out) :: direction(3, 3)        !! Unit vectors as columns, largest component positive
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: values(3)
+        integer :: i
+
+        call symmetric_eigen(covariance, values, direction, error)
+        if (allocated(error)) return
+        sigma = sqrt(max(0.0_dp, values))
+        do i = 1, 3
+            associate (column => direction(:, i))
+                if (column(maxloc(abs(column), 1)) < 0) column = -column
+            end associate
+        end do
+    end subroutine principal_axes
+
+    !> Covariance and standard deviations of an information about d; huge(1.0) for both where a direction is unseen.
+    pure subroutine invert_information(information, covariance, sigma)
+        real(dp), intent(in) :: information(3, 3)       !! 1/m^2
+        real(dp), intent(out) :: covariance(3, 3)       !! m^2
+        real(dp), intent(out) :: sigma(3)               !! m
+
+        real(dp), parameter :: SINGULAR = 1e-12_dp      ! of the determinant with unit diagonal
+        real(dp) :: product_of_diagonal
+        integer :: i
+
+        covariance = huge(1.0_dp)
+        sigma = huge(1.0_dp)
+        product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
+        if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
+        covariance = inverse_3x3(information)
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+    end subroutine invert_information
 end module gracecg_planning_offset_bound

@@ -15,8 +15,8 @@ module gracecg_planning_planner
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, new_manoeuvre_site, &
         manoeuvre_quality_t, evaluate_manoeuvre
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
-        design_manoeuvre, judge_manoeuvre, choose_place
+    use gracecg_planning_candidates, only: design_settings_t, check_design_settings
+    use gracecg_planning_design, only: manoeuvre_design_t, design_manoeuvre, judge_manoeuvre, choose_place
     implicit none
     private
     public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE

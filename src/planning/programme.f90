@@ -5,24 +5,20 @@
 !> several about one offset adds up, so a programme is judged by (sum of I)^-1 without flying anything.
 module gracecg_planning_programme
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, add_context, number_text
-    use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, expect_pieces
-    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, rod_pattern
+    use gracecg_base_vectors, only: inverse_3x3
     use gracecg_simulation_case, only: case_t
-    use gracecg_planning_map, only: map_point_t
+    use gracecg_planning_map, only: map_point_t, map_pattern
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
-    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, new_manoeuvre_site, &
-        manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_offset_bound, only: invert_information
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc
     implicit none
     private
     public :: candidate_t, programme_t, candidates_along, candidate_of_point, best_programme, shortest_programme
     public :: programme_sigma, MOST_MANOEUVRES
 
     integer, parameter :: MOST_MANOEUVRES = 6           !! Of a programme
-    real(dp), parameter :: SINGULAR = 1e-12_dp          !! Of the determinant with unit diagonal
-    real(dp), parameter :: ROD_AMPLITUDE = 30, ROD_FREQUENCY = 0.1_dp   !! The report's, A m^2 and Hz
 
     !> A manoeuvre that a programme can have.
     type :: candidate_t
@@ -40,23 +36,13 @@ module gracecg_planning_programme
         real(dp), allocatable :: sigma(:, :)    !! Of d after each of them, (3, manoeuvres), m; huge(1.0): not known yet
     end type programme_t
 
-    type, extends(parallel_work_t) :: candidates_work_t
-        type(case_t), pointer :: case => null()
-        type(planned_arc_t), pointer :: arc => null()
-        type(nominal_orbit_t), pointer :: orbit => null()
-        real(dp), allocatable :: times(:)
-        type(candidate_t), allocatable :: found(:)
-    contains
-        procedure :: do_one => look_at_place
-    end type candidates_work_t
-
 contains
 
     !> The report's manoeuvre (30 A m^2, 0.1 Hz, the rods that the case's rule chooses by the field there) at places of an
     !> orbit, in arcs of several lengths. Fails when a time lies outside of the orbit, or an arc is too short.
     subroutine candidates_along(case, orbit, times, durations, threads, candidates, error, progress)
-        type(case_t), intent(in), target :: case
-        type(nominal_orbit_t), intent(in), target :: orbit
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: times(:)            !! s
         real(dp), intent(in) :: durations(:)        !! s
         integer, intent(in) :: threads              !! 1 and more
@@ -64,10 +50,10 @@ contains
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Counts the places
 
-        type(candidates_work_t) :: work
-        type(case_t), target :: longer
-        type(planned_arc_t), target :: arc
-        integer :: i
+        type(case_t) :: longer
+        type(planned_arc_t) :: arc
+        type(map_point_t), allocatable :: points(:)
+        integer :: i, k
 
         allocate (candidates(0))
         call expect_pieces(progress, size(times)*size(durations), 'places')
@@ -75,45 +61,12 @@ contains
             longer = case
             longer%duration = durations(i)
             call new_planned_arc(longer, arc, error)
+            if (.not. allocated(error)) &
+                call map_pattern(arc, orbit, times, case%pattern_rule, threads, points, error, progress)
             if (allocated(error)) return
-            work%case => longer
-            work%arc => arc
-            work%orbit => orbit
-            work%times = times
-            if (allocated(work%found)) deallocate (work%found)
-            allocate (work%found(size(times)))
-            call run_parallel(work, size(times), threads, error, progress)
-            if (allocated(error)) return
-            candidates = [candidates, work%found]
+            candidates = [candidates, [(candidate_of_point(points(k), durations(i)), k=1, size(points))]]
         end do
     end subroutine candidates_along
-
-    subroutine look_at_place(self, i, error)
-        class(candidates_work_t), intent(inout) :: self
-        integer, intent(in) :: i
-        type(error_t), allocatable, intent(out) :: error
-
-        type(manoeuvre_site_t) :: site
-        type(manoeuvre_quality_t) :: quality
-        type(torque_rods_t) :: rods
-
-        associate (candidate => self%found(i), duration => self%case%duration)
-            candidate%time = self%times(i)
-            candidate%duration = duration
-            call new_manoeuvre_site(self%arc, self%orbit, self%times(i), site, error)
-            if (.not. allocated(error)) &
-                call new_harmonic_manoeuvre(rods, rod_pattern(self%case%pattern_rule, site%field(:, 0)), ROD_AMPLITUDE, &
-                                            ROD_FREQUENCY, 0.0_dp, duration, error)
-            if (allocated(error)) then
-                call add_context(error, 'calibration at '//number_text(self%times(i))//' s')
-                return
-            end if
-            candidate%latitude = site%latitude
-            candidate%longitude = site%longitude
-            call evaluate_manoeuvre(self%arc, site, rods, quality)
-            if (quality%sigma(1) < huge(1.0_dp)) candidate%information = inverse_3x3(quality%covariance)
-        end associate
-    end subroutine look_at_place
 
     !> A place of a map as a candidate.
     pure type(candidate_t) function candidate_of_point(point, duration) result(candidate)
@@ -124,7 +77,7 @@ contains
         candidate%duration = duration
         candidate%latitude = point%latitude
         candidate%longitude = point%longitude
-        if (point%quality%sigma(1) < huge(1.0_dp)) candidate%information = inverse_3x3(point%quality%covariance)
+        if (point%quality%is_seen()) candidate%information = inverse_3x3(point%quality%covariance)
     end function candidate_of_point
 
     !> Standard deviations of d after several manoeuvres, m; huge(1.0) when a direction is unseen.
@@ -132,14 +85,9 @@ contains
         real(dp), intent(in) :: information(3, 3)   !! Their sum, 1/m^2
         real(dp) :: sigma(3)
 
-        real(dp) :: covariance(3, 3), diagonal
-        integer :: i
+        real(dp) :: covariance(3, 3)
 
-        sigma = huge(1.0_dp)
-        diagonal = information(1, 1)*information(2, 2)*information(3, 3)
-        if (.not. determinant_3x3(information) > SINGULAR*diagonal) return
-        covariance = inverse_3x3(information)
-        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+        call invert_information(information, covariance, sigma)
     end function programme_sigma
 
     !> The programme of so many manoeuvres that leaves the least of the largest standard deviation; a candidate may be

@@ -16,7 +16,8 @@ module gracecg_planning_reliable_design
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t
     use gracecg_planning_bound, only: reliability_of_case
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_planning_design, only: manoeuvre_design_t, design_settings_t, judge_manoeuvre
+    use gracecg_planning_candidates, only: design_settings_t
+    use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
     use gracecg_planning_planner, only: plan_request_t, plan_t, planned_calibration
     implicit none
     private

@@ -8,9 +8,8 @@ module gracecg_planning_site
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
-    use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moments
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
@@ -21,13 +20,14 @@ module gracecg_planning_site
     use gracecg_estimation_offset_information, only: gather_information
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_view, only: operator_knowledge
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from, last_time
     use gracecg_simulation_limits, only: attitude_motion_t, exceeds_limits
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from, last_time
+    use gracecg_planning_offset_bound, only: invert_information
     implicit none
     private
     public :: planned_arc_t, new_planned_arc, thin_arc
     public :: manoeuvre_site_t, new_manoeuvre_site, thin_site, fly_manoeuvre
-    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments, worst_direction
+    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
@@ -43,6 +43,8 @@ module gracecg_planning_site
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
         !! drift: (2, n, axis), s^4/m^2
+    contains
+        procedure :: duration => duration_of_samples    !! s
     end type planned_arc_t
 
     !> One place of the nominal orbit.
@@ -73,6 +75,8 @@ module gracecg_planning_site
         !! Error by drag and radiation that are not a straight line in time, m: along the nominal flight, and
         !! because the manoeuvre turns the surface in the flow
         type(attitude_motion_t) :: motion           !! Of the manoeuvre
+    contains
+        procedure :: is_seen        !! Does the manoeuvre show all directions of the offset?
     end type manoeuvre_quality_t
 
 contains
@@ -110,6 +114,12 @@ contains
         thinned%wave_period = arc%wave_period
         call weigh_arc(thinned, error)
     end subroutine thin_arc
+
+    pure real(dp) function duration_of_samples(self) result(duration)
+        class(planned_arc_t), intent(in) :: self
+
+        duration = self%samples*self%interval
+    end function duration_of_samples
 
     !> Whiteners and density wave for the samples of an arc.
     subroutine weigh_arc(arc, error)
@@ -154,10 +164,8 @@ contains
             return
         end if
         site%time = time
-        associate (duration => arc%samples*arc%interval)
-            steps = max(1, ceiling(duration/ORBIT_STEP))
-            step = duration/steps
-        end associate
+        steps = max(1, ceiling(arc%duration()/ORBIT_STEP))
+        step = arc%duration()/steps
         fine_steps = LOADS_PER_STEP*steps
         fine_step = step/LOADS_PER_STEP
         allocate (states(STATE_SIZE, 0:steps), field(3, 0:fine_steps), force(3, 0:fine_steps))
@@ -401,9 +409,8 @@ contains
         logical, intent(in) :: within_limits                !! Weighs only what keeps the limits
         type(manoeuvre_quality_t), intent(out) :: quality
 
-        real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
         real(dp), dimension(3, arc%samples) :: omega, omega_dot, theta, turned
-        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), on_turned(3), a(3, 3), product_of_diagonal
+        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), on_turned(3), a(3, 3)
         integer :: i, k, axis
 
         call fly_moments(arc, site, dipole, omega, omega_dot, theta, quality%motion)
@@ -418,10 +425,8 @@ contains
             end do
         end do
         call gather_information(omega, omega_dot, arc%whiteners, information, disturbance=turned, effect=on_turned)
-        product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
-        if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
-        quality%covariance = inverse_3x3(information)
-        quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
+        call invert_information(information, quality%covariance, quality%sigma)
+        if (.not. quality%is_seen()) return
         on_wave = 0
         on_force = on_turned
         do i = 1, arc%samples
@@ -437,22 +442,9 @@ contains
         quality%wave = arc%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
     end subroutine evaluate_moments
 
-    !> The direction in which the offset is least known, and its standard deviation.
-    subroutine worst_direction(quality, sigma, direction, error)
-        type(manoeuvre_quality_t), intent(in) :: quality
-        real(dp), intent(out) :: sigma              !! m
-        real(dp), intent(out) :: direction(3)       !! Unit vector, body axes, largest component positive
-        type(error_t), allocatable, intent(out) :: error
+    pure logical function is_seen(self)
+        class(manoeuvre_quality_t), intent(in) :: self
 
-        real(dp) :: values(3), vectors(3, 3)
-
-        sigma = huge(1.0_dp)
-        direction = 0
-        if (.not. all(quality%sigma < huge(1.0_dp))) return
-        call symmetric_eigen(quality%covariance, values, vectors, error)
-        if (allocated(error)) return
-        sigma = sqrt(max(0.0_dp, values(3)))
-        direction = vectors(:, 3)
-        direction = direction*sign(1.0_dp, direction(maxloc(abs(direction), 1)))
-    end subroutine worst_direction
+        is_seen = all(self%sigma < huge(1.0_dp))
+    end function is_seen
 end module gracecg_planning_site

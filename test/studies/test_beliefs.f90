@@ -26,9 +26,9 @@ module test_beliefs_of_operator
     use gracecg_estimation_explanation, only: confirm_contradictions
     use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
-    use fixture, only: check_passes
+    use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_beliefs
@@ -65,17 +65,17 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call check(error, normal_quantile(0.975_dp), 1.959963985_dp, thr=1e-8_dp)
-        if (.not. allocated(error)) call check(error, normal_quantile(0.9995_dp), 3.290526731_dp, thr=1e-8_dp)
-        if (.not. allocated(error)) call check(error, normal_quantile(0.8_dp), 0.841621234_dp, thr=1e-8_dp)
-        if (.not. allocated(error)) call check(error, normal_quantile(1e-9_dp), -5.997807015_dp, thr=1e-7_dp)
-        if (.not. allocated(error)) call check(error, normal_quantile(0.5_dp), 0.0_dp, thr=1e-15_dp)
+        call check(error, normal_quantile(0.9995_dp), 3.290526731_dp, thr=1e-8_dp)
+        call check(error, normal_quantile(0.8_dp), 0.841621234_dp, thr=1e-8_dp)
+        call check(error, normal_quantile(1e-9_dp), -5.997807015_dp, thr=1e-7_dp)
+        call check(error, normal_quantile(0.5_dp), 0.0_dp, thr=1e-15_dp)
     end subroutine test_quantiles
 
     subroutine simulator_of(name, simulator, options, error, wave)
         character(*), intent(in) :: name
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         type(density_wave_t), intent(in), optional :: wave  !! In place of the case's
 
         type(calibration_t) :: calibration
@@ -214,12 +214,9 @@ contains
             level = sum(other%acceleration(1, :)**2)/sum(observations%acceleration(1, :)**2)
             call check(error, abs(level - 1) < 0.03_dp .and. abs(level - other%knowledge%accelerometer_noise(1)%level) < 0.02_dp, &
                        'noise')
-            if (allocated(error)) return
             sine = sin(TWO_PI*(observations%accelerometer_time + DELAYS(k))/PERIOD)
             call check(error, maxval(abs(other%acceleration(2, 50:N - 50) - sine(50:N - 50))) < 1e-3_dp, 'a sine')
-            if (allocated(error)) return
             call check(error, maxval(abs(other%acceleration(2, 5:N - 5) - sine(5:N - 5))) < 0.02_dp, 'near an end')
-            if (allocated(error)) return
         end do
         other = observations
         do i = 1, 3
@@ -256,7 +253,6 @@ contains
                 if (allocated(error)) return
                 call say_contradiction(solution%beliefs, found)
                 call check(error, found, '', NAMES(k)//' run '//integer_text(run))
-                if (allocated(error)) return
                 do i = 1, size(solution%beliefs%values)
                     associate (test => solution%beliefs%values(i))
                         squares(test%belief) = squares(test%belief) + test%score**2
@@ -267,7 +263,6 @@ contains
             do i = 1, size(BELIEFS)     ! one in a thousand would be beyond the limits by chance: hence 1.5
                 call check(error, squares(i) < 1.5_dp*limits(2), NAMES(k)//' '//trim(BELIEFS(i)%subject)// &
                            number_text(squares(i)/RUNS))
-                if (allocated(error)) return
             end do
             call check(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')
             if (allocated(error)) return
@@ -361,10 +356,8 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, axis > 0 .and. all(solution%beliefs%values%belief > 0), 'a rod is free')
-        if (allocated(error)) return
         call check(error, size(with_trace%beliefs%values), size(solution%beliefs%values))
-        if (.not. allocated(error)) &
-            call check(error, with_trace%beliefs%critical, solution%beliefs%critical, thr=1e-12_dp)
+        call check(error, with_trace%beliefs%critical, solution%beliefs%critical, thr=1e-12_dp)
     end subroutine test_traces
 
     !> A score that the fits do not bear out is none; one of a belief that is wrong stays, near to what it was.
@@ -392,22 +385,17 @@ contains
         solution%beliefs%values(i)%value = 6*solution%beliefs%values(i)%sigma
         call solution%beliefs%take_score(i, 6.0_dp)
         call check(error, solution%beliefs%has_contradiction(), 'score of 6')
-        if (allocated(error)) return
         call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
         call check(error, .not. solution%beliefs%has_contradiction(), 'a score without a reason')
-        if (allocated(error)) return
 
         call estimate_optimal(wrong, options, solution, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         score = solution%beliefs%values(i)%score
         call check(error, solution%beliefs%has_contradiction(), 'wrong frequency')
-        if (.not. allocated(error)) &
-            call check(error, maxval(abs(solution%beliefs%values%score)) < 8, 'a score within what is confirmed')
-        if (allocated(error)) return
+        call check(error, maxval(abs(solution%beliefs%values%score)) < 8, 'a score within what is confirmed')
         call confirm_contradictions(wrong, options, solution%misfit, solution%beliefs)
         call check(error, solution%beliefs%has_contradiction(), 'wrong frequency, confirmed')
-        if (allocated(error)) return
         call check(error, abs(solution%beliefs%values(i)%score/score - 1) < SIMILAR, &
                    number_text(score)//' becomes '//number_text(solution%beliefs%values(i)%score))
     end subroutine test_confirmation
@@ -469,11 +457,9 @@ contains
             if (allocated(error)) return
             call say_contradiction(solution%beliefs, found)
             call check(error, found, '', NAMES(k))
-            if (allocated(error)) return
             do i = 1, 3
                 sigma = sqrt(solution%covariance(i, i))
                 call check(error, abs(solution%offset(i) - calibration%case%satellite%offset(i)) < 4*sigma, NAMES(k))
-                if (allocated(error)) return
             end do
         end do
     end subroutine test_long_arcs
@@ -558,7 +544,6 @@ contains
             call check(error, allocated(solution%beliefs), subject//': no tests')
             if (allocated(error)) return
             call check(error, solution%beliefs%has_contradiction(), subject//': not contradicted')
-            if (allocated(error)) return
             call check(error, size(solution%beliefs%explanations) > 0, subject//': not explained')
             if (allocated(error)) return
             i = 1
@@ -606,13 +591,13 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(tallies), 1 + 3 + 3)
-        if (.not. allocated(error)) call check(error, all(tallies%silent == 0), 'silent')
-        if (.not. allocated(error)) call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
-        if (.not. allocated(error)) call check(error, tallies(4)%times > 2, 'detectable')
-        if (.not. allocated(error)) call check(error, tallies(4)%contradicted, RUNS, 'frequency')
-        if (.not. allocated(error)) call check(error, tallies(4)%named, RUNS, 'frequency by name')
-        if (.not. allocated(error)) call check(error, tallies(5)%contradicted, RUNS, 'noise')
-        if (.not. allocated(error)) call check(error, tallies(5)%named, RUNS, 'noise by name')
+        call check(error, all(tallies%silent == 0), 'silent')
+        call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
+        call check(error, tallies(4)%times > 2, 'detectable')
+        call check(error, tallies(4)%contradicted, RUNS, 'frequency')
+        call check(error, tallies(4)%named, RUNS, 'frequency by name')
+        call check(error, tallies(5)%contradicted, RUNS, 'noise')
+        call check(error, tallies(5)%named, RUNS, 'noise by name')
     end subroutine test_trials
 
     !> Quaternions whose components stand in another order: `optimal` fits nothing, so that no belief is tested, and what
@@ -670,7 +655,7 @@ contains
             call estimate_offset('optimal', wrong, options, solution, failure)      ! may be refused
             if (allocated(failure)) cycle
             call check(error, allocated(solution%beliefs), 'no tests')
-            if (.not. allocated(error)) call check(error, solution%beliefs%has_contradiction(), 'not contradicted')
+            call check(error, solution%beliefs%has_contradiction(), 'not contradicted')
         end do
     end subroutine test_singular
 
@@ -729,11 +714,10 @@ contains
         list = asked
         call find_detectable_values(calibration, 1, list, failure)
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call check(error, size(list), size(TESTED))
+        call check(error, size(list), size(TESTED))
         if (allocated(error)) return
         call check(error, list(1)%value > 1.2_dp*asked(1)%value, 'the density wave takes up nothing of a delay')
-        if (.not. allocated(error)) call check(error, list(2)%value, asked(2)%value, thr=0.02_dp*asked(2)%value)
-        if (allocated(error)) return
+        call check(error, list(2)%value, asked(2)%value, thr=0.02_dp*asked(2)%value)
         call try_wrong_beliefs(calibration, [character(10) :: 'optimal'], .false., list, 4721_i8, RUNS, 1, tallies, failure)
         call check_passes(error, message_of(failure))
         do i = 1, size(tallies)

@@ -17,7 +17,8 @@ module test_verification
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_LOW, LIMIT_HIGH, LIMIT_STEP
     use gracecg_studies_table_figure_windows, only: WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
     use gracecg_studies_window_sensitivity
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check, test_failed
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_verification
@@ -43,7 +44,7 @@ contains
     subroutine verify(name, verification, error)
         character(*), intent(in) :: name
         type(verification_t), intent(out) :: verification
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(error_t), allocatable :: failure
@@ -82,7 +83,6 @@ contains
         if (allocated(error)) return
         call check(error, all(checks%fill >= 0 .and. checks%fill <= 1) .and. &
                    minval(checks%fill, attitude_only) > 0.35_dp, 'fill')
-        if (allocated(error)) return
         call check(error, count(.not. attitude_only .and. inside) >= 22, &
                    'too few environment windows met; missed:'//missed(.not. attitude_only))
         if (allocated(error)) return
@@ -127,7 +127,7 @@ contains
             met(2) = met(2) + count(checks%inside .and. checks%quantity == 'erp')
         end do
         call check(error, met(1), 6)
-        if (.not. allocated(error)) call check(error, met(2), 1)
+        call check(error, met(2), 1)
     end subroutine test_earthlight
 
     !> The curves that are sums of others.
@@ -140,7 +140,6 @@ contains
         call check(error, size(verification%time), 601)
         if (allocated(error)) return
         call check(error, verification%time(600), 60.0_dp, thr=1e-12_dp)
-        if (allocated(error)) return
         call check_sum('non_gravitational', [character(20) :: 'drag', 'srp', 'erp'], 1e-20_dp)
         if (allocated(error)) return
         call check_sum('a_total', [character(20) :: 'a_vel', 'a_gg', 'a_acc'], 1e-22_dp)
@@ -158,7 +157,6 @@ contains
 
             difference = verification%curve(:, findloc(CURVE_NAMES == total, .true., 1), :)
             call check(error, maxval(abs(difference)) > 1e-10_dp)
-            if (allocated(error)) return
             do i = 1, size(parts)
                 difference = difference - &
                              verification%curve(:, findloc(CURVE_NAMES == parts(i), .true., 1), :)
@@ -187,11 +185,9 @@ contains
         verification%curve(1, curve, :) = omega + high - maxval(omega) + 0.04_dp*(high - low)
         checks = check_windows('front', verification)
         call check(error, checks(place)%inside)
-        if (allocated(error)) return
         verification%curve(1, curve, :) = omega + high - maxval(omega) + 0.10_dp*(high - low)
         checks = check_windows('front', verification)
         call check(error, .not. checks(place)%inside)
-        if (allocated(error)) return
         call check(error, checks(place)%excess, 0.10_dp, thr=1e-10_dp)
     end subroutine test_shifted
 
@@ -204,14 +200,14 @@ contains
         integer :: i, kind
 
         call check(error, same_limits(limits_on_ticks(-1.97_dp, 1.88_dp, 1.0_dp), [-2.0_dp, 2.0_dp], 1.0_dp))
-        if (.not. allocated(error)) call check(error, same_limits(limits_on_ticks(0.0_dp, 4.0_dp, 2.0_dp), &
+        call check(error, same_limits(limits_on_ticks(0.0_dp, 4.0_dp, 2.0_dp), &
                                                                   [0.0_dp, 4.0_dp], 2.0_dp), 'ends on marks')
-        if (.not. allocated(error)) call check(error, same_limits(automatic_limits(-3.0813e-9_dp, 4.1019e-9_dp), &
+        call check(error, same_limits(automatic_limits(-3.0813e-9_dp, 4.1019e-9_dp), &
                                                                   [-5e-9_dp, 5e-9_dp], 5e-9_dp))
-        if (.not. allocated(error)) call check(error, .not. automatic_step(1.0_dp, 1.0_dp) > 0, 'no extent')
-        if (.not. allocated(error)) call check(error, share_covered(1.0_dp, 2.0_dp, 0.0_dp, 4.0_dp), 0.25_dp, &
+        call check(error, .not. automatic_step(1.0_dp, 1.0_dp) > 0, 'no extent')
+        call check(error, share_covered(1.0_dp, 2.0_dp, 0.0_dp, 4.0_dp), 0.25_dp, &
                                                thr=1e-15_dp)
-        if (.not. allocated(error)) call check(error, abs(share_covered(5.0_dp, 6.0_dp, 0.0_dp, 4.0_dp)) <= 0)
+        call check(error, abs(share_covered(5.0_dp, 6.0_dp, 0.0_dp, 4.0_dp)) <= 0)
         do i = 1, 200
             if (allocated(error)) return
             least = sin(real(i, dp))*3
@@ -220,14 +216,11 @@ contains
             limits = automatic_limits(least, greatest)
             kind = nint(step/10.0_dp**floor(log10(step) + 1e-9_dp))
             call check(error, any(kind == [1, 2, 5]), 'a step of 1, 2 or 5')
-            if (allocated(error)) return
             call check(error, limits(1) <= least + 1e-9_dp*step .and. limits(2) >= greatest - 1e-9_dp*step .and. &
                        limits(2) - limits(1) < (MOST_INTERVALS + 0.5_dp)*step)
-            if (allocated(error)) return
             step = step*FINER(findloc([1, 2, 5], kind, 1))
             limits = limits_on_ticks(least, greatest, step)
             call check(error, limits(2) - limits(1) > (MOST_INTERVALS + 0.5_dp)*step, 'a finer step needs more')
-            if (allocated(error)) return
             call check(error, same_limits(automatic_limits(10*least, 10*greatest), 10*automatic_limits(least, greatest), &
                                           automatic_step(10*least, 10*greatest)), 'ten times')
         end do
@@ -254,7 +247,6 @@ contains
             real(dp), intent(in) :: low, high, step
 
             call check(error, same_limits(limits_on_ticks(low, high, step), [low, high], step), 'ends on marks')
-            if (allocated(error)) return
             call check(error, any(nint((high - low)/step) == [2, 3, 4]), 'intervals')
         end subroutine check_axis
     end subroutine test_printed_ticks
@@ -273,7 +265,7 @@ contains
         checks = check_windows('back', verification)
         checks = pack(checks, checks%quantity == 'torque_magnetic')
         call check(error, size(checks), 3)
-        if (.not. allocated(error)) call check(error, all(checks%inside) .and. .not. any(checks%on_ticks))
+        call check(error, all(checks%inside) .and. .not. any(checks%on_ticks))
     end subroutine test_small
 
     !> Points made up: on the middle of each window, and of the first run at its ends.
@@ -301,14 +293,12 @@ contains
         windows = campaign_windows(campaign, 2)
         counts = count_estimate_windows(windows)
         call check(error, counts%panels == 12 .and. counts%points == 12*60 .and. counts%inside == 12*60 .and. counts%met)
-        if (.not. allocated(error)) call check(error, counts%on_ticks, 12)
-        if (.not. allocated(error)) call check(error, counts%fill, 0.999_dp, thr=1e-9_dp)
-        if (allocated(error)) return
+        call check(error, counts%on_ticks, 12)
+        call check(error, counts%fill, 0.999_dp, thr=1e-9_dp)
         ! three of 60 points beyond one window; they are no points of the figure but for the first
         campaign%entries(3, 5)%offset(1, [1, 16, 17]) = 1000
         windows = campaign_windows(campaign, 2)
         call check(error, windows(7)%inside == 57 .and. .not. windows(7)%on_ticks .and. windows(8)%inside == 60)
-        if (allocated(error)) return
         do a = 1, 4
             campaign%entries(a, 4)%offset(:, :10) = 1000
         end do
@@ -329,12 +319,9 @@ contains
             return
         end if
         call check(error, all(variation%counts%attitude == 54))
-        if (allocated(error)) return
         call check(error, all(variation%counts%attitude_on_ticks <= variation%counts%attitude_inside))
-        if (allocated(error)) return
         weak = findloc(variation%name == 'rods of 1 A m^2', .true., 1)
         call check(error, variation(weak)%counts%attitude_inside, 54)
-        if (allocated(error)) return
         call check(error, variation(weak)%counts%attitude_on_ticks < 20 .and. variation(1)%counts%attitude_on_ticks >= 50)
     end subroutine test_sensitivity
 
@@ -362,26 +349,21 @@ contains
             end if
             call built_in_case(back%case, name)
             call check(error, trim(name), REPORT_CASE_NAMES(i), 'through a file')
-            if (allocated(error)) return
             call built_in_calibration('another name', checksum, name)
             call check(error, trim(name), REPORT_CASE_NAMES(i), 'by checksum')
-            if (allocated(error)) return
         end do
         back%case%name = 'back-3'
         back%options%accelerometer_weight(1) = 11
         call settings_checksum(back, checksum, failure)
         call built_in_calibration('back-3', checksum, name)
         call check(error, trim(name), '', 'other weights')
-        if (allocated(error)) return
         call built_in_case(back%case, name)
         call check(error, trim(name), 'back-3', 'weights are not of the case')
-        if (allocated(error)) return
         back%case%satellite%mass = 421
         call built_in_case(back%case, name)
         call check(error, trim(name), '', 'another mass')
-        if (allocated(error)) return
         call changed_settings(back%case, 'back-3', lines, failure)
         call check(error, size(lines), 1)
-        if (.not. allocated(error)) call check(error, lines(1)%text, 'mass = 421')
+        call check(error, lines(1)%text, 'mass = 421')
     end subroutine test_built_in
 end module test_verification

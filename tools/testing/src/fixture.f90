@@ -1,20 +1,78 @@
-!> Files that tests make below build/test-output, and checks of the messages of failures.
+!> Checks whose first failure stays, files that tests make below build/test-output, and checks of the messages of
+!> failures.
 !>
-!> A failure comes as the text of its message, empty when there is none, so that this module needs
-!> nothing of what is tested.
+!> A test that goes on after a failed check tells of that one at its end; only what cannot go on has to return. A failure
+!> of what is tested comes as the text of its message, empty when there is none, so that this module needs nothing of
+!> what is tested.
 module fixture
-    use testdrive, only: error_type, check, test_failed
+    use, intrinsic :: iso_fortran_env, only: real64, int64
+    use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: FOLDER, make_folder, make_file, check_fails, check_passes
+    public :: check, test_failed, FOLDER, make_folder, make_file, check_fails, check_passes
 
     character(*), parameter :: FOLDER = 'build/test-output/'
 
+    !> The checks of testdrive; none is made once there is an error.
+    interface check
+        module procedure check_logical, check_real, check_integer, check_long, check_text
+    end interface check
+
 contains
+
+    subroutine check_logical(error, expression, message, more)
+        type(error_type), allocatable, intent(inout) :: error
+        logical, intent(in) :: expression
+        character(*), intent(in), optional :: message, more
+
+        if (.not. allocated(error)) call check_now(error, expression, message, more)
+    end subroutine check_logical
+
+    subroutine check_real(error, actual, expected, message, more, thr, rel)
+        type(error_type), allocatable, intent(inout) :: error
+        real(real64), intent(in) :: actual, expected
+        character(*), intent(in), optional :: message, more
+        real(real64), intent(in), optional :: thr   !! Largest difference allowed
+        logical, intent(in), optional :: rel        !! `thr` is relative to `expected`
+
+        if (.not. allocated(error)) call check_now(error, actual, expected, message, more, thr, rel)
+    end subroutine check_real
+
+    subroutine check_integer(error, actual, expected, message, more)
+        type(error_type), allocatable, intent(inout) :: error
+        integer, intent(in) :: actual, expected
+        character(*), intent(in), optional :: message, more
+
+        if (.not. allocated(error)) call check_now(error, actual, expected, message, more)
+    end subroutine check_integer
+
+    subroutine check_long(error, actual, expected, message, more)
+        type(error_type), allocatable, intent(inout) :: error
+        integer(int64), intent(in) :: actual, expected
+        character(*), intent(in), optional :: message, more
+
+        if (.not. allocated(error)) call check_now(error, actual, expected, message, more)
+    end subroutine check_long
+
+    subroutine check_text(error, actual, expected, message, more)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: actual, expected
+        character(*), intent(in), optional :: message, more
+
+        if (.not. allocated(error)) call check_now(error, actual, expected, message, more)
+    end subroutine check_text
+
+    !> Fails, unless something failed before.
+    subroutine test_failed(error, message)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: message
+
+        if (.not. allocated(error)) call fail_now(error, message)
+    end subroutine test_failed
 
     !> Makes FOLDER.
     subroutine make_folder(error)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         integer :: status
         logical :: made
 
@@ -26,7 +84,7 @@ contains
 
     !> Writes a file below FOLDER with exactly the given content.
     subroutine make_file(error, name, content)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, content
         integer :: unit
 
@@ -40,14 +98,13 @@ contains
 
     !> There must be a failure, and its message must have every one of the parts.
     subroutine check_fails(error, message, parts)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: message     !! Of the failure; empty: there was none
         character(*), intent(in) :: parts(:)
         integer :: i
 
         call check(error, message /= '', 'no failure where one must be: '//trim(parts(1)))
         do i = 1, size(parts)
-            if (allocated(error)) return
             call check(error, index(message, trim(parts(i))) > 0, &
                        '"'//trim(parts(i))//'" is not in the message: '//message)
         end do
@@ -55,7 +112,7 @@ contains
 
     !> There must be no failure.
     subroutine check_passes(error, message)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: message     !! Of the failure; empty: there was none
 
         if (message /= '') call test_failed(error, message)
