@@ -4,11 +4,11 @@ module gracecg_level1_header
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_in_file
     use gracecg_base_text, only: string_t, append, parse_integer, parse_real, integer_text, lower_case
-    use gracecg_level1_products, only: is_level1_product
+    use gracecg_level1_products, only: is_level1_product, FAMILIES, TITLES
     implicit none
     private
     public :: level1_header_t, parse_level1_header, product_of_file_name, satellite_of_file_name, &
-        date_of_file_name
+        date_of_file_name, printable
     public :: FORM_YAML, FORM_CARDS, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
 
     integer, parameter :: FORM_YAML = 1, FORM_CARDS = 2             !! Of headers
@@ -16,18 +16,11 @@ module gracecg_level1_header
     character(*), parameter :: YAML_FIRST = 'header:', YAML_LAST = '# End of YAML header'
     !> Last line of a header in cards
     character(*), parameter :: CARDS_LAST = 'END OF HEADER'
+    character(20), parameter :: LAST_LINES(2) = [character(20) :: YAML_LAST, CARDS_LAST]        !! By form
     integer, parameter :: CARD_LENGTH = 80      !! Characters of a card, without its line feed
     integer, parameter :: LABEL_LENGTH = 30     !! Characters before the colon of a card
     character(1), parameter :: LF = achar(10), CR = achar(13)
     character(*), parameter :: PLATFORMS = 'ABCDXY'
-
-    !> What titles of GRACE-FO say, longer texts first
-    character(32), parameter :: TITLES(13) = [character(32) :: 'transformed accelerometer', &
-                                              'accelerometer housekeeping', 'accelerometer', 'star camera', 'imu', &
-                                              'magnetometer', 'mass', 'thruster', 'tank', 'clock offset', 'clock', &
-                                              'intermediate gps navigation', 'gps navigation']
-    character(3), parameter :: TITLE_PRODUCTS(13) = ['ACT', 'AHK', 'ACC', 'SCA', 'IMU', 'MAG', 'MAS', 'THR', 'TNK', &
-                                                     'CLK', 'TIM', 'GNI', 'GNV']
 
     type :: level1_header_t
         !! What a header says; the records may say otherwise
@@ -52,6 +45,7 @@ contains
         type(level1_header_t), intent(out) :: header
         type(error_t), allocatable, intent(out) :: error
 
+        character(:), allocatable :: problem
         integer :: first, last, next
         logical :: ended, has_format
 
@@ -76,20 +70,18 @@ contains
         do while (first <= len(text) .and. .not. ended)
             call line_at(text, first, last, next)
             header%lines = header%lines + 1
-            if (header%form == FORM_YAML) then
-                ended = index(text(first:last), YAML_LAST) == 1
-                if (.not. ended) call take_yaml(text(first:last), header)
-            else
-                ended = index(text(first:last), CARDS_LAST) == 1
-                if (.not. ended) call take_card(path, header%lines, text(first:last), header, has_format, error)
+            ended = index(text(first:last), trim(LAST_LINES(header%form))) == 1
+            if (.not. ended) call take_line(text(first:last), header, has_format, problem)
+            if (allocated(problem)) then
+                call fail_in_file(error, path, header%lines, problem, printable(text(first:last)))
+                return
             end if
-            if (allocated(error)) return
             first = next
         end do
         header%bytes = min(first - 1, len(text))
         if (.not. ended) then
             call fail_in_file(error, path, header%lines, 'the header has no end: expected a line "'// &
-                              merge(YAML_LAST, CARDS_LAST//'       ', header%form == FORM_YAML)//'"')
+                              trim(LAST_LINES(header%form))//'"')
         else if (.not. has_format) then
             call fail_in_file(error, path, header%lines, 'the header has no line "FILE FORMAT 0=BINARY 1=ASCII", '// &
                               'which says how the records are written')
@@ -121,39 +113,52 @@ contains
             is_card = line(LABEL_LENGTH + 1:LABEL_LENGTH + 1) == ':'
     end function is_card
 
-    !> Takes what is wanted of a line of a YAML header.
-    subroutine take_yaml(line, header)
+    !> Takes what is wanted of a line: key or label of a card, a colon, value. A number that cannot be read is noted.
+    subroutine take_line(line, header, has_format, problem)
         character(*), intent(in) :: line
         type(level1_header_t), intent(inout) :: header
+        logical, intent(inout) :: has_format                    !! The file format is known
+        character(:), allocatable, intent(out) :: problem       !! Allocated when it is not allowed
 
-        integer :: colon, records
-        real(dp) :: time
-        character(:), allocatable :: key, value
+        character(LABEL_LENGTH) :: key
+        character(:), allocatable :: value, expected
+        integer :: colon
+        logical :: ok
 
         colon = index(line, ':')
-        if (colon == 0 .or. colon == len(line)) return
-        key = trim(adjustl(line(:colon - 1)))
-        if (all(key /= [character(24) :: 'num_records', 'platform', 'start_time_epoch_secs', 'stop_time_epoch_secs', &
-                        'product_version', 'title', 'processing_level'])) return
+        if (header%form == FORM_CARDS) colon = LABEL_LENGTH + 1
+        if (colon == 0 .or. colon >= len(line)) return
+        key = adjustl(line(:colon - 1))
+        ok = .true.
+        expected = 'time in seconds past 2000-01-01 12:00:00'
         value = trim(adjustl(line(colon + 1:)))
         select case (key)
-        case ('num_records')
-            call take_integer(value, records, header)
-            header%records = records
-        case ('platform')
+        case ('FILE FORMAT 0=BINARY 1=ASCII')
+            has_format = .true.
+            header%binary = value == '0'
+            if (value /= '0' .and. value /= '1') &
+                problem = 'the file format is "'//printable(value)//'"; allowed are 0 (binary) and 1 (text)'
+        case ('num_records', 'NUMBER OF DATA RECORDS')
+            call parse_integer(first_word(value), header%records, ok)
+            if (ok) ok = header%records >= 0
+            if (.not. ok) header%records = -1
+            expected = 'number of records'
+        case ('platform', 'SATELLITE NAME')
             header%satellite = satellite_of_text(value)
-        case ('start_time_epoch_secs')
-            call take_real(value, time, header)
-            header%first_time = time
-        case ('stop_time_epoch_secs')
-            call take_real(value, time, header)
-            header%last_time = time
-        case ('product_version')
+        case ('start_time_epoch_secs', 'TIME FIRST OBS(SEC PAST EPOCH)')
+            call parse_real(first_word(value), header%first_time, ok)
+        case ('stop_time_epoch_secs', 'TIME LAST OBS(SEC PAST EPOCH)')
+            call parse_real(first_word(value), header%last_time, ok)
+        case ('product_version', 'SOFTWARE VERSION')
             header%version = value
         case ('title')
             call take_title(value, header)
+        case ('FILENAME')
+            header%product = product_of_file_name(value)
         end select
-    end subroutine take_yaml
+        if (.not. ok) call append(header%remarks, 'line '//integer_text(header%lines)//' of the header: "'// &
+                                  printable(value)//'" is no '//expected)
+    end subroutine take_line
 
     !> The product by a title: GRACE-FO Level-1A Magnetometer and Torque Rod Data.
     pure subroutine take_title(title, header)
@@ -165,95 +170,19 @@ contains
         level = index(title, 'Level-1')
         if (level == 0 .or. level + 7 > len(title)) return
         do i = 1, size(TITLES)
-            if (index(lower_case(title(level + 8:)), trim(TITLES(i))) == 0) cycle
-            header%product = TITLE_PRODUCTS(i)//'1'//title(level + 7:level + 7)
+            if (index(lower_case(title(level + 8:)), lower_case(trim(TITLES(i)))) == 0) cycle
+            header%product = FAMILIES(i)//'1'//title(level + 7:level + 7)
             exit
         end do
         if (.not. is_level1_product(header%product)) header%product = ''
     end subroutine take_title
 
-    !> Takes what is wanted of a card.
-    subroutine take_card(path, number, line, header, has_format, error)
-        character(*), intent(in) :: path, line
-        integer, intent(in) :: number
-        type(level1_header_t), intent(inout) :: header
-        logical, intent(inout) :: has_format
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: value
-        integer :: records
-        real(dp) :: time
-
-        if (len(line) <= LABEL_LENGTH) return
-        value = trim(adjustl(line(LABEL_LENGTH + 2:)))
-        select case (line(:LABEL_LENGTH))
-        case ('FILE FORMAT 0=BINARY 1=ASCII')
-            if (value /= '0' .and. value /= '1') then
-                call fail_in_file(error, path, number, 'the file format is "'//printable(value)// &
-                                  '"; allowed are 0 (binary) and 1 (text)', printable(line))
-                return
-            end if
-            has_format = .true.
-            header%binary = value == '0'
-        case ('SATELLITE NAME')
-            header%satellite = satellite_of_text(value)
-        case ('NUMBER OF DATA RECORDS')
-            call take_integer(value, records, header)
-            header%records = records
-        case ('TIME FIRST OBS(SEC PAST EPOCH)')
-            call take_real(value, time, header)
-            header%first_time = time
-        case ('TIME LAST OBS(SEC PAST EPOCH)')
-            call take_real(value, time, header)
-            header%last_time = time
-        case ('FILENAME')
-            header%product = product_of_file_name(value)
-        case ('SOFTWARE VERSION')
-            header%version = value
-        end select
-    end subroutine take_card
-
-    !> A number of records; one that cannot be read is noted and stays as it was.
-    subroutine take_integer(value, number, header)
-        character(*), intent(in) :: value
-        integer, intent(out) :: number
-        type(level1_header_t), intent(inout) :: header
-
-        logical :: ok
-
-        call parse_integer(first_word(value), number, ok)
-        if (ok) ok = number >= 0
-        if (ok) return
-        number = -1
-        call append(header%remarks, 'line '//integer_text(header%lines)//' of the header: "'//printable(value)// &
-                    '" is no number of records')
-    end subroutine take_integer
-
-    !> A time; one that cannot be read is noted and is 0.
-    subroutine take_real(value, number, header)
-        character(*), intent(in) :: value
-        real(dp), intent(out) :: number
-        type(level1_header_t), intent(inout) :: header
-
-        logical :: ok
-
-        call parse_real(first_word(value), number, ok)
-        if (.not. ok) call append(header%remarks, 'line '//integer_text(header%lines)//' of the header: "'// &
-                                  printable(value)//'" is no time in seconds past 2000-01-01 12:00:00')
-    end subroutine take_real
-
-    pure integer function word_length(text) result(length)
-        character(*), intent(in) :: text
-
-        length = scan(text, ' (') - 1
-        if (length < 0) length = len(text)
-    end function word_length
-
+    !> What stands before a blank or bracket.
     pure function first_word(text) result(word)
         character(*), intent(in) :: text
-        character(word_length(text)) :: word
+        character(:), allocatable :: word
 
-        word = text
+        word = text(:scan(text//' ', ' (') - 1)
     end function first_word
 
     !> A text for a message: bytes that are no printable characters as question marks, at most 200.
@@ -279,48 +208,45 @@ contains
         if (scan(text(len(text):), PLATFORMS) == 1) satellite = text(len(text):)
     end function satellite_of_text
 
-    !> Where the name of a file begins behind its folder.
-    pure integer function start_of_name(path) result(start)
+    !> A file's name without its folders.
+    pure function name_of(path) result(name)
         character(*), intent(in) :: path
+        character(:), allocatable :: name
 
-        start = index(path, '/', back=.true.) + 1
-    end function start_of_name
+        name = path(index(path, '/', back=.true.) + 1:)
+    end function name_of
 
     !> The product that a file's name begins with, as in ACC1A_2023-06-01_C_04.txt; blank when it does not.
     pure character(5) function product_of_file_name(path) result(product)
         character(*), intent(in) :: path    !! With or without folders
 
-        integer :: start
+        character(6) :: name
 
+        name = name_of(path)
         product = ''
-        start = start_of_name(path)
-        if (len(path) < start + 5) return
-        if (path(start + 5:start + 5) == '_' .and. is_level1_product(path(start:start + 4))) &
-            product = path(start:start + 4)
+        if (name(6:6) == '_') product = name
+        if (.not. is_level1_product(product)) product = ''
     end function product_of_file_name
 
     !> The satellite in a file's name, A to D, X or Y; blank when it is not of the form above.
     pure character(1) function satellite_of_file_name(path) result(satellite)
         character(*), intent(in) :: path    !! With or without folders
 
-        integer :: start
+        character(19) :: name
 
+        name = name_of(path)
         satellite = ''
-        start = start_of_name(path)
-        if (len(path) < start + 18) return
-        if (path(start + 5:start + 5) /= '_' .or. path(start + 16:start + 16) /= '_' .or. &
-            path(start + 18:start + 18) /= '_') return
-        if (scan(path(start + 17:start + 17), PLATFORMS) == 1) satellite = path(start + 17:start + 17)
+        if (name(6:6)//name(17:17)//name(19:19) == '___' .and. scan(name(18:18), PLATFORMS) == 1) satellite = name(18:18)
     end function satellite_of_file_name
 
     !> The date in a file's name, YYYY-MM-DD; blank when it is not of the form above.
     pure character(10) function date_of_file_name(path) result(date)
         character(*), intent(in) :: path    !! With or without folders
 
-        integer :: start
+        character(16) :: name
 
+        name = name_of(path)
         date = ''
-        start = start_of_name(path)
-        if (satellite_of_file_name(path) /= '') date = path(start + 6:start + 15)
+        if (satellite_of_file_name(path) /= '') date = name(7:16)
     end function date_of_file_name
 end module gracecg_level1_header

@@ -5,13 +5,13 @@
 !> converts follows from this table: text has the fields in the order given, divided by white space; binary
 !> has the same fields packed, most significant byte first.
 module gracecg_level1_products
-    use gracecg_base_error, only: error_t, fail, fail_unknown_name
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail_unknown_name
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_text, only: string_t, split_words, split, parse_integer, integer_text
     implicit none
     private
     public :: level1_field_t, level1_layout_t, level1_layout, is_level1_product, level1_product_names
-    public :: satellite_of_grace_fo, SATELLITES
+    public :: satellite_of_grace_fo, SATELLITES, FAMILIES, TITLES
     public :: KIND_I1, KIND_I2, KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_F8, KIND_LETTER, KIND_NUMERAL, &
         KIND_FLAG8, KIND_FLAG32
 
@@ -26,6 +26,14 @@ module gracecg_level1_products
     character(*), parameter :: SATELLITES = 'ABCD'      !! GRACE A and B, GRACE-FO C and D
     integer, parameter :: MOST_CHANNELS = 32            !! Receiver channels of a GNV1A record: the GPS satellites
 
+    !> What titles of GRACE-FO call the products that begin with these letters; a title that has another one in it is first
+    character(3), parameter :: FAMILIES(13) = ['ACT', 'AHK', 'ACC', 'SCA', 'IMU', 'MAG', 'MAS', 'THR', 'TNK', 'CLK', &
+                                               'TIM', 'GNI', 'GNV']
+    character(32), parameter :: TITLES(13) = [character(32) :: &
+        'Transformed Accelerometer', 'Accelerometer Housekeeping', 'Accelerometer', 'Star Camera', 'IMU', &
+        'Magnetometer and Torque Rod', 'Mass', 'Thruster', 'Tank Temperature and Pressure', 'Clock Offset', 'Clock', &
+        'Intermediate GPS Navigation', 'GPS Navigation']
+
     type :: level1_field_t
         !! One field of a record
         character(16) :: name = ''      !! As in the headers; fractions time_frac, satellites id
@@ -33,6 +41,8 @@ module gracecg_level1_products
         integer :: bytes = 0            !! In a binary record
         integer :: bit = -1             !! Of prod_flag: the field is there when it is set; -1: always there
         integer :: channel = 0          !! Of n_prns: the field is there up to so many; 0: always there
+    contains
+        procedure :: in_records_of      !! Whether records of a shape have it
     end type level1_field_t
 
     type :: level1_layout_t
@@ -50,12 +60,22 @@ module gracecg_level1_products
         integer :: time_ref = 0         !! Position of the time frame, R or G
         integer :: prod_flag = 0        !! Position of the flag that says which fields are there
         integer :: channels = 0         !! Position of the number of channels, n_prns
+        integer :: shape = 0            !! Position of either: it says which fields a record has
         integer :: series = 0           !! Position of what tells apart series in one file: a head, gyro, tank
         integer :: qualflg = 0          !! Position of the quality flag
         logical :: id_first = .false.   !! Text has the satellite before the time frame
     contains
         procedure :: field_of => position_of_field  !! Position of a field by its name
     end type level1_layout_t
+
+    !> A row of the table: products with the same fields. Flags and series are those of the layout
+    type :: row_t
+        character(72) :: products = ''      !! Names, blanks between
+        character(900) :: fields = ''       !! NAME:KIND[:BIT], NAME*COUNT:KIND, and the channels of GNV1A
+        character(9) :: series = ''
+        logical :: of_grace = .true., of_grace_fo = .true.      !! Missions that have the product in this form
+        logical :: has_binary = .true., is_event = .false., keeps_last = .false., id_first = .false.
+    end type row_t
 
     character(*), parameter :: TAG = 'rcvtime_intg:i4 time_frac:i4 '
     character(*), parameter :: TIME = 'time_intg:i4 time_frac:i4 time_ref:c id:c '
@@ -99,25 +119,58 @@ module gracecg_level1_products
     character(*), parameter :: USO1B = 'gps_time:i4 id:c uso_id:i1 uso_freq:f8 k_freq:f8 ka_freq:f8 qualflg:q1'
     character(*), parameter :: VECTOR = 'gps_time:i4 id:c mag:f8 cosx:f8 cosy:f8 cosz:f8 qualflg:q1'
 
-    character(5), parameter :: PRODUCTS(36) = [ &
-        'ACC1A', 'ACT1A', 'AHK1A', 'AHK1B', 'ACC1B', 'ACT1B', 'SCA1A', 'SCA1B', 'QSA1B', 'QKS1B', 'QSB1B', 'QCP1B', &
-        'IMU1A', 'IMU1B', 'MAG1A', 'MAG1B', 'THR1A', 'THR1B', 'TNK1A', 'TNK1B', 'MAS1A', 'MAS1B', 'TIM1A', 'TIM1B', &
-        'CLK1A', 'CLK1B', 'GNV1A', 'GNV1B', 'GNI1B', 'USO1B', 'VCM1B', 'VKB1B', 'VGN1B', 'VGB1B', 'VGO1B', 'VSL1B']
+    type(row_t), parameter :: TABLE(18) = [ &
+        row_t('ACC1A ACT1A', ACC1A), &
+        row_t('AHK1A AHK1B', ACC1A, series='prod_flag'), &
+        row_t('ACC1B ACT1B', ACC1B), &
+        row_t('SCA1A', SCA1A_GRACE, series='sca_id', of_grace_fo=.false.), &
+        row_t('SCA1A', SCA1A_GRACE_FO, series='sca_id', of_grace=.false., has_binary=.false.), &
+        row_t('SCA1B', SCA1B), &
+        row_t('QSA1B QKS1B QSB1B QCP1B', SCA1B, series='sca_id', is_event=.true., keeps_last=.true.), &
+        row_t('IMU1A IMU1B', IMU1A, series='gyro_id', has_binary=.false.), &
+        row_t('MAG1A MAG1B', MAG1A, id_first=.true.), &
+        row_t('THR1A THR1B', THR1A, is_event=.true.), &
+        row_t('TNK1A TNK1B', TNK1A, series='tank_id'), &
+        row_t('MAS1A MAS1B', MAS1A, series='prod_flag'), &
+        row_t('TIM1A TIM1B', TIM1A), &
+        row_t('CLK1A CLK1B', CLK1A, keeps_last=.true.), &
+        row_t('GNV1A', GNV1A), &
+        row_t('GNV1B GNI1B', GNV1B), &
+        row_t('USO1B', USO1B), &
+        row_t('VCM1B VKB1B VGN1B VGB1B VGO1B VSL1B', VECTOR, is_event=.true., keeps_last=.true.)]
 
 contains
+
+    !> The row of a product; 0: there is none.
+    pure integer function row_of(product, grace_fo) result(row)
+        character(*), intent(in) :: product     !! 'ACC1A'
+        logical, intent(in) :: grace_fo
+
+        row = 0
+        if (len_trim(product) /= 5 .or. index(trim(product), ' ') > 0) return
+        row = findloc(mod(index(TABLE%products, trim(product)), 6) == 1 .and. &
+                      merge(TABLE%of_grace_fo, TABLE%of_grace, grace_fo), .true., 1)
+    end function row_of
 
     !> Whether five letters name a product of the table.
     pure logical function is_level1_product(name)
         character(*), intent(in) :: name    !! 'ACC1A'
 
-        is_level1_product = any(PRODUCTS == name)
+        is_level1_product = row_of(name, .true.) > 0
     end function is_level1_product
 
     !> The names of all products.
-    pure function level1_product_names() result(names)
-        character(5) :: names(size(PRODUCTS))
+    function level1_product_names() result(names)
+        character(5), allocatable :: names(:)
 
-        names = PRODUCTS
+        type(string_t), allocatable :: words(:)
+        integer :: i, k
+
+        allocate (names(0))
+        do i = 1, size(TABLE)
+            words = split_words(TABLE(i)%products)
+            if (TABLE(i)%of_grace_fo) names = [names, [(words(k)%text(:5), k=1, size(words))]]
+        end do
     end function level1_product_names
 
     !> Whether a satellite is one of GRACE-FO.
@@ -134,74 +187,36 @@ contains
         type(level1_layout_t), intent(out) :: layout
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. is_level1_product(product)) then
-            call fail_unknown_name(error, 'Level-1 product', product, PRODUCTS)
+        integer :: row
+
+        row = row_of(product, grace_fo)
+        if (row == 0) then
+            call fail_unknown_name(error, 'Level-1 product', product, level1_product_names())
             return
         end if
         layout%product = product
         layout%grace_fo = grace_fo
-        select case (product)
-        case ('ACC1A', 'ACT1A')
-            call describe(layout, ACC1A)
-        case ('AHK1A', 'AHK1B')
-            call describe(layout, ACC1A)
-            layout%series = layout%prod_flag
-        case ('ACC1B', 'ACT1B')
-            call describe(layout, ACC1B)
-        case ('SCA1A')
-            if (grace_fo) then
-                call describe(layout, SCA1A_GRACE_FO)
-                layout%has_binary = .false.
-            else
-                call describe(layout, SCA1A_GRACE)
-            end if
-            layout%series = layout%field_of('sca_id')
-        case ('SCA1B')
-            call describe(layout, SCA1B)
-        case ('QSA1B', 'QKS1B', 'QSB1B', 'QCP1B')
-            call describe(layout, SCA1B)
-            layout%series = layout%field_of('sca_id')
-            layout%is_event = .true.
-            layout%keeps_last = .true.
-        case ('IMU1A', 'IMU1B')
-            call describe(layout, IMU1A)
-            layout%has_binary = .false.
-            layout%series = layout%field_of('gyro_id')
-        case ('MAG1A', 'MAG1B')
-            call describe(layout, MAG1A)
-            layout%id_first = .true.
-        case ('THR1A', 'THR1B')
-            call describe(layout, THR1A)
-            layout%is_event = .true.
-        case ('TNK1A', 'TNK1B')
-            call describe(layout, TNK1A)
-            layout%series = layout%field_of('tank_id')
-        case ('MAS1A', 'MAS1B')
-            call describe(layout, MAS1A)
-            layout%series = layout%prod_flag
-        case ('TIM1A', 'TIM1B')
-            call describe(layout, TIM1A)
-            if (grace_fo) layout%fraction_unit = 1e-9_dp
-        case ('CLK1A', 'CLK1B')
-            call describe(layout, CLK1A)
-            layout%keeps_last = .true.
-        case ('GNV1A')
-            call describe(layout, GNV1A)
-        case ('GNV1B', 'GNI1B')
-            call describe(layout, GNV1B)
-        case ('USO1B')
-            call describe(layout, USO1B)
-        case default
-            call describe(layout, VECTOR)
-            layout%is_event = .true.
-            layout%keeps_last = .true.
-        end select
+        layout%has_binary = TABLE(row)%has_binary
+        layout%is_event = TABLE(row)%is_event
+        layout%keeps_last = TABLE(row)%keeps_last
+        layout%id_first = TABLE(row)%id_first
+        if (product(:3) == 'TIM' .and. grace_fo) layout%fraction_unit = 1e-9_dp
+        call describe(layout, TABLE(row)%fields)
+        if (layout%fields(2)%name == 'time_frac') layout%fraction = 2
+        layout%time_frac = layout%field_of('time_frac')
+        layout%id = layout%field_of('id')
+        layout%time_ref = layout%field_of('time_ref')
+        layout%prod_flag = layout%field_of('prod_flag')
+        layout%channels = layout%field_of('n_prns')
+        layout%shape = max(layout%prod_flag, layout%channels)
+        layout%qualflg = layout%field_of('qualflg')
+        layout%series = layout%field_of(trim(TABLE(row)%series))
     end subroutine level1_layout
 
-    !> Fills a layout from its description: NAME:KIND[:BIT], NAME*COUNT:KIND, and the channels of GNV1A.
+    !> The fields of a layout from their description.
     subroutine describe(layout, description)
         type(level1_layout_t), intent(inout) :: layout
-        character(*), intent(in) :: description
+        character(*), intent(in) :: description     !! As `fields` of a row
 
         type(string_t), allocatable :: words(:), parts(:)
         integer :: i, k, star, number, bit
@@ -216,42 +231,41 @@ contains
             star = index(parts(1)%text, '*')
             if (parts(1)%text == 'CHANNELS') then
                 do k = 1, MOST_CHANNELS
-                    call add_field(layout, 'prn_'//integer_text(k), 'i1', -1, k)
-                    call add_field(layout, 'elevation_'//integer_text(k), 'f8', -1, k)
-                    call add_field(layout, 'azimuth_'//integer_text(k), 'f8', -1, k)
+                    call add_field('prn_'//integer_text(k), 'i1', k)
+                    call add_field('elevation_'//integer_text(k), 'f8', k)
+                    call add_field('azimuth_'//integer_text(k), 'f8', k)
                 end do
             else if (star > 0) then
                 call parse_integer(parts(1)%text(star + 1:), number, ok)
                 do k = 1, number
-                    call add_field(layout, parts(1)%text(:star - 1)//integer_text(k), parts(2)%text, bit, 0)
+                    call add_field(parts(1)%text(:star - 1)//integer_text(k), parts(2)%text, 0)
                 end do
             else
-                call add_field(layout, parts(1)%text, parts(2)%text, bit, 0)
+                call add_field(parts(1)%text, parts(2)%text, 0)
             end if
         end do
-        if (layout%fields(2)%name == 'time_frac') layout%fraction = 2
-        layout%time_frac = layout%field_of('time_frac')
-        layout%id = layout%field_of('id')
-        layout%time_ref = layout%field_of('time_ref')
-        layout%prod_flag = layout%field_of('prod_flag')
-        layout%channels = layout%field_of('n_prns')
-        layout%qualflg = layout%field_of('qualflg')
+
+    contains
+
+        subroutine add_field(name, kind_name, channel)
+            character(*), intent(in) :: name, kind_name
+            integer, intent(in) :: channel
+
+            integer :: kind
+
+            kind = findloc(KIND_NAMES == kind_name, .true., 1)
+            layout%fields = [layout%fields, level1_field_t(name, kind, KIND_BYTES(kind), bit, channel)]
+        end subroutine add_field
     end subroutine describe
 
-    subroutine add_field(layout, name, kind_name, bit, channel)
-        type(level1_layout_t), intent(inout) :: layout
-        character(*), intent(in) :: name, kind_name
-        integer, intent(in) :: bit, channel
+    !> Whether records of a shape have a field.
+    elemental logical function in_records_of(self, shape)
+        class(level1_field_t), intent(in) :: self
+        integer(i8), intent(in) :: shape    !! Value of the layout's `shape`: bits, or number of channels
 
-        type(level1_field_t) :: field
-
-        field%name = name
-        field%kind = findloc(KIND_NAMES == kind_name, .true., 1)
-        field%bytes = KIND_BYTES(field%kind)
-        field%bit = bit
-        field%channel = channel
-        layout%fields = [layout%fields, field]
-    end subroutine add_field
+        in_records_of = self%channel <= shape
+        if (self%bit >= 0) in_records_of = btest(shape, self%bit)
+    end function in_records_of
 
     !> The position of a field; 0 when there is none of that name. The names of some headers are known too:
     !> GRACEFO_id for id, rcvtime_frac for time_frac, those of GRACE-FO's housekeeping for ACC1A's of the same bit.

@@ -17,18 +17,17 @@
 !> Every value is a real number: integers and flags up to 32 bits are exact in it, letters are their codes
 !> (`achar(nint(value))`). A value that a record has not (prod_flag), or that is not finite, is NaN.
 module gracecg_level1_reader
-    use, intrinsic :: iso_fortran_env, only: real32
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp, i4, i8
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, integer_text, lower_case
-    use gracecg_base_decimal, only: scan_real, scan_integer, is_white
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_decimal, only: is_white
     use gracecg_files_file, only: input_stream_t
-    use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES, &
-        KIND_I1, KIND_I2, KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_F8, KIND_LETTER, KIND_NUMERAL, &
-        KIND_FLAG8, KIND_FLAG32
+    use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &
-        satellite_of_file_name
+        satellite_of_file_name, printable
+    use gracecg_level1_binary_form, only: read_bytes, unsigned_at
+    use gracecg_level1_text_form, only: read_word, word_at, skip_white
     implicit none
     private
     public :: level1_reader_t, level1_block_t, BLOCK_RECORDS
@@ -36,13 +35,7 @@ module gracecg_level1_reader
     integer, parameter :: BUFFER_BYTES = 2**21      !! Read at once; a header must fit in
     integer, parameter :: LONGEST_LINE = 16384      !! Of a text file, behind the header
     integer, parameter :: BLOCK_RECORDS = 1024      !! Records that are decoded at once
-    character(1), parameter :: LF = achar(10), CR = achar(13)
-
-    !> Range of the integers of each kind. A block number of GRACE-FO text exceeds the 16 bits of GRACE
-    integer(i8), parameter :: LOWEST(12) = [-128_i8, -32768_i8, -2147483648_i8, 0_i8, 0_i8, 0_i8, 0_i8, 0_i8, 0_i8, &
-                                            0_i8, 0_i8, 0_i8]
-    integer(i8), parameter :: HIGHEST(12) = [127_i8, 32767_i8, 2147483647_i8, 255_i8, 4294967295_i8, 4294967295_i8, &
-                                             0_i8, 0_i8, 0_i8, 9_i8, 255_i8, 4294967295_i8]
+    character(1), parameter :: LF = achar(10)
 
     type :: level1_block_t
         !! Some records, one after the other
@@ -71,10 +64,11 @@ module gracecg_level1_reader
         logical, private :: at_end = .true. !! The stream has no more bytes
         integer(i8), private :: base = 0    !! Bytes of the file before the buffer
         integer, private :: line = 0        !! Lines before `at`
-        integer, allocatable, private :: kind(:), bit(:), channel(:)    !! Of the fields
-        integer(i8), private :: shape = -1  !! Of the record below: prod_flag or number of channels
-        integer, allocatable, private :: offset(:)  !! Of each field in a binary record; -1: not there
-        integer, private :: length = 0              !! Bytes of a binary record
+        integer(i8), private :: shape = 0   !! Of the last record: prod_flag or number of channels
+        integer, allocatable, private :: there(:)       !! Fields of records of that shape
+        integer, allocatable, private :: kind(:)        !! Of these
+        integer, allocatable, private :: offset(:)      !! Of these in a binary record
+        integer, private :: length = 0                  !! Bytes of a binary record
     contains
         procedure :: open => open_reader        !! Header, product and layout of a file
         procedure :: next => next_block         !! The next records
@@ -103,7 +97,6 @@ contains
         self%of_other_satellites = 0
         self%of_other_time = 0
         self%time_ref = ''
-        self%shape = -1
         self%base = 0
         self%at = 1
         self%filled = 0
@@ -145,11 +138,8 @@ contains
             call self%close()
             return
         end if
-        self%kind = self%layout%fields%kind
-        self%bit = self%layout%fields%bit
-        self%channel = self%layout%fields%channel
-        self%offset = self%kind
-        self%not_finite = int(0*self%kind, i8)
+        call set_shape(self, 0_i8)
+        self%not_finite = int(0*self%layout%fields%kind, i8)
     end subroutine open_reader
 
     !> The satellite that the first record of a text names, which decides between the forms of GRACE and GRACE-FO.
@@ -214,6 +204,7 @@ contains
         if (.not. allocated(block%values)) &
             allocate (block%values(BLOCK_RECORDS, columns), block%seconds(BLOCK_RECORDS), block%fraction(BLOCK_RECORDS))
         if (.not. allocated(self%buffer) .or. (self%at_end .and. self%filled == 0)) return
+        if (self%layout%shape > 0) block%values(:, self%layout%shape + 1:) = ieee_value(1.0_dp, ieee_quiet_nan)
         do
             first = block%count
             if (self%header%binary) then
@@ -288,9 +279,7 @@ contains
             end if
         end if
         do while (block%count < BLOCK_RECORDS .and. self%at <= end_of_lines)
-            do while (is_white(self%buffer(self%at:self%at)))
-                self%at = self%at + 1
-            end do
+            call skip_white(self%buffer, self%at)
             if (self%buffer(self%at:self%at) == LF) then
                 if (self%at <= self%filled) self%line = self%line + 1
                 self%at = self%at + 1
@@ -316,173 +305,35 @@ contains
         integer, intent(out) :: field                   !! Where it is wrong
         character(:), allocatable, intent(out) :: problem   !! Allocated when it is wrong
 
-        integer :: at, first, kind
-        integer(i8) :: flag, number
-        real(dp) :: value, missing
-        logical :: ok
+        integer :: at, i
 
-        missing = ieee_value(1.0_dp, ieee_quiet_nan)
         at = self%at
-        flag = 0
-        do field = 1, size(self%kind)
-            if (self%bit(field) >= 0) then
-                if (.not. btest(flag, self%bit(field))) then
-                    values(record, field) = missing
-                    cycle
-                end if
-            else if (self%channel(field) > 0) then
-                if (self%channel(field) > flag) then
-                    values(record, field) = missing
-                    cycle
-                end if
-            end if
-            do while (is_white(text(at:at)))
-                at = at + 1
-            end do
+        i = 0
+        do while (i < size(self%there))
+            i = i + 1
+            field = self%there(i)
+            call skip_white(text, at)
             if (text(at:at) == LF) then
-                problem = 'the line ends here; '//integer_text(fields_of(self, flag))//' fields are expected'
+                problem = 'the line ends here; '//integer_text(size(self%there))//' fields are expected'
                 return
             end if
-            first = at
-            kind = self%kind(field)
-            select case (kind)
-            case (KIND_F8, KIND_F4)
-                call scan_real(text, at, value, ok)
-                if (.not. ok) then
-                    if (.not. is_no_number(text(first:at - 1))) then
-                        problem = '"'//shown(text(first:at - 1))//'" is not a decimal number'
-                        return
-                    end if
-                    value = missing
-                    self%not_finite(field) = self%not_finite(field) + 1
-                end if
-            case (KIND_LETTER)
-                value = iachar(text(at:at))
-                at = at + 1
-                ok = value >= iachar('A') .and. value <= iachar('Z')
-                if (ok) ok = is_white(text(at:at)) .or. text(at:at) == LF
-                if (.not. ok) then
-                    problem = '"'//word_at(text, first)//'" is not one letter, A to Z'
-                    return
-                end if
-            case (KIND_FLAG8, KIND_FLAG32)
-                call scan_flag(text, at, merge(8, 32, kind == KIND_FLAG8), number, ok)
-                if (.not. ok) then
-                    problem = '"'//word_at(text, first)//'" is not a flag of '// &
-                        integer_text(merge(8, 32, kind == KIND_FLAG8))//' binary digits'
-                    return
-                end if
-                value = real(number, dp)
-            case default
-                call scan_integer(text, at, number, ok)
-                if (ok) ok = number >= LOWEST(kind) .and. number <= HIGHEST(kind)
-                if (.not. ok) then
-                    problem = '"'//word_at(text, first)//'" is not an integer from '// &
-                        integer_text(LOWEST(kind))//' to '//integer_text(HIGHEST(kind))
-                    return
-                end if
-                value = real(number, dp)
-            end select
-            values(record, field) = value
-            if (field == self%layout%prod_flag .or. field == self%layout%channels) then
-                flag = int(value, i8)
-                call check_shape(self, flag, problem)
-                if (allocated(problem)) return
-            end if
+            call read_word(text, at, self%kind(i), values(record, field), problem)
+            if (allocated(problem)) return
+            if (ieee_is_nan(values(record, field))) self%not_finite(field) = self%not_finite(field) + 1
+            if (field /= self%layout%shape) cycle
+            call take_shape(self, int(values(record, field), i8), problem)
+            if (allocated(problem)) return
         end do
-        do while (is_white(text(at:at)))
-            at = at + 1
-        end do
+        field = 0
+        call skip_white(text, at)
         if (text(at:at) /= LF) then
-            problem = '"'//word_at(text, at)//'" is more than the '//integer_text(fields_of(self, flag))// &
+            problem = '"'//word_at(text, at)//'" is more than the '//integer_text(size(self%there))// &
                 ' fields that are expected'
             return
         end if
         call check_record(self, values, record, field, problem)
         self%at = at + 1
     end subroutine scan_record
-
-    !> Flags of so many binary digits, bit 0 rightmost.
-    pure subroutine scan_flag(text, at, digits, number, ok)
-        character(*), intent(in) :: text
-        integer, intent(inout) :: at
-        integer, intent(in) :: digits
-        integer(i8), intent(out) :: number
-        logical, intent(out) :: ok
-
-        integer :: i, digit
-
-        number = 0
-        ok = .false.
-        do i = 1, digits
-            digit = iachar(text(at:at)) - iachar('0')
-            if (digit < 0 .or. digit > 1) return
-            number = 2*number + digit
-            at = at + 1
-        end do
-        ok = is_white(text(at:at)) .or. text(at:at) == LF
-    end subroutine scan_flag
-
-    !> How many fields a record with this prod_flag or number of channels has.
-    pure integer function fields_of(self, flag) result(n)
-        class(level1_reader_t), intent(in) :: self
-        integer(i8), intent(in) :: flag
-
-        integer :: i
-
-        n = 0
-        do i = 1, size(self%kind)
-            if (self%bit(i) >= 0) then
-                if (.not. btest(flag, self%bit(i))) cycle
-            else if (self%channel(i) > flag) then
-                cycle
-            end if
-            n = n + 1
-        end do
-    end function fields_of
-
-    !> Whether a word stands for a value that is no finite number, as programs print it.
-    pure logical function is_no_number(word)
-        character(*), intent(in) :: word
-
-        is_no_number = .false.
-        if (len(word) > 4) return
-        is_no_number = any(lower_case(word) == [character(4) :: 'nan', '+nan', '-nan', 'inf', '+inf', '-inf'])
-    end function is_no_number
-
-    pure integer function word_end(text, first) result(last)
-        character(*), intent(in) :: text
-        integer, intent(in) :: first
-
-        last = first
-        do while (.not. (is_white(text(last:last)) .or. text(last:last) == LF) .and. last < first + 60)
-            last = last + 1
-            if (last > len(text)) exit
-        end do
-        last = last - 1
-    end function word_end
-
-    !> The word that begins there, for a message.
-    pure function word_at(text, first) result(word)
-        character(*), intent(in) :: text
-        integer, intent(in) :: first
-        character(word_end(text, first) - first + 1) :: word
-
-        word = shown(text(first:first + len(word) - 1))
-    end function word_at
-
-    !> A text for a message: bytes that are no printable characters as question marks, at most 200.
-    pure function shown(text) result(printable)
-        character(*), intent(in) :: text
-        character(min(len(text), 200)) :: printable
-
-        integer :: i
-
-        do i = 1, len(printable)
-            printable(i:i) = text(i:i)
-            if (iachar(text(i:i)) < 32 .or. iachar(text(i:i)) > 126) printable(i:i) = '?'
-        end do
-    end function shown
 
     !> What holds in text and binary: satellite and time frame are told apart by value, a fraction of a second
     !> is less than one.
@@ -507,13 +358,13 @@ contains
                     values(record, self%layout%time_ref) = swap
                     id = frame
                 else
-                    problem = '"'//shown(frame)//'" and "'//shown(id)//'": neither is a time frame, R or G'
+                    problem = '"'//printable(frame)//'" and "'//printable(id)//'": neither is a time frame, R or G'
                     return
                 end if
             end if
         end if
         if (id /= 'A' .and. id /= 'B' .and. id /= 'C' .and. id /= 'D') then
-            problem = '"'//shown(id)//'" is no satellite; allowed are A, B, C and D'
+            problem = '"'//printable(id)//'" is no satellite; allowed are A, B, C and D'
             return
         end if
         field = self%layout%time_frac
@@ -526,20 +377,43 @@ contains
         end if
     end subroutine check_record
 
-    !> prod_flag has no bits but those that stand for values; there are no more channels than satellites of GPS.
-    subroutine check_shape(self, shape, problem)
-        class(level1_reader_t), intent(in) :: self
+    !> Takes the shape of a record, if it is another than that of the one before: prod_flag has no bits but those that
+    !> stand for values, and there are no more channels than satellites of GPS.
+    subroutine take_shape(self, shape, problem)
+        class(level1_reader_t), intent(inout) :: self
         integer(i8), intent(in) :: shape                        !! prod_flag or the number of channels
         character(:), allocatable, intent(inout) :: problem     !! Allocated when it is wrong
 
+        integer :: most
+
+        if (shape == self%shape) return
         if (self%layout%prod_flag > 0) then
-            if (shiftr(shape, maxval(self%bit) + 1) /= 0) &
-                problem = 'bits are set above bit '//integer_text(maxval(self%bit))//', the last that stands for a value'
-        else if (shape < 0 .or. shape > maxval(self%channel)) then
-            problem = integer_text(shape)//' is no number of channels; allowed is 0 to '// &
-                integer_text(maxval(self%channel))
+            most = maxval(self%layout%fields%bit)
+            if (shiftr(shape, most + 1) /= 0) &
+                problem = 'bits are set above bit '//integer_text(most)//', the last that stands for a value'
+        else
+            most = maxval(self%layout%fields%channel)
+            if (shape < 0 .or. shape > most) &
+                problem = integer_text(shape)//' is no number of channels; allowed is 0 to '//integer_text(most)
         end if
-    end subroutine check_shape
+        if (.not. allocated(problem)) call set_shape(self, shape)
+    end subroutine take_shape
+
+    !> Which fields the records of a shape have, and where in binary.
+    subroutine set_shape(self, shape)
+        class(level1_reader_t), intent(inout) :: self
+        integer(i8), intent(in) :: shape        !! prod_flag or the number of channels; 0: all records are alike
+
+        integer :: i
+
+        self%shape = shape
+        associate (fields => self%layout%fields)
+            self%there = pack([(i, i=1, size(fields))], fields%in_records_of(shape))
+            self%kind = fields(self%there)%kind
+            self%offset = [(sum(fields(self%there(:i - 1))%bytes), i=1, size(self%there))]
+            self%length = sum(fields(self%there)%bytes)
+        end associate
+    end subroutine set_shape
 
     !> A failure at a field of the record before self%line (text) or at self%at (binary).
     subroutine fail_at_field(self, field, problem, error)
@@ -552,14 +426,14 @@ contains
         integer :: last
 
         name = 'end of the record'
-        if (field >= 1 .and. field <= size(self%kind)) name = 'field '//trim(self%layout%fields(field)%name)
+        if (field >= 1) name = 'field '//trim(self%layout%fields(field)%name)
         if (self%header%binary) then
             call fail(error, self%path//': byte '//integer_text(self%base + self%at)//', record '// &
                       integer_text(self%records + 1)//' of '//self%layout%product//', '//name//': '//problem)
         else
             last = self%at + scan(self%buffer(self%at:), LF) - 2
             call fail_in_file(error, self%path, self%line, name//' of '//self%layout%product//': '//problem, &
-                              shown(self%buffer(self%at:last)))
+                              printable(self%buffer(self%at:last)))
         end if
     end subroutine fail_at_field
 
@@ -569,21 +443,19 @@ contains
         type(level1_block_t), intent(inout) :: block
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: run, at, field, i
+        integer :: run, field, i
         integer(i8) :: shape
         logical :: complete
         character(:), allocatable :: problem
 
         do while (block%count < BLOCK_RECORDS .and. self%at <= self%filled)
             call read_shape(self, self%at, shape, complete)
-            if (complete) then
-                if (shape /= self%shape) call set_shape(self, shape, problem, field)
-                if (allocated(problem)) then
-                    call fail_at_field(self, field, problem, error)
-                    return
-                end if
-                complete = self%at + self%length - 1 <= self%filled
+            if (complete) call take_shape(self, shape, problem)
+            if (allocated(problem)) then
+                call fail_at_field(self, self%layout%shape, problem, error)
+                return
             end if
+            if (complete) complete = self%at + self%length - 1 <= self%filled
             if (.not. complete) then
                 if (self%at_end) call fail(error, self%path//': byte '//integer_text(self%base + self%at)// &
                                            ': the file ends within record '// &
@@ -591,19 +463,12 @@ contains
                                            ', after '//integer_text(self%filled - self%at + 1)//' bytes of it')
                 return
             end if
-            run = 1
-            at = self%at + self%length
-            do while (run < BLOCK_RECORDS - block%count .and. at + self%length - 1 <= self%filled)
-                if (self%layout%prod_flag > 0 .or. self%layout%channels > 0) then
-                    call read_shape(self, at, shape, complete)
-                    if (.not. complete .or. shape /= self%shape) exit
-                end if
-                run = run + 1
-                at = at + self%length
-            end do
-            do field = 1, size(self%kind)
-                call decode_field(self%buffer(self%at:at - 1), self%offset(field), self%length, self%kind(field), &
-                                  block%values(block%count + 1:block%count + run, field), self%not_finite(field))
+            run = records_alike(self, BLOCK_RECORDS - block%count)
+            do i = 1, size(self%there)
+                field = self%there(i)
+                call read_bytes(self%buffer(self%at:self%at + run*self%length - 1), self%offset(i), self%length, &
+                                self%kind(i), block%values(block%count + 1:block%count + run, field), &
+                                self%not_finite(field))
             end do
             do i = 1, run
                 call check_record(self, block%values, block%count + i, field, problem)
@@ -615,9 +480,27 @@ contains
                 end if
             end do
             block%count = block%count + run
-            self%at = at
+            self%at = self%at + run*self%length
         end do
     end subroutine decode_binary
+
+    !> How many complete records from self%at on have the shape of the first.
+    integer function records_alike(self, most) result(run)
+        class(level1_reader_t), intent(in) :: self
+        integer, intent(in) :: most
+
+        integer(i8) :: shape
+        integer :: room
+        logical :: complete
+
+        room = min(most, (self%filled - self%at + 1)/self%length)
+        run = room
+        if (self%layout%shape == 0) return
+        do run = 1, room - 1
+            call read_shape(self, self%at + run*self%length, shape, complete)
+            if (.not. complete .or. shape /= self%shape) return
+        end do
+    end function records_alike
 
     !> prod_flag or number of channels of the binary record that begins at `at`.
     pure subroutine read_shape(self, at, shape, complete)
@@ -626,131 +509,16 @@ contains
         integer(i8), intent(out) :: shape   !! 0 for a product whose records are all alike
         logical, intent(out) :: complete    !! False when the buffer ends before
 
-        integer :: field, first, bytes
+        integer :: first, last
 
         shape = 0
         complete = .true.
-        field = max(self%layout%prod_flag, self%layout%channels)
-        if (field == 0) return
-        first = at + sum(self%layout%fields(:field - 1)%bytes)
-        bytes = self%layout%fields(field)%bytes
-        complete = first + bytes - 1 <= self%filled
-        if (complete) shape = word_of(self%buffer(first:first + bytes - 1))
+        if (self%layout%shape == 0) return
+        first = at + self%offset(self%layout%shape)     ! what stands before it is in every record
+        last = first + self%layout%fields(self%layout%shape)%bytes - 1
+        complete = last <= self%filled
+        if (complete) shape = unsigned_at(self%buffer(first:last))
     end subroutine read_shape
-
-    !> An unsigned integer of up to eight bytes, most significant first.
-    pure integer(i8) function word_of(bytes) result(word)
-        character(*), intent(in) :: bytes
-
-        integer :: i
-
-        word = 0
-        do i = 1, len(bytes)
-            word = ior(shiftl(word, 8), int(iachar(bytes(i:i)), i8))
-        end do
-    end function word_of
-
-    !> Where the fields of records of a shape stand.
-    subroutine set_shape(self, shape, problem, field)
-        class(level1_reader_t), intent(inout) :: self
-        integer(i8), intent(in) :: shape
-        character(:), allocatable, intent(inout) :: problem
-        integer, intent(out) :: field           !! Where a problem is
-
-        integer :: i
-
-        field = max(self%layout%prod_flag, self%layout%channels)
-        if (field > 0) call check_shape(self, shape, problem)
-        if (allocated(problem)) return
-        self%shape = shape
-        self%length = 0
-        do i = 1, size(self%kind)
-            self%offset(i) = -1
-            if (self%bit(i) >= 0) then
-                if (.not. btest(shape, self%bit(i))) cycle
-            else if (self%channel(i) > shape) then
-                cycle
-            end if
-            self%offset(i) = self%length
-            self%length = self%length + self%layout%fields(i)%bytes
-        end do
-    end subroutine set_shape
-
-    !> One field of records of equal length, one after the other.
-    subroutine decode_field(bytes, offset, length, kind, values, not_finite)
-        character(*), intent(in) :: bytes           !! The records
-        integer, intent(in) :: offset, length       !! Of the field in a record, and of a record; offset -1: not there
-        integer, intent(in) :: kind
-        real(dp), intent(out) :: values(:)          !! As many as records
-        integer(i8), intent(inout) :: not_finite    !! Counts the values that are no finite numbers
-
-        integer :: i, at
-        integer(i4) :: word4
-        integer(i8) :: word8
-        real(dp) :: missing
-
-        missing = ieee_value(1.0_dp, ieee_quiet_nan)
-        if (offset < 0) then
-            values = missing
-            return
-        end if
-        at = offset + 1
-        select case (kind)
-        case (KIND_F8)
-            do i = 1, size(values)
-                word8 = ior(shiftl(ior(ior(shiftl(iachar(bytes(at:at)), 24), shiftl(iachar(bytes(at + 1:at + 1)), 16)), &
-                                       ior(shiftl(iachar(bytes(at + 2:at + 2)), 8), iachar(bytes(at + 3:at + 3)))) &
-                                   *1_i8, 32), &
-                            iand(ior(ior(shiftl(iachar(bytes(at + 4:at + 4)), 24), &
-                                         shiftl(iachar(bytes(at + 5:at + 5)), 16)), &
-                                     ior(shiftl(iachar(bytes(at + 6:at + 6)), 8), iachar(bytes(at + 7:at + 7))))*1_i8, &
-                                 4294967295_i8))
-                values(i) = transfer(word8, 1.0_dp)
-                if (iand(shiftr(word8, 52), 2047_i8) == 2047) then
-                    values(i) = missing
-                    not_finite = not_finite + 1
-                end if
-                at = at + length
-            end do
-        case (KIND_F4)
-            do i = 1, size(values)
-                word4 = ior(ior(shiftl(iachar(bytes(at:at)), 24), shiftl(iachar(bytes(at + 1:at + 1)), 16)), &
-                            ior(shiftl(iachar(bytes(at + 2:at + 2)), 8), iachar(bytes(at + 3:at + 3))))
-                if (iand(shiftr(word4, 23), 255) == 255) then
-                    values(i) = missing
-                    not_finite = not_finite + 1
-                else
-                    values(i) = real(transfer(word4, 1.0_real32), dp)
-                end if
-                at = at + length
-            end do
-        case (KIND_I4, KIND_U4, KIND_FLAG32)
-            do i = 1, size(values)
-                word4 = ior(ior(shiftl(iachar(bytes(at:at)), 24), shiftl(iachar(bytes(at + 1:at + 1)), 16)), &
-                            ior(shiftl(iachar(bytes(at + 2:at + 2)), 8), iachar(bytes(at + 3:at + 3))))
-                values(i) = word4
-                if (kind /= KIND_I4 .and. word4 < 0) values(i) = values(i) + 4294967296.0_dp
-                at = at + length
-            end do
-        case (KIND_I2, KIND_U2)
-            do i = 1, size(values)
-                values(i) = ior(shiftl(iachar(bytes(at:at)), 8), iachar(bytes(at + 1:at + 1)))
-                if (kind == KIND_I2 .and. values(i) >= 32768) values(i) = values(i) - 65536
-                at = at + length
-            end do
-        case (KIND_NUMERAL)
-            do i = 1, size(values)
-                values(i) = iachar(bytes(at:at)) - iachar('0')
-                at = at + length
-            end do
-        case default
-            do i = 1, size(values)
-                values(i) = iachar(bytes(at:at))
-                if (kind == KIND_I1 .and. values(i) >= 128) values(i) = values(i) - 256
-                at = at + length
-            end do
-        end select
-    end subroutine decode_field
 
     !> Notes what is unusual about a whole file, behind its last record.
     subroutine finish(self)

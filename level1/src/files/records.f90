@@ -41,6 +41,7 @@ module gracecg_level1_records
         integer :: duplicates = 0                       !! Records left out because their epoch came twice
         integer :: unsorted = 0                         !! Records that came before an earlier one
         type(string_t), allocatable :: warnings(:)      !! What is unusual, but no failure
+        real(dp), allocatable, private :: series(:)     !! Of each record: head, gyro, tank, or form
     contains
         procedure :: field_of => column_of_field        !! The column of a field
         procedure :: times_since                        !! Time tags from an epoch
@@ -77,31 +78,31 @@ contains
         real(dp), intent(in), optional :: spans(:, :)           !! (2, n): first and last tag, s past 2000-01-01 12:00
         integer, intent(in), optional :: most                   !! Not more records than that, and some thousand
 
-        real(dp), allocatable :: series(:)
         integer :: i
 
         do i = 1, size(paths)
-            call read_on(trim(paths(i)%text), records, series, error, fields, spans, most)
+            call read_on(trim(paths(i)%text), records, error, fields, spans, most)
             if (allocated(error)) return
             if (present(most)) then
                 if (records%count >= most) exit
             end if
         end do
-        call shrink(records, series)
-        if (records%unsorted > 0) call sort(records, series)
-        call drop_duplicates(records, series)
-        if (records%unsorted > 0) &
-            call note(records, integer_text(records%unsorted)//' records came before an earlier one: they are sorted')
+        call make_room(records, records%count)
+        if (records%unsorted > 0) then
+            call sort(records)
+            call append(records%warnings, integer_text(records%unsorted)// &
+                        ' records came before an earlier one: they are sorted')
+        end if
+        call drop_duplicates(records)
         if (records%duplicates > 0 .and. .not. records%layout%keeps_last) &
-            call note(records, integer_text(records%duplicates)//' records have an epoch that came before: the first '// &
-                      'of equal epochs is kept')
+            call append(records%warnings, integer_text(records%duplicates)//' records have an epoch that came before: '// &
+                        'the first of equal epochs is kept')
     end subroutine read_files
 
     !> Reads a file behind what is there.
-    subroutine read_on(path, records, series, error, fields, spans, most)
+    subroutine read_on(path, records, error, fields, spans, most)
         character(*), intent(in) :: path
         type(level1_records_t), intent(inout) :: records
-        real(dp), allocatable, intent(inout) :: series(:)
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: fields(:)
         real(dp), intent(in), optional :: spans(:, :)
@@ -110,7 +111,8 @@ contains
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         integer, allocatable :: position(:)
-        integer :: kept(BLOCK_RECORDS), wanted, i
+        logical :: kept(BLOCK_RECORDS)
+        integer :: room, i
 
         call reader%open(path, error)
         if (allocated(error)) return
@@ -126,26 +128,21 @@ contains
         end if
         call choose_fields(reader%layout, path, records%fields, position, error, fields)
         if (allocated(error)) return
-        wanted = LEAST_ROOM
-        if (.not. (present(spans) .or. present(most))) wanted = max(wanted, expected_records(path, reader%header%records))
-        call reserve(records, series, records%count + wanted)
+        room = LEAST_ROOM
+        if (.not. (present(spans) .or. present(most))) room = max(room, expected_records(path, reader%header%records))
+        call make_room(records, records%count + room)
+        kept = .true.
         do
             call reader%next(block, error)
             if (allocated(error)) return
             if (block%count == 0) exit
-            wanted = block%count
-            kept(:wanted) = [(i, i=1, wanted)]
-            if (present(spans)) then
-                wanted = 0
-                do i = 1, block%count
-                    if (.not. within(block%seconds(i) + block%fraction(i), spans)) cycle
-                    wanted = wanted + 1
-                    kept(wanted) = i
-                end do
-                records%outside = records%outside + (block%count - wanted)
-                if (wanted == 0) cycle
-            end if
-            call add_records(records, series, block, kept(:wanted), position)
+            associate (n => block%count)
+                if (present(spans)) then
+                    kept(:n) = [(within(block%seconds(i) + block%fraction(i), spans), i=1, n)]
+                    records%outside = records%outside + count(.not. kept(:n))
+                end if
+                call add_records(records, block, pack([(i, i=1, n)], kept(:n)), position)
+            end associate
             if (present(most)) then
                 if (records%count >= most) exit
             end if
@@ -161,11 +158,7 @@ contains
         type(level1_records_t), intent(inout) :: records
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i
-
-        do i = 1, size(reader%warnings)
-            call note(records, reader%warnings(i)%text)
-        end do
+        records%warnings = [records%warnings, reader%warnings]
         if (reader%of_other_satellites > 0) then
             call fail(error, path//': '//integer_text(reader%of_other_satellites)//' of '// &
                       integer_text(reader%records)//' records are of another satellite than '//reader%satellite// &
@@ -198,9 +191,8 @@ contains
     end function expected_records
 
     !> Puts some records of a block behind those that are there.
-    subroutine add_records(records, series, block, kept, position)
+    subroutine add_records(records, block, kept, position)
         type(level1_records_t), intent(inout) :: records
-        real(dp), allocatable, intent(inout) :: series(:)
         type(level1_block_t), intent(in) :: block
         integer, intent(in) :: kept(:)      !! Their numbers in the block
         integer, intent(in) :: position(:)  !! Fields of the block that are wanted
@@ -209,27 +201,17 @@ contains
 
         n = records%count
         m = n + size(kept)
-        if (m > size(records%seconds)) call reserve(records, series, max(m, 2*n))
+        if (m > size(records%seconds)) call make_room(records, max(m, 2*n))
         records%seconds(n + 1:m) = block%seconds(kept)
         records%fraction(n + 1:m) = block%fraction(kept)
         do i = 1, size(position)
             records%values(n + 1:m, i) = block%values(kept, position(i))
         end do
-        series(n + 1:m) = 0
-        if (records%layout%series > 0) series(n + 1:m) = block%values(kept, records%layout%series)
+        records%series(n + 1:m) = 0
+        if (records%layout%series > 0) records%series(n + 1:m) = block%values(kept, records%layout%series)
         records%count = m
-        do i = max(2, n + 1), m
-            if (is_before(records%seconds(i), records%fraction(i), records%seconds(i - 1), records%fraction(i - 1))) &
-                records%unsorted = records%unsorted + 1
-        end do
+        records%unsorted = records%unsorted + count([(is_before(records, i, i - 1), i=max(2, n + 1), m)])
     end subroutine add_records
-
-    subroutine note(records, text)
-        type(level1_records_t), intent(inout) :: records
-        character(*), intent(in) :: text
-
-        call append(records%warnings, text)
-    end subroutine note
 
     !> The positions of the wanted fields.
     subroutine choose_fields(layout, path, names, position, error, fields)
@@ -261,36 +243,30 @@ contains
     end subroutine choose_fields
 
     !> Room for so many records; what is there stays.
-    subroutine reserve(records, series, room)
+    subroutine make_room(records, room)
         type(level1_records_t), intent(inout) :: records
-        real(dp), allocatable, intent(inout) :: series(:)
-        integer, intent(in) :: room
+        integer, intent(in) :: room     !! At least as many as there are
 
-        real(dp), allocatable :: values(:, :), fraction(:), more(:)
+        real(dp), allocatable :: values(:, :), fraction(:), series(:)
         integer(i8), allocatable :: seconds(:)
         integer :: n
 
         n = records%count
-        allocate (seconds(room), fraction(room), more(room), values(room, size(records%fields)))
+        if (allocated(records%seconds)) then
+            if (size(records%seconds) == room) return
+        end if
+        allocate (seconds(room), fraction(room), series(room), values(room, size(records%fields)))
         if (n > 0) then
             seconds(:n) = records%seconds(:n)
             fraction(:n) = records%fraction(:n)
-            more(:n) = series(:n)
+            series(:n) = records%series(:n)
             values(:n, :) = records%values(:n, :)
         end if
         call move_alloc(seconds, records%seconds)
         call move_alloc(fraction, records%fraction)
-        call move_alloc(more, series)
+        call move_alloc(series, records%series)
         call move_alloc(values, records%values)
-    end subroutine reserve
-
-    !> Takes the room that is not used away.
-    subroutine shrink(records, series)
-        type(level1_records_t), intent(inout) :: records
-        real(dp), allocatable, intent(inout) :: series(:)
-
-        if (size(series) > records%count) call reserve(records, series, records%count)
-    end subroutine shrink
+    end subroutine make_room
 
     pure logical function within(time, spans)
         real(dp), intent(in) :: time, spans(:, :)
@@ -298,54 +274,53 @@ contains
         within = any(time >= spans(1, :) .and. time <= spans(2, :))
     end function within
 
-    pure logical function is_before(second, fraction, other_second, other_fraction)
-        integer(i8), intent(in) :: second, other_second
-        real(dp), intent(in) :: fraction, other_fraction
+    !> Whether record i has an earlier tag than record k.
+    pure logical function is_before(records, i, k)
+        type(level1_records_t), intent(in) :: records
+        integer, intent(in) :: i, k
 
-        is_before = second < other_second .or. (second == other_second .and. fraction < other_fraction)
+        is_before = records%seconds(i) < records%seconds(k) .or. &
+                    (records%seconds(i) == records%seconds(k) .and. records%fraction(i) < records%fraction(k))
     end function is_before
 
-    !> Order of time; records of equal epochs stay in theirs (a merge sort).
-    subroutine sort(records, series)
+    !> Order of time; records of equal epochs stay in theirs.
+    subroutine sort(records)
         type(level1_records_t), intent(inout) :: records
-        real(dp), intent(inout) :: series(:)
 
-        integer :: order(records%count), merged(records%count)
-        integer :: width, first, middle, last, i, j, k, n
+        integer :: order(records%count), i
 
-        n = records%count
-        order = [(i, i=1, n)]
-        width = 1
-        do while (width < n)
-            do first = 1, n, 2*width
-                middle = min(first + width - 1, n)
-                last = min(first + 2*width - 1, n)
-                i = first
-                j = middle + 1
-                do k = first, last
-                    if (i > middle) then
-                        merged(k) = order(j)
-                        j = j + 1
-                    else if (j > last) then
-                        merged(k) = order(i)
-                        i = i + 1
-                    else if (is_before(records%seconds(order(j)), records%fraction(order(j)), &
-                                       records%seconds(order(i)), records%fraction(order(i)))) then
-                        merged(k) = order(j)
-                        j = j + 1
-                    else
-                        merged(k) = order(i)
-                        i = i + 1
-                    end if
-                end do
-            end do
-            order = merged
-            if (width > n/2) exit
-            width = 2*width
-        end do
+        order = [(i, i=1, size(order))]
+        call merge_sort(records, order)
         call take(records, order)
-        series = series(order)
     end subroutine sort
+
+    !> Numbers of records by their tags: each half is sorted, then both are merged.
+    recursive subroutine merge_sort(records, order)
+        type(level1_records_t), intent(in) :: records
+        integer, intent(inout) :: order(:)
+
+        integer :: merged(size(order)), i, j, k, half
+        logical :: of_second
+
+        half = size(order)/2
+        if (half == 0) return
+        call merge_sort(records, order(:half))
+        call merge_sort(records, order(half + 1:))
+        i = 1
+        j = half + 1
+        do k = 1, size(order)
+            of_second = i > half
+            if (i <= half .and. j <= size(order)) of_second = is_before(records, order(j), order(i))
+            if (of_second) then
+                merged(k) = order(j)
+                j = j + 1
+            else
+                merged(k) = order(i)
+                i = i + 1
+            end if
+        end do
+        order = merged
+    end subroutine merge_sort
 
     !> The records of these numbers, in their order.
     subroutine take(records, order)
@@ -357,6 +332,7 @@ contains
 
         records%seconds = records%seconds(order)
         records%fraction = records%fraction(order)
+        records%series = records%series(order)
         allocate (values(size(order), size(records%fields)))
         do i = 1, size(records%fields)
             values(:, i) = records%values(order, i)
@@ -366,9 +342,8 @@ contains
     end subroutine take
 
     !> Of records of one series with equal epochs one stays.
-    subroutine drop_duplicates(records, series)
+    subroutine drop_duplicates(records)
         type(level1_records_t), intent(inout) :: records
-        real(dp), intent(in) :: series(:)
 
         logical :: stays(records%count)
         integer :: first, i, k
@@ -376,10 +351,9 @@ contains
         stays = .true.
         first = 1
         do i = 2, records%count
-            if (is_before(records%seconds(first), records%fraction(first), records%seconds(i), records%fraction(i))) &
-                first = i
+            if (is_before(records, first, i)) first = i
             do k = first, i - 1
-                if (.not. stays(k) .or. abs(series(k) - series(i)) > 0) cycle
+                if (.not. stays(k) .or. abs(records%series(k) - records%series(i)) > 0) cycle
                 if (records%layout%keeps_last) then
                     stays(k) = .false.
                 else

@@ -7,29 +7,24 @@
 !>
 !> Reals of text have the fewest of 15 to 17 digits that give the same number back: those of official files.
 module gracecg_level1_writer
-    use, intrinsic :: iso_fortran_env, only: real32
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i4, i8
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_decimal, only: scan_real
     use gracecg_base_text, only: integer_text, real_text, string_t, append
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
-    use gracecg_level1_products, only: level1_layout_t, KIND_I1, KIND_I2, KIND_I4, KIND_U1, KIND_U2, &
-        KIND_U4, KIND_F4, KIND_F8, KIND_LETTER, KIND_NUMERAL, KIND_FLAG8, KIND_FLAG32
+    use gracecg_level1_binary_form, only: put_bytes, BLOCK_NUMBERS
+    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES
     use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, &
         LABEL_LENGTH
+    use gracecg_level1_text_form, only: put_word
     use gracecg_level1_time, only: gps_date_text
     implicit none
     private
-    public :: level1_writer_t, general_text
+    public :: level1_writer_t
 
     character(1), parameter :: LF = achar(10)
     integer, parameter :: LONGEST_RECORD = 8192     !! Characters or bytes; the longest is that of GNV1A
-    !> Text has at least 10 digits of a number of single precision (16, housekeeping 10): more than that is a loss
-    real(dp), parameter :: TEXT_DIGITS = 5e-10_dp
-    !> A block number of GRACE-FO text counts on where that of binary begins anew
-    integer, parameter :: BLOCK_NUMBERS = 65536
 
     type :: level1_writer_t
         !! A Level-1 file being written; it appears under its name at `commit`
@@ -96,8 +91,8 @@ contains
         call card('NUMBER OF HEADER RECORDS', integer_text(CARDS))
         call card('SATELLITE NAME', 'GRACE '//header%satellite)
         call card('TIME EPOCH (GPS TIME)', '2000-01-01 12:00:00')
-        call card('TIME FIRST OBS(SEC PAST EPOCH)', time_text(header%first_time, ' '))
-        call card('TIME LAST OBS(SEC PAST EPOCH)', time_text(header%last_time, ' '))
+        call card('TIME FIRST OBS(SEC PAST EPOCH)', time_text(header%first_time))
+        call card('TIME LAST OBS(SEC PAST EPOCH)', time_text(header%last_time))
         call card('NUMBER OF DATA RECORDS', integer_text(max(0, header%records)))
         call card('SOFTWARE VERSION', 'gracecg '//VERSION)
         call self%file%bytes(CARDS_LAST//repeat(' ', CARD_LENGTH - len(CARDS_LAST))//LF)
@@ -116,19 +111,15 @@ contains
     end subroutine write_cards
 
     !> 738849600.007739 (2023-06-01 00:00:00.007739)
-    function time_text(time, between) result(text)
+    function time_text(time) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
-        character(1), intent(in) :: between     !! Date and time of day
-        character(54) :: text
+        character(:), allocatable :: text
 
-        character(24) :: number
         character(26) :: date
 
-        write (number, '(f0.6)') time
-        if (number(1:1) == '.') number = '0'//trim(number)
-        date = gps_date_text(floor(time, i8), time - floor(time, i8))
-        date(11:11) = between
-        text = trim(number)//' ('//date//')'
+        date = date_text(time, len(date))
+        date(11:11) = ' '
+        text = seconds_text(time)//' ('//date//')'
     end function time_text
 
     !> The header of GRACE-FO text.
@@ -136,79 +127,72 @@ contains
         class(level1_writer_t), intent(inout) :: self
         type(level1_header_t), intent(in) :: header
 
-        character(26) :: first, last
-        character(24) :: number
         integer :: i
 
-        first = gps_date_text(floor(header%first_time, i8), header%first_time - floor(header%first_time, i8))
-        last = gps_date_text(floor(header%last_time, i8), header%last_time - floor(header%last_time, i8))
-        call self%file%line(YAML_FIRST)
-        call self%file%line('  dimensions:')
-        call self%file%line('    num_records: '//integer_text(max(0, header%records)))
-        call self%file%line('  global_attributes:')
-        call self%file%line('    creator_name: gracecg '//VERSION)
-        call self%file%line('    platform: GRACE '//header%satellite)
-        call self%file%line('    processing_level: '//self%layout%product(4:5))
-        call self%file%line('    product_version: 04')
-        call self%file%line('    time_coverage_start: '//first(:22))
-        call self%file%line('    time_coverage_stop: '//last(:22))
-        call self%file%line('    title: GRACE-FO Level-'//self%layout%product(4:5)//' '// &
-                            trim(title_of(self%layout%product(:3)))//' Data')
-        call self%file%line('  non-standard_attributes:')
-        call self%file%line('    epoch_time: 2000-01-01T12:00:00.00')
-        call self%file%line('    software_version: '//VERSION)
-        write (number, '(f0.6)') header%first_time
-        call self%file%line('    start_time_epoch_secs: '//trim(number))
-        write (number, '(f0.6)') header%last_time
-        call self%file%line('    stop_time_epoch_secs: '//trim(number))
-        call self%file%line('  variables:')
-        do i = 1, size(self%layout%fields)
-            associate (field => self%layout%fields(i))
-                if (field%channel > 1) cycle
-                call self%file%line('    - '//trim(field%name)//':')
-                if (field%bit >= 0) then
-                    call self%file%line('        comment: next column, if prod_flag bit set')
-                else
-                    call self%file%line('        comment: column '//integer_text(i))
-                end if
-            end associate
-        end do
-        call self%file%line(YAML_LAST)
+        associate (file => self%file, product => self%layout%product)
+            call file%line(YAML_FIRST)
+            call file%line('  dimensions:')
+            call file%line('    num_records: '//integer_text(max(0, header%records)))
+            call file%line('  global_attributes:')
+            call file%line('    creator_name: gracecg '//VERSION)
+            call file%line('    platform: GRACE '//header%satellite)
+            call file%line('    processing_level: '//product(4:5))
+            call file%line('    product_version: 04')
+            call file%line('    time_coverage_start: '//date_text(header%first_time, 22))
+            call file%line('    time_coverage_stop: '//date_text(header%last_time, 22))
+            call file%line('    title: GRACE-FO Level-'//product(4:5)//' '//title_of(product(:3))//' Data')
+            call file%line('  non-standard_attributes:')
+            call file%line('    epoch_time: 2000-01-01T12:00:00.00')
+            call file%line('    software_version: '//VERSION)
+            call file%line('    start_time_epoch_secs: '//seconds_text(header%first_time))
+            call file%line('    stop_time_epoch_secs: '//seconds_text(header%last_time))
+            call file%line('  variables:')
+            do i = 1, size(self%layout%fields)
+                associate (field => self%layout%fields(i))
+                    if (field%channel > 1) cycle
+                    call file%line('    - '//trim(field%name)//':')
+                    if (field%bit >= 0) then
+                        call file%line('        comment: next column, if prod_flag bit set')
+                    else
+                        call file%line('        comment: column '//integer_text(i))
+                    end if
+                end associate
+            end do
+            call file%line(YAML_LAST)
+        end associate
     end subroutine write_yaml
 
-    pure function title_of(product) result(title)
-        character(3), intent(in) :: product
-        character(32) :: title
+    pure function title_of(family) result(title)
+        character(3), intent(in) :: family      !! 'ACC'
+        character(:), allocatable :: title
 
-        select case (product)
-        case ('ACC')
-            title = 'Accelerometer'
-        case ('ACT')
-            title = 'Transformed Accelerometer'
-        case ('AHK')
-            title = 'Accelerometer Housekeeping'
-        case ('SCA')
-            title = 'Star Camera'
-        case ('MAG')
-            title = 'Magnetometer and Torque Rod'
-        case ('THR')
-            title = 'Thruster'
-        case ('TNK')
-            title = 'Tank Temperature and Pressure'
-        case ('MAS')
-            title = 'Mass'
-        case ('TIM')
-            title = 'Clock'
-        case ('CLK')
-            title = 'Clock Offset'
-        case ('GNV')
-            title = 'GPS Navigation'
-        case ('GNI')
-            title = 'Intermediate GPS Navigation'
-        case default
-            title = product
-        end select
+        integer :: i
+
+        i = findloc(FAMILIES, family, 1)
+        title = family
+        if (i > 0) title = trim(TITLES(i))
     end function title_of
+
+    !> 738849600.007739
+    function seconds_text(time) result(text)
+        real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
+        character(:), allocatable :: text
+
+        character(24) :: number
+
+        write (number, '(f0.6)') time
+        if (number(1:1) == '.') number = '0'//number
+        text = trim(number)
+    end function seconds_text
+
+    !> 2023-06-01T00:00:00.007739, or so much of it.
+    function date_text(time, length) result(text)
+        real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
+        integer, intent(in) :: length           !! Characters
+        character(length) :: text
+
+        text = gps_date_text(floor(time, i8), time - floor(time, i8))
+    end function date_text
 
     !> ACC1B_2003-09-14_A_02.dat
     function standard_name(self, header) result(name)
@@ -216,10 +200,7 @@ contains
         type(level1_header_t), intent(in) :: header
         character(25) :: name
 
-        character(26) :: date
-
-        date = gps_date_text(floor(header%first_time, i8), 0.0_dp)
-        name = self%layout%product//'_'//date(:10)//'_'//header%satellite//'_'// &
+        name = self%layout%product//'_'//date_text(header%first_time, 10)//'_'//header%satellite//'_'// &
             merge('04', '02', self%layout%grace_fo)//merge('.dat', '.txt', self%binary)
     end function standard_name
 
@@ -228,156 +209,59 @@ contains
         class(level1_writer_t), intent(inout) :: self
         real(dp), intent(in) :: values(:)   !! By field; letters as their codes; NaN: not in this record
 
-        character(LONGEST_RECORD) :: text
-        integer :: length, i, field, order(size(self%layout%fields))
-        integer(i8) :: flag
+        character(LONGEST_RECORD) :: record
+        integer :: length, i, field
+        integer(i8) :: shape
 
         if (allocated(self%failure)) return
         self%records = self%records + 1
-        order = [(i, i=1, size(order))]
-        if (self%layout%id_first .and. .not. self%binary) then
-            order(self%layout%time_ref) = self%layout%id
-            order(self%layout%id) = self%layout%time_ref
-        end if
         length = 0
-        flag = 0
-        do i = 1, size(order)
-            field = order(i)
-            associate (f => self%layout%fields(field))
-                if (f%bit >= 0) then
-                    if (.not. btest(flag, f%bit)) cycle
-                else if (f%channel > flag) then
-                    cycle
-                end if
-                if (ieee_is_nan(values(field)) .and. f%kind /= KIND_F4 .and. f%kind /= KIND_F8) then
+        shape = 0
+        if (self%layout%shape > 0) then
+            if (.not. ieee_is_nan(values(self%layout%shape))) shape = nint(values(self%layout%shape), i8)
+        end if
+        do i = 1, size(self%layout%fields)
+            field = i
+            if (self%layout%id_first .and. .not. self%binary) then
+                if (i == self%layout%time_ref) field = self%layout%id
+                if (i == self%layout%id) field = self%layout%time_ref
+            end if
+            associate (f => self%layout%fields(field), value => values(field))
+                if (.not. f%in_records_of(shape)) cycle
+                if (ieee_is_nan(value) .and. f%kind /= KIND_F4 .and. f%kind /= KIND_F8) then
                     call fail(self%failure, self%path//': record '//integer_text(self%records)//' has no '//trim(f%name))
                     return
-                end if
-                if (field == self%layout%prod_flag .or. field == self%layout%channels) flag = nint(values(field), i8)
-                if (self%binary) then
-                    call append_binary(self, values(field), field, text, length)
+                else if (self%binary) then
+                    call write_bytes(self, value, field, record, length)
+                    if (allocated(self%failure)) return
                 else
-                    call append_text(values(field), f%kind, text, length)
+                    call put_word(value, f%kind, record, length)
                 end if
             end associate
-            if (allocated(self%failure)) return
         end do
-        if (self%binary) then
-            call self%file%bytes(text(:length))
-        else
-            text(length:length) = LF
-            call self%file%bytes(text(:length))
-        end if
+        if (.not. self%binary) record(length:length) = LF
+        call self%file%bytes(record(:length))
     end subroutine write_record
 
-    !> Writes a value and a blank.
-    subroutine append_text(value, kind, text, length)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: kind
-        character(*), intent(inout) :: text
-        integer, intent(inout) :: length
-
-        character(32) :: word
-        integer :: i
-
-        select case (kind)
-        case (KIND_F8, KIND_F4)
-            word = general_text(value, kind == KIND_F4)
-        case (KIND_LETTER)
-            word = achar(nint(value))
-        case (KIND_FLAG8)
-            write (word, '(8i1)') [(merge(1, 0, btest(nint(value, i8), i)), i=7, 0, -1)]
-        case (KIND_FLAG32)
-            write (word, '(32i1)') [(merge(1, 0, btest(nint(value, i8), i)), i=31, 0, -1)]
-        case default
-            word = integer_text(nint(value, i8))
-        end select
-        text(length + 1:) = trim(word)//' '
-        length = length + len_trim(word) + 1
-    end subroutine append_text
-
-    !> A number in the form that official files have: -1.25e-05, 65000, 1e+33. The fewest of 15 to 17 digits that
-    !> give the number back, without needless zeros; 16 always do for a number of single precision.
-    function general_text(value, single) result(text)
-        real(dp), intent(in) :: value       !! NaN is 'nan'
-        logical, intent(in) :: single       !! It is one of single precision
-        character(32) :: text
-
-        character(11), parameter :: FORMATS(15:17) = ['(es32.14e3)', '(es32.15e3)', '(es32.16e3)']
-        character(32) :: buffer, digits
-        real(dp) :: again
-        integer :: places, exponent, last, at, status
-        logical :: ok
-
-        text = 'nan'
-        if (.not. abs(value) <= huge(value)) return
-        text = '0'
-        if (abs(value) <= 0) return
-        do places = 15, merge(16, 17, single)
-            write (buffer, FORMATS(places)) abs(value)
-            buffer = adjustl(buffer)
-            at = 1
-            call scan_real(buffer, at, again, ok)
-            if (abs(again - abs(value)) <= 0) exit
-        end do
-        at = index(buffer, 'E')
-        read (buffer(at + 1:), *, iostat=status) exponent
-        digits = buffer(1:1)//buffer(3:at - 1)
-        last = max(1, verify(trim(digits), '0', back=.true.))
-        if (exponent < -4 .or. exponent >= 16) then
-            text = digits(1:1)
-            if (last > 1) text = digits(1:1)//'.'//digits(2:last)
-            write (buffer, '(i3.2)') abs(exponent)
-            text = trim(text)//'e'//merge('-', '+', exponent < 0)//adjustl(buffer)
-        else if (exponent < 0) then
-            text = '0.'//repeat('0', -exponent - 1)//digits(:last)
-        else if (last <= exponent + 1) then
-            text = digits(:last)//repeat('0', exponent + 1 - last)
-        else
-            text = digits(:exponent + 1)//'.'//digits(exponent + 2:last)
-        end if
-        if (value < 0) text = '-'//trim(text)
-    end function general_text
-
-    !> Appends the bytes of a value, most significant first.
-    subroutine append_binary(self, value, field, text, length)
+    !> Puts a value behind the bytes of a record and counts what it loses.
+    subroutine write_bytes(self, value, field, record, length)
         class(level1_writer_t), intent(inout) :: self
         real(dp), intent(in) :: value
         integer, intent(in) :: field
-        character(*), intent(inout) :: text
+        character(*), intent(inout) :: record
         integer, intent(inout) :: length
 
-        integer(i8) :: word
-        real(real32) :: single
-        integer :: i, bytes
+        logical :: is_rounded, is_too_large
 
-        bytes = self%layout%fields(field)%bytes
-        select case (self%layout%fields(field)%kind)
-        case (KIND_F8)
-            word = transfer(value, word)
-        case (KIND_F4)
-            if (abs(value) > huge(single)) then
-                call fail(self%failure, self%path//': record '//integer_text(self%records)//', '// &
-                          trim(self%layout%fields(field)%name)//': '//real_text(value)// &
-                          ' is too large for single precision, which binary has')
-                return
-            end if
-            single = real(value, real32)
-            if (abs(real(single, dp) - value) > TEXT_DIGITS*abs(value)) self%rounded(field) = self%rounded(field) + 1
-            word = transfer(single, 0_i4)
-        case (KIND_U2)
-            word = nint(value, i8)
-            if (word >= BLOCK_NUMBERS) self%wrapped = self%wrapped + 1
-        case (KIND_NUMERAL)
-            word = nint(value, i8) + iachar('0')
-        case default
-            word = nint(value, i8)
-        end select
-        do i = bytes - 1, 0, -1
-            length = length + 1
-            text(length:length) = achar(int(ibits(word, 8*i, 8)))
-        end do
-    end subroutine append_binary
+        associate (f => self%layout%fields(field))
+            call put_bytes(value, f, record, length, is_rounded, is_too_large)
+            if (is_too_large) call fail(self%failure, self%path//': record '//integer_text(self%records)//', '// &
+                                        trim(f%name)//': '//real_text(value)// &
+                                        ' is too large for single precision, which binary has')
+            if (is_rounded) self%rounded(field) = self%rounded(field) + 1
+            if (f%kind == KIND_U2 .and. value >= BLOCK_NUMBERS) self%wrapped = self%wrapped + 1
+        end associate
+    end subroutine write_bytes
 
     !> Ends the file and gives it its name. After a failure there is no file, or still an older one.
     subroutine commit_writer(self, error)

@@ -1,0 +1,189 @@
+!> The fields of Level-1 records as text: one word each, read and written.
+module gracecg_level1_text_form
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_decimal, only: scan_real, scan_integer, is_white
+    use gracecg_base_text, only: integer_text, lower_case
+    use gracecg_level1_header, only: printable
+    use gracecg_level1_products, only: KIND_F4, KIND_F8, KIND_LETTER, KIND_FLAG8, KIND_FLAG32
+    implicit none
+    private
+    public :: read_word, word_at, skip_white, put_word, general_text
+
+    character(1), parameter :: LF = achar(10)
+    integer, parameter :: LONGEST_WORD = 60     !! That messages show
+    !> Range of the integers of each kind. A block number of GRACE-FO text exceeds the 16 bits of GRACE
+    integer(i8), parameter :: LOWEST(12) = [-128_i8, -32768_i8, -2147483648_i8, 0_i8, 0_i8, 0_i8, 0_i8, 0_i8, 0_i8, &
+                                            0_i8, 0_i8, 0_i8]
+    integer(i8), parameter :: HIGHEST(12) = [127_i8, 32767_i8, 2147483647_i8, 255_i8, 4294967295_i8, 4294967295_i8, &
+                                             0_i8, 0_i8, 0_i8, 9_i8, 255_i8, 4294967295_i8]
+
+contains
+
+    !> Reads the word that begins at `at`, which then stands behind it.
+    subroutine read_word(text, at, kind, value, problem)
+        character(*), intent(in) :: text        !! Ends with a line feed
+        integer, intent(inout) :: at
+        integer, intent(in) :: kind             !! Of the field, KIND_...
+        real(dp), intent(out) :: value          !! Letters as their codes, flags as integers; NaN: no finite number
+        character(:), allocatable, intent(inout) :: problem     !! Allocated when it is wrong
+
+        integer :: first
+        integer(i8) :: number
+        logical :: ok
+
+        first = at
+        select case (kind)
+        case (KIND_F8, KIND_F4)
+            call scan_real(text, at, value, ok)
+            if (ok) return
+            value = ieee_value(1.0_dp, ieee_quiet_nan)
+            if (.not. is_no_number(text(first:at - 1))) &
+                problem = '"'//printable(text(first:at - 1))//'" is not a decimal number'
+        case (KIND_LETTER)
+            value = iachar(text(at:at))
+            at = at + 1
+            if (text(first:first) < 'A' .or. text(first:first) > 'Z' .or. .not. is_end(text(at:at))) &
+                problem = '"'//word_at(text, first)//'" is not one letter, A to Z'
+        case (KIND_FLAG8, KIND_FLAG32)
+            call read_flag(text, at, merge(8, 32, kind == KIND_FLAG8), number, ok)
+            if (.not. ok) problem = '"'//word_at(text, first)//'" is not a flag of '// &
+                integer_text(merge(8, 32, kind == KIND_FLAG8))//' binary digits'
+            value = real(number, dp)
+        case default
+            call scan_integer(text, at, number, ok)
+            if (ok) ok = number >= LOWEST(kind) .and. number <= HIGHEST(kind)
+            if (.not. ok) problem = '"'//word_at(text, first)//'" is not an integer from '// &
+                integer_text(LOWEST(kind))//' to '//integer_text(HIGHEST(kind))
+            value = real(number, dp)
+        end select
+    end subroutine read_word
+
+    !> A flag of so many binary digits, bit 0 rightmost.
+    pure subroutine read_flag(text, at, digits, number, ok)
+        character(*), intent(in) :: text
+        integer, intent(inout) :: at
+        integer, intent(in) :: digits
+        integer(i8), intent(out) :: number
+        logical, intent(out) :: ok
+
+        integer :: i, digit
+
+        number = 0
+        ok = .false.
+        do i = 1, digits
+            digit = iachar(text(at:at)) - iachar('0')
+            if (digit < 0 .or. digit > 1) return
+            number = 2*number + digit
+            at = at + 1
+        end do
+        ok = is_end(text(at:at))
+    end subroutine read_flag
+
+    !> Whether a word stands for a value that is no finite number, as programs print it.
+    pure logical function is_no_number(word)
+        character(*), intent(in) :: word
+
+        is_no_number = any(lower_case(word) == [character(5) :: 'nan', '+nan', '-nan', 'inf', '+inf', '-inf'])
+    end function is_no_number
+
+    pure logical function is_end(letter)
+        character(1), intent(in) :: letter
+
+        is_end = is_white(letter) .or. letter == LF
+    end function is_end
+
+    !> To the next byte that is no white space.
+    pure subroutine skip_white(text, at)
+        character(*), intent(in) :: text        !! Ends with a line feed
+        integer, intent(inout) :: at
+
+        do while (is_white(text(at:at)))
+            at = at + 1
+        end do
+    end subroutine skip_white
+
+    !> The word that begins there, for a message.
+    pure function word_at(text, first) result(word)
+        character(*), intent(in) :: text        !! Ends with a line feed
+        integer, intent(in) :: first
+        character(:), allocatable :: word
+
+        integer :: last
+
+        last = first
+        do while (.not. is_end(text(last:last)) .and. last < first + LONGEST_WORD)
+            last = last + 1
+        end do
+        word = printable(text(first:last - 1))
+    end function word_at
+
+    !> Writes a value and a blank.
+    subroutine put_word(value, kind, text, length)
+        real(dp), intent(in) :: value               !! As `read_word` gives it
+        integer, intent(in) :: kind                 !! Of the field, KIND_...
+        character(*), intent(inout) :: text         !! A record in the making
+        integer, intent(inout) :: length            !! Of it, so far
+
+        character(32) :: word
+        integer :: i
+
+        select case (kind)
+        case (KIND_F8, KIND_F4)
+            word = general_text(value, kind == KIND_F4)
+        case (KIND_LETTER)
+            word = achar(nint(value))
+        case (KIND_FLAG8)
+            write (word, '(8i1)') [(merge(1, 0, btest(nint(value, i8), i)), i=7, 0, -1)]
+        case (KIND_FLAG32)
+            write (word, '(32i1)') [(merge(1, 0, btest(nint(value, i8), i)), i=31, 0, -1)]
+        case default
+            word = integer_text(nint(value, i8))
+        end select
+        text(length + 1:length + len_trim(word) + 1) = word
+        length = length + len_trim(word) + 1
+    end subroutine put_word
+
+    !> A number in the form that official files have: -1.25e-05, 65000, 1e+33. The fewest of 15 to 17 digits that
+    !> give the number back, without needless zeros; 16 always do for a number of single precision.
+    function general_text(value, single) result(text)
+        real(dp), intent(in) :: value       !! NaN is 'nan'
+        logical, intent(in) :: single       !! It is one of single precision
+        character(32) :: text
+
+        character(11), parameter :: FORMATS(15:17) = ['(es32.14e3)', '(es32.15e3)', '(es32.16e3)']
+        character(32) :: buffer, digits
+        real(dp) :: again
+        integer :: places, exponent, last, at, status
+        logical :: ok
+
+        text = 'nan'
+        if (.not. abs(value) <= huge(value)) return
+        text = '0'
+        if (abs(value) <= 0) return
+        do places = 15, merge(16, 17, single)
+            write (buffer, FORMATS(places)) abs(value)
+            buffer = adjustl(buffer)
+            at = 1
+            call scan_real(buffer, at, again, ok)
+            if (abs(again - abs(value)) <= 0) exit
+        end do
+        at = index(buffer, 'E')
+        read (buffer(at + 1:), *, iostat=status) exponent
+        digits = buffer(1:1)//buffer(3:at - 1)
+        last = max(1, verify(trim(digits), '0', back=.true.))
+        if (exponent < -4 .or. exponent >= 16) then
+            text = digits(1:1)
+            if (last > 1) text = digits(1:1)//'.'//digits(2:last)
+            write (buffer, '(i3.2)') abs(exponent)
+            text = trim(text)//'e'//merge('-', '+', exponent < 0)//adjustl(buffer)
+        else if (exponent < 0) then
+            text = '0.'//repeat('0', -exponent - 1)//digits(:last)
+        else if (last <= exponent + 1) then
+            text = digits(:last)//repeat('0', exponent + 1 - last)
+        else
+            text = digits(:exponent + 1)//'.'//digits(exponent + 2:last)
+        end if
+        if (value < 0) text = '-'//trim(text)
+    end function general_text
+end module gracecg_level1_text_form
