@@ -187,7 +187,7 @@ contains
 
     !> A text for a message: bytes that are no printable characters as question marks, at most 200.
     pure function printable(text) result(shown)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Any bytes
         character(min(len(text), 200)) :: shown
 
         integer :: i

@@ -185,7 +185,7 @@ contains
         type(level1_block_t), intent(inout) :: block
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: first, columns
+        integer :: columns
 
         block%count = 0
         columns = size(self%layout%fields)
@@ -197,7 +197,6 @@ contains
         if (.not. allocated(self%buffer) .or. (self%at_end .and. self%filled == 0)) return
         if (self%layout%shape > 0) block%values(:, self%layout%shape + 1:) = ieee_value(1.0_dp, ieee_quiet_nan)
         do
-            first = block%count
             if (self%header%binary) then
                 call decode_binary(self, block, error)
             else
@@ -224,30 +223,17 @@ contains
         class(level1_reader_t), intent(inout) :: self
         type(level1_block_t), intent(inout) :: block
 
-        real(dp) :: letter
-        integer :: i
-
-        associate (n => block%count)
+        associate (n => block%count, layout => self%layout)
             block%seconds(:n) = int(block%values(:n, 1), i8)
             block%fraction(:n) = 0
-            if (self%layout%fraction > 0) &
-                block%fraction(:n) = block%values(:n, self%layout%fraction)*self%layout%fraction_unit
-            if (self%records == 0) then
-                self%satellite = achar(nint(block%values(1, self%layout%id)))
-                if (self%layout%time_ref > 0) self%time_ref = achar(nint(block%values(1, self%layout%time_ref)))
-            end if
-            letter = iachar(self%satellite)
-            do i = 1, n
-                if (abs(block%values(i, self%layout%id) - letter) > 0) &
-                    self%of_other_satellites = self%of_other_satellites + 1
-            end do
-            if (self%layout%time_ref > 0) then
-                letter = iachar(self%time_ref)
-                do i = 1, n
-                    if (abs(block%values(i, self%layout%time_ref) - letter) > 0) &
-                        self%of_other_time = self%of_other_time + 1
-                end do
-            end if
+            if (layout%fraction > 0) block%fraction(:n) = block%values(:n, layout%fraction)*layout%fraction_unit
+            if (self%records == 0) self%satellite = achar(nint(block%values(1, layout%id)))
+            self%of_other_satellites = self%of_other_satellites + &
+                count(abs(block%values(:n, layout%id) - iachar(self%satellite)) > 0)
+            if (layout%time_ref == 0) return
+            if (self%records == 0) self%time_ref = achar(nint(block%values(1, layout%time_ref)))
+            self%of_other_time = self%of_other_time + &
+                count(abs(block%values(:n, layout%time_ref) - iachar(self%time_ref)) > 0)
         end associate
     end subroutine take_time
 
