@@ -6,7 +6,9 @@ module gracecg_cli_magnetometer_loss
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text, rounded_text
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, write_field_studies, &
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, field_settings, &
         names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, &
@@ -70,6 +72,7 @@ contains
         type(field_study_t), allocatable :: studies(:)
         type(calibration_t), allocatable :: calibrations(:)
         type(results_t) :: results
+        type(data_table_t) :: table
         integer :: i
 
         call read_request(arguments, request, misuse)
@@ -91,8 +94,9 @@ contains
         call results%member('field_error_nt', request%deviation_nt)
         call results%publish(field_table(studies), console, error)
         if (allocated(error)) return
-        if (request%path /= '') call write_field_studies(request%path, 'magnetometer-loss', request%seed, &
-                                                      request%deviation_nt*NANOTESLA, studies, error)
+        table = field_table(studies)
+        if (request%path /= '') call table%write(request%path, file_comments('magnetometer-loss', field_settings( &
+            request%seed, request%deviation_nt*NANOTESLA)), error)
     end subroutine run_magnetometer_loss
 
     subroutine read_request(arguments, request, misuse)
