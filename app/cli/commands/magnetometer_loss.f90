@@ -1,15 +1,15 @@
 !> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
 module gracecg_cli_magnetometer_loss
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: NANOTESLA, MILLIMETRE
+    use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text, rounded_text
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, field_settings, &
         names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
-    use gracecg_cli_campaign_tables, only: wide
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t
     implicit none
@@ -82,20 +82,25 @@ contains
         type(field_study_t), intent(in) :: studies(:)
         type(console_t), intent(inout) :: console
 
-        character(100) :: row
-        integer :: i, axis, width
+        type(data_table_t) :: table
+        integer :: i, axis
 
-        call console%paragraph(heading)
-        width = max(9, maxval(len_trim(studies%case_name)) + 2)
-        call console%line(wide('case', width)//'algorithm  field       x here  x theory    y here  y theory    z here'// &
-                          '  z theory')
+        call table%column('case', 'a', 'case')
+        call table%column('algorithm', 'a', 'algorithm')
+        call table%column('field', 'a', 'field')
+        do axis = 1, size(AXES)
+            call table%column('here', 'f10.5', AXES(axis)//' here')
+            call table%column('theory', 'f10.5', AXES(axis)//' theory')
+        end do
         do i = 1, size(studies)
             associate (s => studies(i))
-                write (row, '(a, t12, a, t20, 6f10.5)') trim(s%algorithm), &
-                    FIELD_SOURCES(merge(2, 1, s%with_model)), &
-                    (s%rms(axis)/MILLIMETRE, s%predicted(axis)/MILLIMETRE, axis=1, 3)
+                call table%add(s%case_name)
+                call table%add(s%algorithm)
+                call table%add(FIELD_SOURCES(merge(2, 1, s%with_model)))
+                call table%add([(s%rms(axis), s%predicted(axis), axis=1, 3)]/MILLIMETRE)
             end associate
-            call console%line(wide(trim(studies(i)%case_name), width)//trim(row))
         end do
+        call console%paragraph(heading)
+        call console%table(table)
     end subroutine show
 end module gracecg_cli_magnetometer_loss
