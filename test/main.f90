@@ -106,7 +106,6 @@ program tester
     use test_c_interface, only: collect_c_interface
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
-    use test_document, only: collect_document
     use test_launcher, only: collect_launcher
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
@@ -236,7 +235,6 @@ program tester
              new_testsuite('c-interface', collect_c_interface), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
-             new_testsuite('document', collect_document), &
              new_testsuite('launcher', collect_launcher), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &

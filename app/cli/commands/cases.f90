@@ -18,7 +18,7 @@ module gracecg_cli_cases
     use gracecg_files_data_table, only: data_table_t
     implicit none
     private
-    public :: declare_cases, run_cases, case_place, rods_text
+    public :: declare_cases, run_cases, case_place, amplitudes_of
 
 contains
 
@@ -125,17 +125,7 @@ contains
                                      latitude, longitude, height)
     end subroutine case_place
 
-    !> The manoeuvre of the rods: amplitude along x, y, z, and frequency.
-    function rods_text(rods) result(text)
-        type(torque_rods_t), intent(in) :: rods
-        character(:), allocatable :: text
-
-        character(60) :: line
-
-        write (line, '(3(i0, ", "))') nint(amplitudes_of(rods))
-        text = line(:len_trim(line) - 1)//' A m^2'
-    end function rods_text
-
+    !> The amplitudes of the rods along x, y, z.
     pure function amplitudes_of(rods) result(amplitude)
         type(torque_rods_t), intent(in) :: rods
         real(dp) :: amplitude(3)        !! A m^2

@@ -3,16 +3,19 @@ module gracecg_cli_statements
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text, join
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_json, only: json_writer_t
     use gracecg_files_value, only: did_you_mean
     use gracecg_files_file, only: check_writable
-    use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, write_statements, &
+    use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, &
         STATEMENT_NAMES, VERDICT_WORDS
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
-    public :: declare_statements, run_statements
+    public :: declare_statements, run_statements, put_statements
 
     character(*), parameter :: COMMAND = 'statements'
     integer, parameter :: DEFAULT_RUNS = 60
@@ -48,6 +51,8 @@ contains
 
         type(statement_t), allocatable :: statements(:)
         type(string_t), allocatable :: names(:)
+        type(results_t) :: results
+        type(data_table_t) :: table
         character(:), allocatable :: path
         integer :: i, runs, threads
         integer(i8) :: seed
@@ -70,9 +75,13 @@ contains
             if (i > 1) call console%line('')
             call show(statements(i), console)
         end do
-        call publish(statements, seed, console, error)
-        if (allocated(error)) return
-        if (path /= '') call write_statements(path, COMMAND, seed, statements, error)
+        table = statement_table(statements)
+        call results%open(COMMAND)
+        call results%member('seed', seed)
+        call put_statements(statements, results)
+        call results%publish(table, console, error)
+        if (allocated(error) .or. path == '') return
+        call table%write(path, file_comments(COMMAND, 'seed '//integer_text(seed)//'; 0 runs: theory alone'), error)
     end subroutine run_statements
 
     !> The statements that are named, or all; refused when one is none of them.
@@ -114,31 +123,25 @@ contains
         call console%paragraph(trim(statement%found)//' '//trim(statement%details))
     end subroutine show
 
-    !> All numbers as CSV; claims and verdicts, too, as JSON.
-    subroutine publish(statements, seed, console, error)
+    !> What the report says and what is found, an object each.
+    subroutine put_statements(statements, json)
         type(statement_t), intent(in) :: statements(:)
-        integer(i8), intent(in) :: seed             !! Of the random numbers
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
+        class(json_writer_t), intent(inout) :: json
 
-        type(results_t) :: results
         integer :: i
 
-        call results%open(COMMAND)
-        call results%member('seed', seed)
-        call results%begin_array('statements')
+        call json%begin_array('statements')
         do i = 1, size(statements)
-            call results%begin()
-            call results%member('statement', trim(statements(i)%name))
-            call results%member('place', trim(statements(i)%place))
-            call results%member('claim', trim(statements(i)%claim))
-            call results%member('method', trim(statements(i)%method))
-            call results%member('verdict', trim(VERDICT_WORDS(statements(i)%verdict)))
-            call results%member('found', trim(statements(i)%found))
-            call results%member('details', trim(statements(i)%details))
-            call results%end()
+            call json%begin()
+            call json%member('statement', trim(statements(i)%name))
+            call json%member('place', trim(statements(i)%place))
+            call json%member('claim', trim(statements(i)%claim))
+            call json%member('method', trim(statements(i)%method))
+            call json%member('verdict', trim(VERDICT_WORDS(statements(i)%verdict)))
+            call json%member('found', trim(statements(i)%found))
+            call json%member('details', trim(statements(i)%details))
+            call json%end()
         end do
-        call results%end()
-        call results%publish(statement_table(statements), console, error)
-    end subroutine publish
+        call json%end()
+    end subroutine put_statements
 end module gracecg_cli_statements

@@ -5,15 +5,16 @@ module gracecg_cli_verify
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: tell
     use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_version, only: file_comments
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_studies_campaign, only: campaign_t, report_campaign
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, &
-        check_windows, window_counts_t, count_windows, write_curves, curves_file_name, &
-        CURVE_NAMES, curve_column
+        check_windows, window_counts_t, count_windows, curves_table, curves_file_name, &
+        add_window_rows, CURVE_NAMES, WINDOW_COLUMNS, curve_column
     use gracecg_studies_estimate_windows, only: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, &
-        count_estimate_windows, LEAST_SHARE_INSIDE, POINTS_OF_CASE
+        count_estimate_windows, estimate_windows_table, LEAST_SHARE_INSIDE, POINTS_OF_CASE
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, MODEL_FIELD_ERROR
     use gracecg_studies_published_case, only: built_in_case, changed_settings
     use gracecg_planning_calibration, only: calibration_t
@@ -26,11 +27,9 @@ module gracecg_cli_verify
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
-    public :: declare_verify, run_verify, window_verdict, estimate_counts_words
+    public :: declare_verify, run_verify
 
     character(*), parameter :: DEFAULT_CASES = 'front-1,back-1'
-    character(*), parameter :: COLUMNS = 'case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,'// &
-                                         'on_ticks,automatic'
     integer, parameter :: CASE_WITH_WINDOWS = 1     !! Figures 5.2-5.8 show case 1 of each satellite
 
 contains
@@ -72,7 +71,7 @@ contains
         type(calibration_t), allocatable :: calibrations(:)
         type(verification_t) :: verification
         type(results_t) :: results
-        type(data_table_t) :: table
+        type(data_table_t) :: table, curves
         character(:), allocatable :: folder, path
         integer :: i, runs, threads
         integer(i8) :: seed
@@ -91,7 +90,7 @@ contains
         if (allocated(misuse)) return
         if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
         if (allocated(error)) return
-        call table%columns_of(COLUMNS)
+        call table%columns_of(WINDOW_COLUMNS)
         do i = 1, size(calibrations)
             call tell(console, 'verify: '//trim(calibrations(i)%case%name))
             call verify_case(calibrations(i)%case, verification, error)
@@ -102,7 +101,8 @@ contains
             call add_rows(calibrations(i)%case, verification, table)
             if (folder == '') cycle
             path = folder//'/'//curves_file_name(calibrations(i)%case%name)
-            call write_curves(path, 'verify', calibrations(i)%case%name, verification, error)
+            curves = curves_table(verification)
+            call curves%write(path, file_comments('verify', 'case '//trim(calibrations(i)%case%name)//'; body axes'), error)
             if (allocated(error)) return
             call console%line('written: '//path)
         end do
@@ -118,47 +118,27 @@ contains
         type(verification_t), intent(in) :: verification
         type(data_table_t), intent(inout) :: table
 
-        type(window_check_t), allocatable :: checks(:)
+        integer, parameter :: OF_WINDOWS = 11       ! Columns that other cases leave empty
         integer :: i, curve, axis
 
         if (case%number == CASE_WITH_WINDOWS) then
-            checks = check_windows(trim(case%satellite%name), verification)
-            do i = 1, size(checks)
-                associate (c => checks(i))
-                    call add_curve(c%quantity, c%axis, [c%least, c%greatest, c%mean])
-                    call table%add(c%figure)
-                    call table%add([c%low, c%high, c%fill])
-                    call table%add(c%inside)
-                    call table%add(c%on_ticks)
-                    call table%add(c%automatic)
-                end associate
-            end do
+            call add_window_rows(case%name, check_windows(trim(case%satellite%name), verification), table)
             return
         end if
         do curve = 1, size(CURVE_NAMES)
             do axis = 1, size(AXES)
+                call table%add(case%name)
+                call table%add(CURVE_NAMES(curve))
+                call table%add(AXES(axis))
+                call table%add(unit_of_column(trim(curve_column(CURVE_NAMES(curve), AXES(axis)))))
                 associate (values => verification%curve(axis, curve, :))
-                    call add_curve(CURVE_NAMES(curve), AXES(axis), [minval(values), maxval(values), &
-                                                                    sum(values)/size(values)])
+                    call table%add([minval(values), maxval(values), sum(values)/size(values)])
                 end associate
-                do i = 1, 7
+                do i = 1, OF_WINDOWS
                     call table%add_nothing()
                 end do
             end do
         end do
-
-    contains
-
-        subroutine add_curve(quantity, axis, range)
-            character(*), intent(in) :: quantity, axis
-            real(dp), intent(in) :: range(3)        ! Least, greatest, mean
-
-            call table%add(case%name)
-            call table%add(quantity)
-            call table%add(axis)
-            call table%add(unit_of_column(trim(curve_column(quantity, axis))))
-            call table%add(range)
-        end subroutine add_curve
     end subroutine add_rows
 
     subroutine show(case, verification, console, error)
@@ -282,34 +262,9 @@ contains
         call console%line('Figure 6.6: '//estimate_counts_words(count_estimate_windows(loss_windows(losses))))
         call results%member('runs', runs)
         call results%member('seed', seed)
-        panels = panel_table([campaign_windows(campaign, 1), campaign_windows(campaign, 2), loss_windows(losses)])
+        panels = estimate_windows_table([campaign_windows(campaign, 1), campaign_windows(campaign, 2), loss_windows(losses)])
         call panels%to_json(results, 'estimates')
     end subroutine add_estimates
-
-    !> The panels of Figures 6.2, 6.3 and 6.6, a row each.
-    function panel_table(windows) result(table)
-        type(estimate_window_t), intent(in) :: windows(:)
-        type(data_table_t) :: table
-
-        integer :: i
-
-        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,'// &
-                              'on_ticks,automatic')
-        do i = 1, size(windows)
-            associate (w => windows(i))
-                call table%add(w%figure)
-                call table%add(w%satellite)
-                call table%add(w%algorithm)
-                call table%add(w%axis)
-                call table%add([w%low, w%high, w%least, w%greatest]/MILLIMETRE)
-                call table%add(w%fill)
-                call table%add(w%points)
-                call table%add(w%inside)
-                call table%add(w%on_ticks)
-                call table%add(w%automatic)
-            end associate
-        end do
-    end function panel_table
 
     subroutine show_panels(windows, console)
         type(estimate_window_t), intent(in) :: windows(:)
@@ -339,30 +294,7 @@ contains
                share_text(counts%on_ticks, counts%panels)//' panels on the ticks'
     end function estimate_counts_words
 
-    !> A check in words.
-    function window_verdict(check) result(text)
-        type(window_check_t), intent(in) :: check
-        character(:), allocatable :: text
-
-        if (check%excess <= 0) then
-            text = 'inside'
-        else if (check%inside) then
-            text = 'inside, leaves by '//percent_text(check%excess)
-        else
-            text = 'outside, leaves by '//percent_text(check%excess)
-        end if
-        if (check%attitude_only) then
-            if (check%inside .and. .not. check%on_ticks) text = text//'; not on the ticks'
-            return
-        end if
-        if (check%near_centre) then
-            text = text//'; mean within 15 %'
-        else
-            text = text//'; mean off by '//percent_text(check%centre_difference)
-        end if
-    end function window_verdict
-
-    !> The same in a column of the console.
+    !> Whether a curve is inside, in a column of the console.
     function inside_words(check) result(text)
         type(window_check_t), intent(in) :: check
         character(:), allocatable :: text

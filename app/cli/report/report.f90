@@ -1,59 +1,48 @@
-!> gracecg report: everything that CSR-TM-00-01 shows, as one HTML page.
-!>
-!> The studies compute; each chapter is a module of cli/report: it writes the CSV files of a study,
-!> adds text, tables and figures to the book, and notes what was found for the summary.
+!> gracecg report: everything that CSR-TM-00-01 shows, computed anew. Each study leaves its numbers in a folder as CSV files;
+!> the Python package sets them beside the published ones, judges them and makes one HTML page.
 module gracecg_cli_report
-    use, intrinsic :: iso_fortran_env, only: compiler_version
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
-    use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
-    use gracecg_files_json, only: json_quoted
-    use gracecg_cli_results, only: results_t
-    use gracecg_files_file, only: make_directory, check_writable
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_file, only: output_file_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_studies_campaign, only: campaign_t, report_campaign
-    use gracecg_studies_curves, only: verification_t, verify_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of, report_campaign, first_runs
+    use gracecg_studies_campaign_files, only: write_table, write_runs
+    use gracecg_studies_com_budget, only: com_budget_table
+    use gracecg_studies_curves, only: verification_t, verify_case, curves_table, curves_file_name, check_windows, &
+        add_window_rows, WINDOW_COLUMNS
     use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
-        calibrate_with_design
-    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, STUDY_NAMES
-    use gracecg_studies_gravity_gradient, only: gradient_along_orbit
-    use gracecg_studies_limit, only: limit_study_t, study_limit
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, &
-        MODEL_FIELD_ERROR
-    use gracecg_studies_statements, only: statement_t, examine_statement, STATEMENT_NAMES
-    use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, VARIATIONS
-    use gracecg_studies_timing, only: timing_study_t, study_timing
+        calibrate_with_design, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY
+    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, STUDY_NAMES
+    use gracecg_studies_estimate_windows, only: campaign_windows, loss_windows, estimate_windows_table, LEAST_SHARE_INSIDE
+    use gracecg_studies_gravity_gradient, only: gradient_along_orbit, gradient_table
+    use gracecg_studies_limit, only: limit_study_t, study_limit, limits_table, detectable_excess
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, field_runs_table, &
+        field_settings, LOSS_STUDIES, MODEL_FIELD_ERROR
+    use gracecg_studies_published_axes, only: published_axes_table
+    use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
+    use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, variations_table, VARIATIONS
+    use gracecg_studies_timing, only: timing_study_t, study_timing, places_table
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_document, only: document_t, table_rows_t, head_cell, text_cell, verdict_cell, VERDICT_MET, &
-        VERDICT_PARTLY, VERDICT_MISSED, VERDICT_KINDS
-    use gracecg_cli_page_program, only: make_page
-    use gracecg_cli_number_text, only: share_text
-    use gracecg_cli_report_book, only: report_book_t, open_book, COMMAND, SATELLITES
-    use gracecg_cli_chapter_simulation, only: add_simulation_chapter
-    use gracecg_cli_chapter_budget, only: add_budget_chapter
-    use gracecg_cli_chapter_gradient, only: add_gradient_chapter
-    use gracecg_cli_chapter_curves, only: add_curves_chapter
-    use gracecg_cli_chapter_timing, only: add_field_chapter, add_timing_chapter
-    use gracecg_cli_chapter_accuracy, only: add_accuracy_chapter
-    use gracecg_cli_chapter_sources, only: add_sources_chapter, SOURCES_CASE, SOURCES_ALGORITHM
-    use gracecg_cli_chapter_loss, only: add_loss_chapter
-    use gracecg_cli_chapter_statements, only: add_statements_chapter, page_runs
-    use gracecg_cli_chapter_limit, only: add_limit_chapter
-    use gracecg_cli_chapter_design, only: add_design_chapter
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
+    use gracecg_cli_report_tables, only: report_cases_table, revolutions_table, marked_places_table, manoeuvres_table
+    use gracecg_cli_statements, only: put_statements
     implicit none
     private
     public :: declare_report, run_report
 
-    character(*), parameter :: PAGE_NAME = 'index.html'
     integer, parameter :: DEFAULT_RUNS = 200
     integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
     real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
     integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+    character(*), parameter :: SOURCES_CASE = 'front-1', SOURCES_ALGORITHM = 'ascfest'     !! As in the report
+    character(*), parameter :: BY_THEORY = 'arc-length'     !! The statement whose runs would take the longest
 
 contains
 
@@ -65,7 +54,7 @@ contains
                                 'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and '// &
                                 '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
                                 'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
-                                'file for every figure, and the figures as SVG; what it states without them; '// &
+                                'file for every table and figure, and the figures as SVG; what it states without them; '// &
                                 'then, beyond the report, every estimator against the theoretical limit, and a '// &
                                 'designed manoeuvre. The page takes Python.', &
                                 'gracecg report --out report --runs 30')
@@ -80,256 +69,252 @@ contains
                                   'machine); the numbers do not depend on it')
     end subroutine declare_report
 
-    !> Computes the chapters and writes the page.
+    !> Computes the studies and makes the page.
     subroutine run_report(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(report_book_t) :: book
-        type(document_t) :: page
-        character(:), allocatable :: folder
+        type(report_folder_t) :: folder
+        character(:), allocatable :: path
         integer(i8) :: seed        !! Of the random numbers
         integer :: runs, threads
 
-        call arguments%get('--out', folder, misuse)
+        call arguments%get('--out', path, misuse)
         call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=REPORT_RUNS, high=MOST_RUNS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         if (allocated(misuse)) return
-        call make_directory(folder, error)
-        if (.not. allocated(error)) call check_writable(folder//'/'//PAGE_NAME, error)
+        call open_report(path, runs, seed, threads, folder, error)
         if (allocated(error)) return
-
-        call open_book(book, folder)
-        book%runs = runs
-        book%seed = seed
-        call add_chapters(book, threads, console, error)
-        if (allocated(error)) return
-        call add_summary(page, book)
-        call page%append(book%page)
-        call add_making(page, book)
-        call write_page(book, page, error)
-        call show(book, console)
+        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3 + size(STATEMENT_NAMES), 'parts')
+        call put_inputs(folder, error)
+        if (.not. allocated(error)) call put_revolutions(folder, console, error)
+        if (.not. allocated(error)) call put_estimates(folder, console, error)
+        if (.not. allocated(error)) call put_error_sources(folder, console, error)
+        if (.not. allocated(error)) call examine_all(folder, console, error)
+        if (.not. allocated(error)) call put_limits(folder, console, error)
+        if (.not. allocated(error)) call put_designs(folder, console, error)
+        if (.not. allocated(error)) call folder%finish(console, error)
     end subroutine run_report
 
-    !> The page, of result.json beside it: title, lead, what was found, and the blocks of the page.
-    subroutine write_page(book, page, error)
-        type(report_book_t), intent(in) :: book
-        type(document_t), intent(in) :: page
+    !> What the report is given: the cases, the budget of the centre of mass, the ends of the printed axes.
+    subroutine put_inputs(folder, error)
+        type(report_folder_t), intent(inout) :: folder
         type(error_t), allocatable, intent(out) :: error
 
-        type(results_t) :: results
+        type(calibration_t) :: calibrations(size(REPORT_CASE_NAMES))
+        type(data_table_t) :: table
         character(:), allocatable :: text
         integer :: i
 
-        call results%open(COMMAND)
-        call results%member('title', 'GRACE CG offset determination by magnetic torquers: CSR-TM-00-01 recomputed')
-        call results%member('lead', 'The centre-of-gravity calibration of the GRACE satellites, as F. Wang''s '// &
-                            'report CSR-TM-00-01 (The University of Texas at Austin, January 2000) '// &
-                            'simulates it, computed anew by gracecg '//VERSION// &
-                            ': every table and figure of results beside the published numbers, or beside '// &
-                            'the printed axes where the curves are lost.')
-        call results%member('runs', book%runs)
-        call results%member('seed', book%seed)
-        call results%begin_array('claims')
-        do i = 1, size(book%claims)
-            associate (claim => book%claims(i))
-                call results%begin()
-                call results%member('source', trim(claim%source))
-                call results%member('claim', trim(claim%claim))
-                call results%member('result', trim(claim%result))
-                call results%member('kind', trim(VERDICT_KINDS(claim%kind)))
-                call results%member('verdict', trim(claim%verdict))
-                call results%end()
-            end associate
+        call folder%results%begin('case_files')
+        do i = 1, size(calibrations)
+            call find_calibration(REPORT_CASE_NAMES(i), calibrations(i), error)
+            if (.not. allocated(error)) call calibration_text(calibrations(i), text, error)
+            if (allocated(error)) return
+            call folder%results%member(trim(REPORT_CASE_NAMES(i)), text)
         end do
-        call results%end()
-        call results%raw('blocks', page%blocks())
-        call results%end()
-        call results%finish(text, error)
-        if (.not. allocated(error)) call make_page(book%folder//'/'//PAGE_NAME, text, error, book%folder)
-    end subroutine write_page
+        call folder%results%end()
+        call report_cases_table(calibrations, table, error)
+        if (.not. allocated(error)) call folder%put('cases', table, 'the six cases', error)
+        if (.not. allocated(error)) call folder%put('com_budget', com_budget_table(), 'Tables 1.1 and 1.2', error)
+        if (.not. allocated(error)) call folder%put('printed_axes', published_axes_table(), 'Figures 6.1 to 6.6', error)
+    end subroutine put_inputs
 
-    !> Computes the studies and adds their chapters, in the order of the report.
-    subroutine add_chapters(book, threads, console, error)
-        type(report_book_t), intent(inout) :: book
-        integer, intent(in) :: threads
+    !> A revolution of either satellite, its case 1 against the printed windows, the gradient along the front one's.
+    subroutine put_revolutions(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(timing_study_t) :: revolutions(2)
-        type(verification_t) :: curves(2)
+        type(timing_study_t) :: revolutions(size(SATELLITES))
         type(variation_t) :: changes(VARIATIONS)
-        type(campaign_t) :: campaign
-        type(error_study_t) :: sources(size(STUDY_NAMES))
-        type(field_study_t) :: losses(LOSS_STUDIES)
-        type(statement_t) :: statements(size(STATEMENT_NAMES))
-        type(calibration_t) :: calibration
+        type(data_table_t) :: windows
         integer :: i
 
-        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3 + size(STATEMENT_NAMES), 'parts')
-        call add_simulation_chapter(book, error)
-        if (allocated(error)) return
-        call add_budget_chapter(book)
+        call windows%columns_of(WINDOW_COLUMNS)
         do i = 1, size(SATELLITES)
-            call find_calibration(trim(SATELLITES(i))//'-1', calibration, error)
-            if (.not. allocated(error)) call study_timing(calibration, ORBIT_STEP, threads, revolutions(i), error, console)
-            if (.not. allocated(error)) call verify_case(revolutions(i)%case, curves(i), error)
+            call put_revolution(folder, trim(SATELLITES(i)), revolutions(i), windows, console, error)
             if (allocated(error)) return
             call console%next_part()
         end do
-        call add_gradient_chapter(book, gradient_along_orbit(revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP), &
-                                  error)
-        if (.not. allocated(error)) call study_window_sensitivity(threads, changes, error)
-        if (.not. allocated(error)) call add_curves_chapter(book, curves, changes, error)
-        if (.not. allocated(error)) call add_field_chapter(book, revolutions, error)
-        if (.not. allocated(error)) call report_campaign(book%seed, book%runs, threads, campaign, error, console)
-        call console%next_part()
-        if (.not. allocated(error)) call add_accuracy_chapter(book, campaign, error)
-        if (.not. allocated(error)) call add_timing_chapter(book, revolutions, error)
-        if (.not. allocated(error)) call find_calibration(SOURCES_CASE, calibration, error)
-        if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, book%seed, book%runs, threads, &
-                                                          sources, error, console)
-        call console%next_part()
-        if (.not. allocated(error)) call add_sources_chapter(book, sources, error)
-        if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, book%seed, book%runs, &
-                                                                 threads, losses, error, console)
-        call console%next_part()
-        if (.not. allocated(error)) call add_loss_chapter(book, losses, error)
-        do i = 1, size(STATEMENT_NAMES)
-            if (allocated(error)) return
-            call examine_statement(STATEMENT_NAMES(i), page_runs(STATEMENT_NAMES(i), book%runs), book%seed, threads, &
-                                   statements(i), error, console)
-            call console%next_part()
-        end do
-        if (.not. allocated(error)) call add_statements_chapter(book, statements, error)
-        if (.not. allocated(error)) call add_chapters_beyond(book, threads, console, error)
-    end subroutine add_chapters
+        call folder%put('revolutions', revolutions_table(revolutions), 'section 6.2', error)
+        if (.not. allocated(error)) call folder%put('windows', windows, 'case 1 and the axes of Figures 5.2 to 5.8', error)
+        if (.not. allocated(error)) call folder%put('gravity_gradient', gradient_table(gradient_along_orbit( &
+            revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP)), &
+            'front satellite; offset 1 mm, its components alike; radial, transverse, normal', error)
+        if (.not. allocated(error)) call study_window_sensitivity(folder%threads, changes, error)
+        if (.not. allocated(error)) call folder%put('window_sensitivity', variations_table(changes), &
+                                                    'front-1 and back-1, windows of Figures 5.4 to 5.8', error)
+    end subroutine put_revolutions
 
-    !> What the report does not have: every estimator against the limit, and a designed manoeuvre.
-    subroutine add_chapters_beyond(book, threads, console, error)
-        type(report_book_t), intent(inout) :: book
-        integer, intent(in) :: threads
+    subroutine put_revolution(folder, satellite, revolution, windows, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        character(*), intent(in) :: satellite
+        type(timing_study_t), intent(out) :: revolution
+        type(data_table_t), intent(inout) :: windows    !! Gets rows
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(verification_t) :: curves
+        character(:), allocatable :: name
+
+        call find_calibration(satellite//'-1', calibration, error)
+        if (.not. allocated(error)) call study_timing(calibration, ORBIT_STEP, folder%threads, revolution, error, console)
+        if (.not. allocated(error)) call verify_case(revolution%case, curves, error)
+        if (allocated(error)) return
+        call add_window_rows(calibration%case%name, check_windows(satellite, curves), windows)
+        name = curves_file_name(calibration%case%name)
+        call folder%put(name(:index(name, '.csv') - 1), curves_table(curves), 'case '//satellite//'-1; body axes', error)
+        if (.not. allocated(error)) call folder%put('timing_'//satellite, places_table(revolution%places, &
+            revolution%case%epoch), satellite//' satellite; field in body axes', error)
+        if (.not. allocated(error)) call folder%put('places_'//satellite, marked_places_table(revolution), &
+                                                    satellite//' satellite; field in body axes', error)
+    end subroutine put_revolution
+
+    !> The six cases by the report's algorithms, and the loss of the magnetometer, against the printed axes.
+    subroutine put_estimates(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(campaign_t) :: campaign
+        type(campaign_agreement_t) :: found
+        type(field_study_t) :: losses(LOSS_STUDIES)
+        character(:), allocatable :: about
+
+        call report_campaign(folder%seed, folder%runs, folder%threads, campaign, error, console)
+        call console%next_part()
+        if (.not. allocated(error)) call write_table(folder%file('montecarlo.csv'), campaign, COMMAND, error)
+        if (.not. allocated(error)) call write_table(folder%file('montecarlo_first_runs.csv'), &
+                                                     first_runs(campaign, REPORT_RUNS), COMMAND, error)
+        if (.not. allocated(error)) call write_runs(folder%file('montecarlo_runs.csv'), campaign, COMMAND, error)
+        if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, folder%seed, folder%runs, &
+                                                                 folder%threads, losses, error, console)
+        call console%next_part()
+        if (allocated(error)) return
+        found = agreement_of(campaign)
+        call folder%results%begin('agreement')
+        call folder%results%member('published', found%published)
+        call folder%results%member('allowed', found%allowed)
+        call folder%results%member('not_converged', found%not_converged)
+        call folder%results%member('worst_difference', found%worst_difference)
+        call folder%results%end()
+        call folder%results%member('least_share_inside', LEAST_SHARE_INSIDE)
+        about = field_settings(folder%seed, MODEL_FIELD_ERROR)
+        call folder%put('estimate_windows', estimate_windows_table([campaign_windows(campaign, 1), &
+            campaign_windows(campaign, 2), loss_windows(losses)]), 'axes of Figures 6.2, 6.3 and 6.6', error)
+        if (.not. allocated(error)) call folder%put('magnetometer_loss', field_table(losses), about, error)
+        if (.not. allocated(error)) call folder%put('magnetometer_loss_runs', field_runs_table(losses), about, error)
+    end subroutine put_estimates
+
+    !> Figure 6.5.
+    subroutine put_error_sources(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(error_study_t) :: sources(size(STUDY_NAMES))
+
+        call find_calibration(SOURCES_CASE, calibration, error)
+        if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, folder%seed, folder%runs, &
+                                                          folder%threads, sources, error, console)
+        call console%next_part()
+        if (.not. allocated(error)) call folder%put('errors', error_table(sources), SOURCES_CASE//', '// &
+            SOURCES_ALGORITHM//', seed '//integer_text(folder%seed), error)
+    end subroutine put_error_sources
+
+    !> What the report states without a table or a figure.
+    subroutine examine_all(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(statement_t) :: statements(size(STATEMENT_NAMES))
+        integer :: i
+
+        do i = 1, size(statements)
+            call examine_statement(STATEMENT_NAMES(i), merge(0, folder%runs, STATEMENT_NAMES(i) == BY_THEORY), folder%seed, &
+                                   folder%threads, statements(i), error, console)
+            if (allocated(error)) return
+            call console%next_part()
+        end do
+        call put_statements(statements, folder%results)
+        call folder%put('statements', statement_table(statements), 'seed '//integer_text(folder%seed)// &
+                        '; 0 runs: theory alone', error)
+    end subroutine examine_all
+
+    !> Beyond the report: every estimator against the limit.
+    subroutine put_limits(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(limit_study_t) :: limits(size(REPORT_CASE_NAMES))
-        type(design_study_t) :: designs(size(SATELLITES))
-        type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
         type(calibration_t) :: calibration
         integer :: i
 
-        do i = 1, size(REPORT_CASE_NAMES)
+        do i = 1, size(limits)
             call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
-            if (.not. allocated(error)) call study_limit(calibration, book%seed, book%runs, threads, limits(i), error, console)
+            if (.not. allocated(error)) call study_limit(calibration, folder%seed, folder%runs, folder%threads, limits(i), &
+                                                         error, console)
             if (allocated(error)) return
             call console%next_part()
         end do
-        call add_limit_chapter(book, limits, error)
-        do i = 1, size(SATELLITES)
+        call folder%results%member('detectable_excess', detectable_excess(folder%runs))
+        call folder%put('bound', limits_table(limits), 'seed '//integer_text(folder%seed)// &
+                        '; systematic errors off; sampling_error: one sigma of the ratio', error)
+    end subroutine put_limits
+
+    !> Beyond the report: a designed manoeuvre for either satellite, and what it reaches in the cases.
+    subroutine put_designs(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(design_study_t) :: designs(size(SATELLITES))
+        type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
+        integer :: i
+
+        do i = 1, size(designs)
+            call study_design(trim(SATELLITES(i)), folder%threads, designs(i), error, console)
+            if (.not. allocated(error)) call write_design_map(folder%file('manoeuvre_map_'//trim(SATELLITES(i))//'.csv'), &
+                                                              COMMAND, designs(i), error)
+            if (.not. allocated(error)) call write_case(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
+                                                        designs(i)%calibration, error)
             if (allocated(error)) return
-            call study_design(trim(SATELLITES(i)), threads, designs(i), error, console)
             call console%next_part()
         end do
-        do i = 1, size(REPORT_CASE_NAMES)
-            if (allocated(error)) return
+        do i = 1, size(reached)
             call calibrate_with_design(REPORT_CASE_NAMES(i), &
                                        designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
-                                       book%seed, book%runs, threads, reached(i), error, console)
+                                       folder%seed, folder%runs, folder%threads, reached(i), error, console)
+            if (allocated(error)) return
             call console%next_part()
         end do
-        if (.not. allocated(error)) call add_design_chapter(book, designs, reached, error)
-    end subroutine add_chapters_beyond
+        call folder%results%member('design_places', designs(1)%places)
+        call folder%results%member('design_lowest_frequency_hz', LOWEST_FREQUENCY)
+        call folder%put('designed_manoeuvres', manoeuvres_table(designs), 'three rods, for either satellite', error)
+        if (.not. allocated(error)) call write_designed_calibrations(folder%file('design.csv'), COMMAND, folder%seed, &
+                                                                     reached, error)
+    end subroutine put_designs
 
-    !> What was found, a line for each figure and table.
-    subroutine add_summary(page, book)
-        type(document_t), intent(inout) :: page
-        type(report_book_t), intent(in) :: book
+    !> A calibration as a file that every command takes.
+    subroutine write_case(path, calibration, error)
+        character(*), intent(in) :: path
+        type(calibration_t), intent(in) :: calibration
+        type(error_t), allocatable, intent(out) :: error
 
-        type(table_rows_t) :: rows
-        integer :: i
+        type(output_file_t) :: file
+        character(:), allocatable :: text
 
-        associate (kinds => book%claims%kind)
-            call page%chapter('summary', 'Summary')
-            call page%paragraph('Each line leads to its table or figure. Verdicts: '// &
-                                share_text(count(kinds == VERDICT_MET), size(kinds))//' agree without a remark, '// &
-                                integer_text(count(kinds == VERDICT_PARTLY))//' with one, '// &
-                                integer_text(count(kinds == VERDICT_MISSED))//' differ.')
-        end associate
-        do i = 1, size(book%claims)
-            associate (claim => book%claims(i))
-                call rows%add(head_cell(trim(claim%source), anchor=trim(claim%anchor))// &
-                              verdict_cell(claim%kind, trim(claim%verdict))// &
-                              text_cell(trim(claim%claim), wraps=.true.)//text_cell(trim(claim%result), wraps=.true.))
-            end associate
-        end do
-        call page%table('What the report shows, and what is found here', [character(16) :: 'report', 'verdict', &
-                        'the report shows', 'found here'], rows, 'findings', stacks=.true.)
-    end subroutine add_summary
-
-    !> Settings, versions, files.
-    subroutine add_making(page, book)
-        type(document_t), intent(inout) :: page
-        type(report_book_t), intent(in) :: book
-
-        type(table_rows_t) :: rows
-        character(:), allocatable :: names
-        integer :: i
-
-        call page%chapter('making', 'How this page was made')
-        call add_setting('command', 'gracecg report --runs '//integer_text(book%runs)//' --seed '// &
-                         integer_text(book%seed))
-        call add_setting('runs of every Monte Carlo', integer_text(book%runs))
-        call add_setting('seed of the random numbers', integer_text(book%seed))
-        call add_setting('gracecg', VERSION)
-        call add_setting('compiler', compiler_version())
-        call page%table('Settings and versions', [character(8) :: 'setting', 'value'], rows, 'settings')
-        call page%paragraph('The same command gives the same numbers on every machine and with any '// &
-                            'number of threads. The numbers of the figures stand beside this page as '// &
-                            'CSV, the figures as SVG; all that the page says is in `result.json`.')
-        names = ''
-        do i = 1, size(book%files)
-            names = names//json_quoted(book%files(i)%text)//','
-        end do
-        call page%files(names)
-
-    contains
-
-        subroutine add_setting(name, value)
-            character(*), intent(in) :: name, value
-
-            call rows%add(head_cell(name)//text_cell(value, wraps=.true.))
-        end subroutine add_setting
-    end subroutine add_making
-
-    !> What was found and written.
-    subroutine show(book, console)
-        type(report_book_t), intent(in) :: book
-        type(console_t), intent(inout) :: console
-
-        integer :: i
-
-        do i = 1, size(book%claims)
-            associate (claim => book%claims(i))
-                call console%line(claim%source//trim(claim%verdict)//': '//trim(without_marks(trim(claim%result))))
-            end associate
-        end do
-        call console%line('')
-        call console%line('written to '//book%folder//': '//PAGE_NAME//', '//integer_text(size(book%files))// &
-                          ' data files, '//integer_text(book%figures)//' figures')
-    end subroutine show
-
-    !> 10^{-9} as 1e-9 has no place in a terminal: the braces go.
-    pure function without_marks(text) result(plain)
-        character(*), intent(in) :: text
-        character(:), allocatable :: plain
-
-        integer :: i
-
-        plain = ''
-        do i = 1, len(text)
-            if (scan(text(i:i), '{}') == 0) plain = plain//text(i:i)
-        end do
-    end function without_marks
+        call calibration_text(calibration, text, error)
+        if (.not. allocated(error)) call file%open(path, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+    end subroutine write_case
 end module gracecg_cli_report
