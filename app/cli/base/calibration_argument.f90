@@ -19,8 +19,7 @@ module gracecg_cli_calibration_argument
     implicit none
     private
     public :: study_t, add_study_options, take_study
-    public :: add_options_option, add_cases_option, take_calibration, take_firing_calibration
-    public :: take_calibrations, take_one_calibration, warn_of_instruments, MOST_CASES
+    public :: add_cases_option, take_calibration, take_firing_calibration, take_calibrations, warn_of_instruments, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
 
@@ -168,22 +167,6 @@ contains
             end do
         end do
     end subroutine take_calibrations
-
-    !> The case of a command that takes one only.
-    subroutine take_one_calibration(arguments, default, console, calibration, misuse, error, may_rest)
-        type(arguments_t), intent(in) :: arguments
-        character(*), intent(in) :: default             !! As of take_calibrations
-        type(console_t), intent(inout) :: console
-        type(calibration_t), intent(out) :: calibration
-        type(error_t), allocatable, intent(inout) :: misuse
-        type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: may_rest       !! As of take_calibrations
-
-        type(calibration_t), allocatable :: calibrations(:)
-
-        call take_calibrations(arguments, default, console, calibrations, misuse, error, may_rest)
-        if (.not. (allocated(misuse) .or. allocated(error))) calibration = calibrations(1)
-    end subroutine take_one_calibration
 
     !> The names of the cases: the words, those of --cases and of the older --case, groups as their members.
     subroutine take_names(arguments, default, names, misuse)

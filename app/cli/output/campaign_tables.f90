@@ -15,7 +15,7 @@ module gracecg_cli_campaign_tables
     use gracecg_cli_number_text, only: percent_text
     implicit none
     private
-    public :: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS
+    public :: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
     integer, parameter :: FEWEST_DIGITS = 5         !! That algorithms have alike who work alike
@@ -260,13 +260,4 @@ contains
         call results%end()
         call results%publish(campaign_table(campaign), console, error)
     end subroutine publish_campaign
-
-    !> A text with blanks behind it to a width; a longer one as it is.
-    pure function wide(text, width) result(padded)
-        character(*), intent(in) :: text    !! The text
-        integer, intent(in) :: width        !! In characters
-        character(:), allocatable :: padded
-
-        padded = text//repeat(' ', max(0, width - len(text)))
-    end function wide
 end module gracecg_cli_campaign_tables

@@ -4,7 +4,7 @@ module gracecg_cli_number_text
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
+    public :: fixed_text, decimal_exponent, percent_text, share_text, pick_text
 
 contains
 
@@ -26,16 +26,6 @@ contains
         if (index(text, '-.') == 1) text = '-0'//text(2:)
         if (text(1:1) == '-' .and. verify(text, '-0.') == 0) text = text(2:)
     end function fixed_text
-
-    !> A number without its power of ten.
-    function scaled_text(value, exponent, decimals) result(text)
-        real(dp), intent(in) :: value           !! Any
-        integer, intent(in) :: exponent         !! Of the power of ten that is taken out
-        integer, intent(in) :: decimals         !! Digits behind the point, 0 and more
-        character(:), allocatable :: text
-
-        text = fixed_text(value/10.0_dp**exponent, decimals)
-    end function scaled_text
 
     !> The power of ten of a number: floor(log10(abs(value))), 0 for 0.
     pure integer function decimal_exponent(value) result(exponent)
