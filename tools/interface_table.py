@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TABLE = ROOT / "tools/interface.txt"
-PLAIN = ("text", "settings", "integer", "count", "real", "position", "attitude", "state", "time", "handles", "numbers")
+PLAIN = ("text", "settings", "integer", "count", "real", "position", "attitude", "state", "unit", "vector", "time", "handles", "numbers")
 
 
 class Mistake(Exception):
@@ -87,6 +87,8 @@ class Function:
     name: str
     text: str
     arguments: list = field(default_factory=list)
+    work: str = ""          # a statement or, with a status, a call
+    status: str = ""
     f77: list = field(default_factory=list)
     kind: str = "function"
 
@@ -138,6 +140,8 @@ def read_line(line, packages, items):
         items[-1].items.append(Item(match[1].strip('"'), split(match[2] or ""), match[3] or "", '"' in match[1]))
     elif line.startswith("    f77 "):
         items[-1].f77.append(read_f77(line))
+    elif match := re.fullmatch(r"    (?:does (.*)|tries (.*) \[(\w+)\])", line):
+        items[-1].work, items[-1].status = match[1] or match[2], match[3] or ""
     elif line.startswith("    "):
         items[-1].arguments.append(read_argument(line))
     elif match := re.fullmatch(r"([a-z]\w*)  (\S.*)", line):

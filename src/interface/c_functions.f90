@@ -3,30 +3,29 @@
 !> the same name.
 module gracecg_interface_c_functions
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: utc_t
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg, only: build_dynamics, conical_shadow, dp, drag_acceleration, error_t, gmst_1982, new_trapezoid, &
+        parse_utc, projected_area, seconds_between, solar_radiation_acceleration, utc_t
+    use gracecg_base_kinds, only: i8
     use gracecg_interface_arguments, only: c_utc_t, check_attitudes, check_count, check_integer, check_number, &
-        check_numbers, check_positions, check_result, check_results, check_state_vector, give_numbers, give_text, &
-        LONGEST_NAME, LONGEST_TEXT, need, start_handle, take_text, take_time
+        check_numbers, check_positions, check_result, check_results, check_state_vector, check_vector, &
+        give_numbers, give_text, LONGEST_NAME, LONGEST_TEXT, need, start_handle, take_text, take_time
     use gracecg_interface_cases, only: case_object_t, case_open, force_model_evaluate, force_model_loads, &
-        force_model_open, force_model_propagate, force_model_propagate_nadir, force_object_t
+        force_model_propagate, force_model_propagate_nadir, force_object_t
     use gracecg_interface_estimates, only: chain_object_t, estimate, estimate_chain, estimate_joint, fit_object_t, &
         joint_object_t
     use gracecg_interface_general, only: check_memory, get, get_text, keep, refuse_handle
     use gracecg_interface_handles, only: acquire, no_object_t, object_t, release
     use gracecg_interface_models, only: density_evaluate, density_object_t, density_open, earth_radiation_evaluate, &
-        earth_radiation_object_t, earth_radiation_open, field_evaluate, field_object_t, field_open, &
-        gravity_evaluate, gravity_object_t, gravity_open, sun_illumination, sun_position, wind_evaluate, &
-        wind_object_t, wind_open
+        earth_radiation_object_t, earth_radiation_open, field_object_t, field_open, gravity_evaluate, &
+        gravity_object_t, gravity_open, sun_position, wind_evaluate, wind_object_t, wind_open
     use gracecg_interface_observations, only: observations_create, observations_object_t, observations_open, &
         observations_write, options_replace, setup_from, setup_object_t, setup_open, simulate, simulator_object_t, &
         simulator_open
-    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported
+    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, STATUS_BAD_VALUE
     use gracecg_interface_planning, only: bound_object_t, case_bound, design, design_object_t, map, map_object_t
-    use gracecg_interface_surface, only: surface_aerodynamic_load, surface_area, surface_drag, surface_earthlight, &
-        surface_object_t, surface_plates, surface_sunlight, surface_sunlight_load, surface_trapezoid
-    use gracecg_interface_time, only: earth_fixed, earth_orientation, earth_parameters, sidereal_angle, utc_add, &
-        utc_difference, utc_parse
+    use gracecg_interface_surface, only: surface_aerodynamic_load, surface_earthlight, surface_object_t, &
+        surface_plates, surface_sunlight_load
+    use gracecg_interface_time, only: earth_fixed, earth_orientation, earth_parameters, later_time
     implicit none
     private
     public :: c_case_bound, c_case_open, c_density_evaluate, c_density_open, c_design, c_earth_fixed
@@ -111,11 +110,13 @@ contains
         type(outcome_t) :: outcome
         character(:), allocatable :: text_in
         type(utc_t) :: utc_found
+        type(error_t), allocatable :: failure
 
         call take_text(text, LONGEST_NAME, 'text', .true., text_in, outcome)
         call need(present(utc), 'utc', outcome)
         if (outcome%good()) then
-            call utc_parse(text_in, utc_found, outcome)
+            call parse_utc(text_in, utc_found, failure)
+            call outcome%take(failure, STATUS_BAD_VALUE)
         end if
         if (outcome%good()) utc = c_utc_t(utc_found%mjd, utc_found%seconds)
         status = reported(outcome, error)
@@ -137,7 +138,7 @@ contains
         call check_number(seconds, 'seconds', outcome)
         call need(present(later), 'later', outcome)
         if (outcome%good()) then
-            call utc_add(utc_in, seconds, later_found, outcome)
+            call later_time(utc_in, seconds, later_found, outcome)
         end if
         if (outcome%good()) later = c_utc_t(later_found%mjd, later_found%seconds)
         status = reported(outcome, error)
@@ -159,7 +160,7 @@ contains
         call take_time(finish, 'finish', .true., finish_in, outcome)
         call need(present(seconds), 'seconds', outcome)
         if (outcome%good()) then
-            call utc_difference(start_in, finish_in, seconds, outcome)
+            seconds = seconds_between(start_in, finish_in)
         end if
         call check_result(seconds, 'seconds', outcome)
         status = reported(outcome, error)
@@ -180,7 +181,7 @@ contains
         call check_number(ut1_minus_utc, 'ut1_minus_utc', outcome, low=-1.0_dp, high=1.0_dp)
         call need(present(angle), 'angle', outcome)
         if (outcome%good()) then
-            call sidereal_angle(utc_in, ut1_minus_utc, angle, outcome)
+            angle = gmst_1982(utc_in, ut1_minus_utc)
         end if
         call check_result(angle, 'angle', outcome)
         status = reported(outcome, error)
@@ -365,6 +366,7 @@ contains
         integer(c_int) :: status
 
         type(outcome_t) :: outcome
+        integer :: i
         class(object_t), pointer :: field_in
 
         call check_count(n, 'n', 0, huge(0), outcome)
@@ -374,7 +376,9 @@ contains
             call acquire(int(field, i8), field_in)
             select type (field_in)
             class is (field_object_t)
-                call field_evaluate(field_in, int(n), position, flux_density, outcome)
+                do i = 1, int(n)
+                    call field_in%model%evaluate(position(:, i), flux_density(:, i))
+                end do
             class default
                 call refuse_handle('geomagnetic field', outcome)
             end select
@@ -554,13 +558,16 @@ contains
         integer(c_int) :: status
 
         type(outcome_t) :: outcome
+        integer :: i
 
         call check_count(n, 'n', 0, huge(0), outcome)
         call check_positions(position, n, 'position', outcome)
         call check_numbers(sun, 3*n, 'sun', .true., outcome)
         call need(present(illumination) .or. n == 0, 'illumination', outcome)
         if (outcome%good() .and. n > 0) then
-            call sun_illumination(int(n), position, sun, illumination, outcome)
+            do i = 1, int(n)
+                illumination(i) = conical_shadow(position(:, i), sun(:, i))
+            end do
         end if
         call check_results(illumination, n, 'illumination', outcome)
         status = reported(outcome, error)
@@ -650,6 +657,7 @@ contains
         integer(c_int) :: status
 
         type(outcome_t) :: outcome
+        type(error_t), allocatable :: failure
         type(surface_object_t), pointer :: made
         class(object_t), pointer :: made_object
         integer :: memory
@@ -667,7 +675,7 @@ contains
             call check_memory(memory, outcome)
             if (outcome%good()) then
                 made_object => made
-                call surface_trapezoid(length, height, width_bottom, width_top, specular, diffuse, made, outcome)
+                call new_trapezoid(made%plates, length, height, width_bottom, width_top, specular, diffuse, failure)
             end if
         end if
         call keep(made_object, surface, outcome)
@@ -723,13 +731,13 @@ contains
         type(outcome_t) :: outcome
         class(object_t), pointer :: surface_in
 
-        call check_numbers(direction, 3_c_size_t, 'direction', .true., outcome)
+        call check_vector(direction, 'direction', .true., outcome)
         call need(present(area), 'area', outcome)
         if (outcome%good()) then
             call acquire(int(surface, i8), surface_in)
             select type (surface_in)
             class is (surface_object_t)
-                call surface_area(surface_in, direction, area, outcome)
+                area = projected_area(surface_in%plates, direction)
             class default
                 call refuse_handle('surface', outcome)
             end select
@@ -763,7 +771,7 @@ contains
             call acquire(int(surface, i8), surface_in)
             select type (surface_in)
             class is (surface_object_t)
-                call surface_drag(surface_in, mass, drag_coefficient, density, velocity, acceleration, outcome)
+                acceleration = drag_acceleration(surface_in%plates, mass, drag_coefficient, density, velocity)
             class default
                 call refuse_handle('surface', outcome)
             end select
@@ -793,14 +801,14 @@ contains
         call check_number(reflectivity, 'reflectivity', outcome, low=0.0_dp)
         call check_number(solar_irradiance, 'solar_irradiance', outcome, low=0.0_dp)
         call check_number(illumination, 'illumination', outcome, low=0.0_dp, high=1.0_dp)
-        call check_numbers(to_sun, 3_c_size_t, 'to_sun', .true., outcome)
+        call check_vector(to_sun, 'to_sun', .false., outcome)
         call need(present(acceleration), 'acceleration', outcome)
         if (outcome%good()) then
             call acquire(int(surface, i8), surface_in)
             select type (surface_in)
             class is (surface_object_t)
-                call surface_sunlight(surface_in, mass, reflectivity, solar_irradiance, illumination, to_sun, &
-                    acceleration, outcome)
+                acceleration = solar_radiation_acceleration(surface_in%plates, mass, reflectivity, &
+                    solar_irradiance, illumination, to_sun)
             class default
                 call refuse_handle('surface', outcome)
             end select
@@ -911,7 +919,7 @@ contains
         call check_numbers(centre_of_mass, 3_c_size_t, 'centre_of_mass', .true., outcome)
         call check_number(solar_irradiance, 'solar_irradiance', outcome, low=0.0_dp)
         call check_number(illumination, 'illumination', outcome, low=0.0_dp, high=1.0_dp)
-        call check_numbers(to_sun, 3_c_size_t, 'to_sun', .true., outcome)
+        call check_vector(to_sun, 'to_sun', .false., outcome)
         call need(present(force), 'force', outcome)
         call need(present(torque), 'torque', outcome)
         if (outcome%good()) then
@@ -966,6 +974,7 @@ contains
         integer(c_int) :: status
 
         type(outcome_t) :: outcome
+        type(error_t), allocatable :: failure
         type(force_object_t), pointer :: made
         class(object_t), pointer :: made_object
         integer :: memory
@@ -981,7 +990,7 @@ contains
                 call check_memory(memory, outcome)
                 if (outcome%good()) then
                     made_object => made
-                    call force_model_open(the_case_in, made, outcome)
+                    call build_dynamics(the_case_in%calibration%case, made%dynamics, failure)
                 end if
             class default
                 call refuse_handle('case', outcome)

@@ -1,7 +1,7 @@
 !> The C interface: cases, force model, propagation. Documented in include/gracecg.h.
 module gracecg_interface_cases
     use gracecg, only: dp, error_t, utc_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
-        options_text, initial_state, build_dynamics, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
+        options_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
         propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, design_settings_t
     use gracecg_base_vectors, only: cross
     use gracecg_interface_handles, only: object_t
@@ -9,7 +9,7 @@ module gracecg_interface_cases
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
     implicit none
     private
-    public :: case_object_t, force_object_t, case_open, is_text, force_model_open, force_model_evaluate, force_model_loads
+    public :: case_object_t, force_object_t, case_open, is_text, force_model_evaluate, force_model_loads
     public :: force_model_propagate, force_model_propagate_nadir, tell_settings
 
     !> A case behind a handle, with how it is estimated.
@@ -66,11 +66,11 @@ contains
                 call items%put('rods', reshape([(rods(i)%amplitude, rods(i)%frequency, rods(i)%phase, rods(i)%start, &
                                                  rods(i)%stop, rods(i)%taper, rods(i)%rise_time, i=1, size(rods))], &
                                                [7, size(rods)]))
-                call items%put('rod_kinds', [(rods(i)%axis, rods(i)%waveform, i=1, size(rods))])
+                call items%put('rod_kinds', real([(rods(i)%axis, rods(i)%waveform, i=1, size(rods))], dp))
             end associate
             call items%put('design_settings', [0.0_dp, case%duration, default_settings(), case%limits%rate, &
                                                case%limits%pointing])
-            call items%put('design_choices', default_choices())
+            call items%put('design_choices', real(default_choices(), dp))
         end associate
         call tell_settings(self%calibration, items)
     end subroutine tell_case
@@ -113,17 +113,6 @@ contains
         if (items%asks('options')) call options_text(calibration%options, text, items%failure)
         call items%say('options', text)
     end subroutine tell_settings
-
-    subroutine force_model_open(the_case, made, outcome)
-        class(case_object_t), intent(in) :: the_case
-        type(force_object_t), intent(inout) :: made
-        type(outcome_t), intent(inout) :: outcome
-
-        type(error_t), allocatable :: failure
-
-        call build_dynamics(the_case%calibration%case, made%dynamics, failure)
-        call outcome%take(failure)
-    end subroutine force_model_open
 
     subroutine tell_force_model(self, items)
         class(force_object_t), intent(in) :: self

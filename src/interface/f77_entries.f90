@@ -45,8 +45,8 @@ end subroutine gcfree
 !> Numbers of an object by the name of the item.
 subroutine gcget(ih, item, nmax, n, x, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_f77_support, only: c_handle, fetch_count, fetch_numbers, finish, start_call
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_handle, fetch, fetch_count, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: ih
@@ -67,15 +67,15 @@ subroutine gcget(ih, item, nmax, n, x, istat, msg)
 
     call start_call(status, error)
     call fetch_count(c_handle(ih), item, 1, n, status, error)
-    call fetch_numbers(c_handle(ih), item, nmax, x, status, error)
+    call fetch(c_handle(ih), item, nmax, x, status, error)
     call finish(status, error, istat, msg)
 end subroutine gcget
 
 !> Epoch, duration and interval of a case, initial state, true offset.
 subroutine gccini(icas, mjd, sec, dur, dt, x, d, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_f77_support, only: c_handle, fetch_number, fetch_numbers, fetch_time, finish, start_call
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -95,22 +95,33 @@ subroutine gccini(icas, mjd, sec, dur, dt, x, d, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(2)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
     type(c_error_t) :: error
     integer(c_int) :: status
 
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
     call start_call(status, error)
-    call fetch_time(c_handle(icas), 'epoch', mjd, sec, status, error)
-    call fetch_number(c_handle(icas), 'duration', dur, status, error)
-    call fetch_number(c_handle(icas), 'interval', dt, status, error)
-    call fetch_numbers(c_handle(icas), 'state', 13, x, status, error)
-    call fetch_numbers(c_handle(icas), 'offset', 3, d, status, error)
+    call fetch(c_handle(icas), 'epoch', 2, fetched_1, status, error)
+    mjd = nint(fetched_1(1))
+    sec = fetched_1(2)
+    call fetch(c_handle(icas), 'duration', 1, fetched_2, status, error)
+    dur = fetched_2(1)
+    call fetch(c_handle(icas), 'interval', 1, fetched_3, status, error)
+    dt = fetched_3(1)
+    call fetch(c_handle(icas), 'state', 13, x, status, error)
+    call fetch(c_handle(icas), 'offset', 3, d, status, error)
     call finish(status, error, istat, msg)
 end subroutine gccini
 
 !> Samples of accelerometer, star camera, magnetometer, orbit.
 subroutine gcobsn(iobs, n, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_interface_f77_support, only: c_handle, fetch_integers, finish, start_call
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: iobs
@@ -120,19 +131,22 @@ subroutine gcobsn(iobs, n, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(4)
     type(c_error_t) :: error
     integer(c_int) :: status
 
+    fetched_1 = 0
     call start_call(status, error)
-    call fetch_integers(c_handle(iobs), 'counts', 4, n, status, error)
+    call fetch(c_handle(iobs), 'counts', 4, fetched_1, status, error)
+    n = nint(fetched_1)
     call finish(status, error, istat, msg)
 end subroutine gcobsn
 
 !> The planner's settings for a case, to be changed.
 subroutine gcdsgd(icas, opt, iopt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_f77_support, only: c_handle, fetch_integers, fetch_numbers, finish, start_call
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -144,12 +158,15 @@ subroutine gcdsgd(icas, opt, iopt, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(8)
     type(c_error_t) :: error
     integer(c_int) :: status
 
+    fetched_1 = 0
     call start_call(status, error)
-    call fetch_numbers(c_handle(icas), 'design_settings', 9, opt, status, error)
-    call fetch_integers(c_handle(icas), 'design_choices', 8, iopt, status, error)
+    call fetch(c_handle(icas), 'design_settings', 9, opt, status, error)
+    call fetch(c_handle(icas), 'design_choices', 8, fetched_1, status, error)
+    iopt = nint(fetched_1)
     call finish(status, error, istat, msg)
 end subroutine gcdsgd
 
@@ -157,8 +174,8 @@ end subroutine gcdsgd
 !> waveform.
 subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_f77_support, only: c_handle, fetch_count, fetch_integers, fetch_numbers, finish, start_call
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_handle, fetch, fetch_count, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -175,13 +192,16 @@ subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(2*nmax)
     type(c_error_t) :: error
     integer(c_int) :: status
 
+    fetched_1 = 0
     call start_call(status, error)
     call fetch_count(c_handle(icas), 'rods', 7, n, status, error)
-    call fetch_numbers(c_handle(icas), 'rods', 7*nmax, rod, status, error)
-    call fetch_integers(c_handle(icas), 'rod_kinds', 2*nmax, irod, status, error)
+    call fetch(c_handle(icas), 'rods', 7*nmax, rod, status, error)
+    call fetch(c_handle(icas), 'rod_kinds', 2*nmax, fetched_1, status, error)
+    irod(:, :max(nmax, 0)) = reshape(nint(fetched_1), [2, max(nmax, 0)])
     call finish(status, error, istat, msg)
 end subroutine gcrods
 
@@ -211,7 +231,7 @@ end subroutine gcgett
 !> Reads '1989-01-02T00:00:00'.
 subroutine gcutc(text, mjd, sec, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_utc_parse
     use gracecg_interface_f77_support, only: c_text, finish
@@ -240,7 +260,7 @@ end subroutine gcutc
 !> DT seconds later.
 subroutine gcuadd(mjd, sec, dt, mjd2, sec2, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_utc_add
     use gracecg_interface_f77_support, only: finish
@@ -273,7 +293,7 @@ end subroutine gcuadd
 !> Seconds from 1 to 2.
 subroutine gcudif(mjd1, sec1, mjd2, sec2, dt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_utc_difference
     use gracecg_interface_f77_support, only: finish
@@ -302,7 +322,7 @@ end subroutine gcudif
 !> Greenwich mean sidereal time, rad; DUT1 = UT1-UTC, s.
 subroutine gcgmst(mjd, sec, dut1, theta, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_sidereal_angle
     use gracecg_interface_f77_support, only: finish
@@ -329,11 +349,10 @@ end subroutine gcgmst
 !> Inertial to Earth-fixed; -THETA: back.
 subroutine gcrotz(theta, xinr, xfix, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp, sidereal_angle
     use gracecg_interface_c_functions, only: c_earth_fixed
     use gracecg_interface_f77_support, only: finish
     use gracecg_interface_outcome, only: c_error_t
-    use gracecg_interface_time, only: sidereal_angle
     implicit none
     real(dp), intent(in) :: theta
     !! `sidereal_angle` of gracecg_earth_fixed
@@ -354,7 +373,7 @@ end subroutine gcrotz
 !> UT1-UTC (s) and pole (rad) from a file of the IERS.
 subroutine gceops(file, mjd, sec, dut1, pole, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_earth_parameters
     use gracecg_interface_f77_support, only: c_text, finish
@@ -384,7 +403,7 @@ end subroutine gceops
 !> to be multiplied by a column.
 subroutine gcornt(mjd, sec, dut1, pole, t, rot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_earth_orientation
     use gracecg_interface_f77_support, only: finish
@@ -447,7 +466,7 @@ end subroutine gcgrvo
 !> Acceleration m/s^2 and potential m^2/s^2, Earth-fixed.
 subroutine gcgrav(igrv, xfix, a, u, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_gravity_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -477,7 +496,7 @@ end subroutine gcgrav
 !> The same at N places, in less time for each.
 subroutine gcgrvn(igrv, n, xfix, a, u, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_gravity_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -506,7 +525,7 @@ end subroutine gcgrvn
 !> Second derivatives of the potential, 1/s^2.
 subroutine gcgrad(igrv, xfix, g, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_gravity_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -530,7 +549,7 @@ end subroutine gcgrad
 !> Field: 'igrf95', 'igrf14' or an SHC file, at a date.
 subroutine gcfldo(name, mjd, sec, ifld, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_field_open
     use gracecg_interface_f77_support, only: c_text, finish
@@ -560,7 +579,7 @@ end subroutine gcfldo
 !> Flux density, T, Earth-fixed.
 subroutine gcfeld(ifld, xfix, b, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_field_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -584,7 +603,7 @@ end subroutine gcfeld
 !> DTM-77, solar flux and Kp of the date from the table.
 subroutine gcdeno(mjd, sec, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
@@ -612,7 +631,7 @@ end subroutine gcdeno
 !> DTM-77, given indices: F10.7 of the day before, 81-day mean (sfu), Kp three hours before.
 subroutine gcdeni(f107, f107a, xkp, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -641,7 +660,7 @@ end subroutine gcdeni
 !> A thermosphere by name ('dtm77', 'dtm78', 'dtm94', 'exponential'), as GCDENO.
 subroutine gcdenm(name, mjd, sec, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
@@ -671,7 +690,7 @@ end subroutine gcdenm
 !> The same, given indices.
 subroutine gcdnmi(name, f107, f107a, xkp, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -702,7 +721,7 @@ end subroutine gcdnmi
 !> Kg/m^3, K, number densities of He, O, N2 in 1/m^3.
 subroutine gcdens(iden, mjd, sec, xfix, rho, temp, xn, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_density_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -766,7 +785,7 @@ end subroutine gcwndo
 !> M/s.
 subroutine gcwind(iwnd, mjd, sec, xfix, weast, wnorth, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_wind_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -802,7 +821,7 @@ end subroutine gcwind
 !> The Sun, inertial, m.
 subroutine gcsun(mjd, sec, xsun, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_sun_position
     use gracecg_interface_f77_support, only: finish
@@ -827,7 +846,7 @@ end subroutine gcsun
 !> Free part of the Sun's disc, 0 to 1.
 subroutine gcshad(x, xsun, xnu, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_sun_illumination
     use gracecg_interface_f77_support, only: finish
     use gracecg_interface_outcome, only: c_error_t
@@ -854,7 +873,7 @@ end subroutine gcshad
 !> Earth radiation: 'report', 'knocke', 'constant-emissivity'; 0 to 7 rings; E0 in W/m^2.
 subroutine gcerdo(name, nrings, e0, ierd, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_earth_radiation_open
     use gracecg_interface_f77_support, only: c_text, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -884,7 +903,7 @@ end subroutine gcerdo
 !> Net flux, W/m^2, inertial.
 subroutine gcerad(ierd, mjd, sec, xinr, flux, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_earth_radiation_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -914,7 +933,7 @@ end subroutine gcerad
 !> Surface: the trapezoidal prism of GRACE, m; reflected parts of the light.
 subroutine gctrap(xlen, high, wbot, wtop, spec, diff, isur, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_trapezoid
     use gracecg_interface_f77_support, only: finish
     use gracecg_interface_outcome, only: c_error_t
@@ -950,7 +969,7 @@ end subroutine gctrap
 !> Surface: 1 to 32 plates of a closed convex body.
 subroutine gcplat(n, xnrm, area, cen, spec, diff, isur, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_plates
     use gracecg_interface_f77_support, only: finish
     use gracecg_interface_outcome, only: c_error_t
@@ -986,7 +1005,7 @@ end subroutine gcplat
 !> Cross-section seen from a direction, m^2.
 subroutine gcarea(isur, dir, area, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_area
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1010,7 +1029,7 @@ end subroutine gcarea
 !> Drag, m/s^2, body axes; V relative to the air, body axes.
 subroutine gcdrag(isur, xmass, cd, rho, v, a, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_drag
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1041,7 +1060,7 @@ end subroutine gcdrag
 !> Sunlight, m/s^2, body axes; TOSUN in body axes, m.
 subroutine gcsrp(isur, xmass, eta, e0, xnu, tosun, a, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_sunlight
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1074,7 +1093,7 @@ end subroutine gcsrp
 !> The Earth's light, m/s^2, body axes; FLUX of GCERAD.
 subroutine gcerp(isur, xmass, eta, flux, xinr, q, a, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_earthlight
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1107,7 +1126,7 @@ end subroutine gcerp
 !> Air plate by plate: force N, torque N m about COM, body axes.
 subroutine gcaero(isur, com, rho, temp, xn, twall, accom, v, f, torq, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_aerodynamic_load
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1147,7 +1166,7 @@ end subroutine gcaero
 !> Sunlight plate by plate, the same.
 subroutine gcsunl(isur, com, e0, xnu, tosun, f, torq, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_surface_sunlight_load
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1228,7 +1247,7 @@ end subroutine gcfrco
 !> Accelerations T seconds after the case's epoch, m/s^2, inertial, and their sum.
 subroutine gcforc(ifrc, t, x, v, q, agrv, adrg, asun, aerd, atot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_force_model_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1267,7 +1286,7 @@ end subroutine gcforc
 !> Torques of air, sunlight, gravity gradient, rods in N m, and flux density in T; body axes.
 subroutine gcload(ifrc, t, x, torq, b, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_force_model_loads
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1295,7 +1314,7 @@ end subroutine gcload
 !> Derivative of the state.
 subroutine gcrate(ifrc, t, x, xdot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_force_model_loads
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1321,7 +1340,7 @@ end subroutine gcrate
 !> Propagates orbit and attitude over N steps of DT; nothing controls the attitude.
 subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_force_model_propagate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1350,7 +1369,7 @@ end subroutine gcprop
 !> Propagates the orbit with nadir pointing, body x along the orbit (IFORW = 1) or against it (0).
 subroutine gcprna(ifrc, xinr, vinr, iforw, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_force_model_propagate_nadir
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1459,7 +1478,7 @@ end subroutine gcsetr
 !> A setup with measured moments of the rods, A m^2.
 subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_setup_from
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1491,7 +1510,7 @@ end subroutine gcsetm
 !> Observation set from arrays.
 subroutine gcobsc(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_observations_create
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1643,10 +1662,9 @@ end subroutine gcesto
 !> Offset in m with covariance, accelerometer residuals in m/s^2. With ISTAT = 0, MSG holds the warnings, if any.
 subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_estimate
-    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch_integer, fetch_message, fetch_number, &
-        fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     character(*), intent(in) :: algo
@@ -1668,18 +1686,27 @@ subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
     status = c_estimate(algorithm=c_text(algo), observations=c_handle(iobs), fit=handle, error=error)
-    call fetch_numbers(handle, 'offset', 3, d, status, error)
-    call fetch_numbers(handle, 'covariance', 3*3, cov, status, error)
-    call fetch_numbers(handle, 'residual_rms', 3, rms, status, error)
-    call fetch_number(handle, 'condition', cond, status, error)
-    call fetch_integer(handle, 'iterations', niter, status, error)
-    call fetch_integer(handle, 'converged', iconv, status, error)
+    call fetch(handle, 'offset', 3, d, status, error)
+    call fetch(handle, 'covariance', 3*3, cov, status, error)
+    call fetch(handle, 'residual_rms', 3, rms, status, error)
+    call fetch(handle, 'condition', 1, fetched_1, status, error)
+    cond = fetched_1(1)
+    call fetch(handle, 'iterations', 1, fetched_2, status, error)
+    niter = nint(fetched_2(1))
+    call fetch(handle, 'converged', 1, fetched_3, status, error)
+    iconv = nint(fetched_3(1))
     call fetch_message(handle, 'warnings', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -1688,9 +1715,9 @@ end subroutine gcestm
 !> Residuals of an estimate, m/s^2.
 subroutine gcresd(algo, iobs, nmax, n, t, res, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_estimate
-    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch_count, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_count, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     character(*), intent(in) :: algo
@@ -1715,8 +1742,8 @@ subroutine gcresd(algo, iobs, nmax, n, t, res, istat, msg)
     handle = 0
     status = c_estimate(algorithm=c_text(algo), observations=c_handle(iobs), fit=handle, error=error)
     call fetch_count(handle, 'residual', 3, n, status, error)
-    call fetch_numbers(handle, 'time', nmax, t, status, error)
-    call fetch_numbers(handle, 'residual', 3*nmax, res, status, error)
+    call fetch(handle, 'time', nmax, t, status, error)
+    call fetch(handle, 'residual', 3*nmax, res, status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcresd
@@ -1724,9 +1751,9 @@ end subroutine gcresd
 !> The offset as 'sequential' has it on the way, m.
 subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_estimate
-    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch_count, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_count, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: iobs
@@ -1751,9 +1778,9 @@ subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     handle = 0
     status = c_estimate(algorithm=c_text('sequential'), observations=c_handle(iobs), fit=handle, error=error)
     call fetch_count(handle, 'running_offset', 3, n, status, error)
-    call fetch_numbers(handle, 'running_time', nmax, t, status, error)
-    call fetch_numbers(handle, 'running_offset', 3*nmax, d, status, error)
-    call fetch_numbers(handle, 'running_sigma', 3*nmax, sig, status, error)
+    call fetch(handle, 'running_time', nmax, t, status, error)
+    call fetch(handle, 'running_offset', 3*nmax, d, status, error)
+    call fetch(handle, 'running_sigma', 3*nmax, sig, status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcrunn
@@ -1762,10 +1789,9 @@ end subroutine gcrunn
 !> contradicted, not testable. With ISTAT = 0, MSG holds the contradictions, if any.
 subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_estimate
-    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch_integer, fetch_message, &
-        fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     character(*), intent(in) :: algo
@@ -1786,17 +1812,26 @@ subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
     status = c_estimate(algorithm=c_text(algo), observations=c_handle(iobs), fit=handle, error=error)
-    call fetch_numbers(handle, 'belief_undetected', 3, und, status, error)
-    call fetch_numbers(handle, 'belief_apart', 3, apart, status, error)
-    call fetch_integer(handle, 'belief_tested', ntest, status, error)
-    call fetch_integer(handle, 'belief_contradicted', ncon, status, error)
-    call fetch_integer(handle, 'belief_untested', nunt, status, error)
+    call fetch(handle, 'belief_undetected', 3, und, status, error)
+    call fetch(handle, 'belief_apart', 3, apart, status, error)
+    call fetch(handle, 'belief_tested', 1, fetched_1, status, error)
+    ntest = nint(fetched_1(1))
+    call fetch(handle, 'belief_contradicted', 1, fetched_2, status, error)
+    ncon = nint(fetched_2(1))
+    call fetch(handle, 'belief_untested', 1, fetched_3, status, error)
+    nunt = nint(fetched_3(1))
     call fetch_message(handle, 'contradictions', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -1805,9 +1840,9 @@ end subroutine gcblf
 !> One offset of N observation sets; ICONS = 1: they agree.
 subroutine gcjnt(n, iobs, d, cov, chi, ndeg, prob, icons, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_estimate_joint
-    use gracecg_interface_f77_support, only: c_handle, discard, fetch_integer, fetch_number, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, discard, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: n
@@ -1829,18 +1864,30 @@ subroutine gcjnt(n, iobs, d, cov, chi, ndeg, prob, icons, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
+    real(dp) :: fetched_4(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
+    fetched_4 = 0
     status = c_estimate_joint(count=int(n, c_size_t), observations=c_handle(iobs(:n)), joint=handle, error=error)
-    call fetch_numbers(handle, 'offset', 3, d, status, error)
-    call fetch_numbers(handle, 'covariance', 3*3, cov, status, error)
-    call fetch_number(handle, 'chi_square', chi, status, error)
-    call fetch_integer(handle, 'degrees', ndeg, status, error)
-    call fetch_number(handle, 'probability', prob, status, error)
-    call fetch_integer(handle, 'consistent', icons, status, error)
+    call fetch(handle, 'offset', 3, d, status, error)
+    call fetch(handle, 'covariance', 3*3, cov, status, error)
+    call fetch(handle, 'chi_square', 1, fetched_1, status, error)
+    chi = fetched_1(1)
+    call fetch(handle, 'degrees', 1, fetched_2, status, error)
+    ndeg = nint(fetched_2(1))
+    call fetch(handle, 'probability', 1, fetched_3, status, error)
+    prob = fetched_3(1)
+    call fetch(handle, 'consistent', 1, fetched_4, status, error)
+    icons = nint(fetched_4(1))
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcjnt
@@ -1848,10 +1895,9 @@ end subroutine gcjnt
 !> One offset of a long observation set in arcs of ARC seconds.
 subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_estimate_chain
-    use gracecg_interface_f77_support, only: c_handle, discard, fetch_integer, fetch_message, fetch_number, &
-        fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: iobs
@@ -1879,20 +1925,38 @@ subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, i
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
+    real(dp) :: fetched_4(1)
+    real(dp) :: fetched_5(1)
+    real(dp) :: fetched_6(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
+    fetched_4 = 0
+    fetched_5 = 0
+    fetched_6 = 0
     status = c_estimate_chain(observations=c_handle(iobs), arc=arc, threads=nthr, chain=handle, error=error)
-    call fetch_numbers(handle, 'offset', 3, d, status, error)
-    call fetch_numbers(handle, 'covariance', 3*3, cov, status, error)
-    call fetch_number(handle, 'chi_square', chi, status, error)
-    call fetch_integer(handle, 'degrees', ndeg, status, error)
-    call fetch_number(handle, 'probability', prob, status, error)
-    call fetch_integer(handle, 'consistent', icons, status, error)
-    call fetch_integer(handle, 'arcs', narc, status, error)
-    call fetch_integer(handle, 'joined', njoin, status, error)
+    call fetch(handle, 'offset', 3, d, status, error)
+    call fetch(handle, 'covariance', 3*3, cov, status, error)
+    call fetch(handle, 'chi_square', 1, fetched_1, status, error)
+    chi = fetched_1(1)
+    call fetch(handle, 'degrees', 1, fetched_2, status, error)
+    ndeg = nint(fetched_2(1))
+    call fetch(handle, 'probability', 1, fetched_3, status, error)
+    prob = fetched_3(1)
+    call fetch(handle, 'consistent', 1, fetched_4, status, error)
+    icons = nint(fetched_4(1))
+    call fetch(handle, 'arcs', 1, fetched_5, status, error)
+    narc = nint(fetched_5(1))
+    call fetch(handle, 'joined', 1, fetched_6, status, error)
+    njoin = nint(fetched_6(1))
     call fetch_message(handle, 'warnings', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -1902,9 +1966,9 @@ end subroutine gcchn
 !> ascending, and their directions as columns; standard deviations with what is known only within limits.
 subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_case_bound
-    use gracecg_interface_f77_support, only: c_handle, discard, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, discard, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -1929,11 +1993,11 @@ subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
 
     handle = 0
     status = c_case_bound(the_case=c_handle(icas), bound=handle, error=error)
-    call fetch_numbers(handle, 'sigma', 3, sig, status, error)
-    call fetch_numbers(handle, 'covariance', 3*3, cov, status, error)
-    call fetch_numbers(handle, 'principal_sigma', 3, psig, status, error)
-    call fetch_numbers(handle, 'direction', 3*3, dir, status, error)
-    call fetch_numbers(handle, 'consider_sigma', 3, csig, status, error)
+    call fetch(handle, 'sigma', 3, sig, status, error)
+    call fetch(handle, 'covariance', 3*3, cov, status, error)
+    call fetch(handle, 'principal_sigma', 3, psig, status, error)
+    call fetch(handle, 'direction', 3*3, dir, status, error)
+    call fetch(handle, 'consider_sigma', 3, csig, status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcbnd
@@ -1942,9 +2006,9 @@ end subroutine gcbnd
 !> in m; greatest rate and turn in rad/s, rad.
 subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_design
-    use gracecg_interface_f77_support, only: c_handle, fetch_number, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -1966,18 +2030,24 @@ subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
     status = c_design(the_case=c_handle(icas), settings=opt, choices=iopt, place=1_c_int32_t, &
         revolutions=1_c_int32_t, planned=handle, error=error)
-    call fetch_numbers(handle, 'sigma', 3, sig, status, error)
-    call fetch_numbers(handle, 'wave', 3, wave, status, error)
-    call fetch_numbers(handle, 'force', 3, frc, status, error)
-    call fetch_number(handle, 'rate', amot(1), status, error)
-    call fetch_number(handle, 'excursion', amot(2), status, error)
+    call fetch(handle, 'sigma', 3, sig, status, error)
+    call fetch(handle, 'wave', 3, wave, status, error)
+    call fetch(handle, 'force', 3, frc, status, error)
+    call fetch(handle, 'rate', 1, fetched_1, status, error)
+    amot(1) = fetched_1(1)
+    call fetch(handle, 'excursion', 1, fetched_2, status, error)
+    amot(2) = fetched_2(1)
     jcas = int(handle)
     call finish(status, error, istat, msg)
 end subroutine gcdsgn
@@ -1985,9 +2055,9 @@ end subroutine gcdsgn
 !> The same along NREV revolutions: IPLACE 2 at the best start, which T tells, 3 one for all places.
 subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_design
-    use gracecg_interface_f77_support, only: c_handle, fetch_number, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -2015,19 +2085,28 @@ subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, 
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
     status = c_design(the_case=c_handle(icas), settings=opt, choices=iopt, place=iplace, revolutions=nrev, &
         planned=handle, error=error)
-    call fetch_number(handle, 'start', t, status, error)
-    call fetch_numbers(handle, 'sigma', 3, sig, status, error)
-    call fetch_numbers(handle, 'wave', 3, wave, status, error)
-    call fetch_numbers(handle, 'force', 3, frc, status, error)
-    call fetch_number(handle, 'rate', amot(1), status, error)
-    call fetch_number(handle, 'excursion', amot(2), status, error)
+    call fetch(handle, 'start', 1, fetched_1, status, error)
+    t = fetched_1(1)
+    call fetch(handle, 'sigma', 3, sig, status, error)
+    call fetch(handle, 'wave', 3, wave, status, error)
+    call fetch(handle, 'force', 3, frc, status, error)
+    call fetch(handle, 'rate', 1, fetched_2, status, error)
+    amot(1) = fetched_2(1)
+    call fetch(handle, 'excursion', 1, fetched_3, status, error)
+    amot(2) = fetched_3(1)
     jcas = int(handle)
     call finish(status, error, istat, msg)
 end subroutine gcdsga
@@ -2036,9 +2115,9 @@ end subroutine gcdsga
 !> the worst direction's and its unit vector.
 subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
+    use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_map
-    use gracecg_interface_f77_support, only: c_handle, discard, fetch_numbers, finish
+    use gracecg_interface_f77_support, only: c_handle, discard, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: icas
@@ -2065,9 +2144,9 @@ subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
     handle = 0
     status = c_map(the_case=c_handle(icas), n=int(nplc, c_size_t), seconds=t, threads=nthr, places=handle, &
         error=error)
-    call fetch_numbers(handle, 'place', 2*nplc, plc, status, error)
-    call fetch_numbers(handle, 'sigma', 3*nplc, sig, status, error)
-    call fetch_numbers(handle, 'worst', 4*nplc, wrst, status, error)
+    call fetch(handle, 'place', 2*nplc, plc, status, error)
+    call fetch(handle, 'sigma', 3*nplc, sig, status, error)
+    call fetch(handle, 'worst', 4*nplc, wrst, status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcmap

@@ -1,6 +1,6 @@
 !> What the Fortran 77 entry points have in common; they themselves (f77_entries.f90) are generated.
 !>
-!> The `fetch_` procedures take an item of an object by gracecg_get. They do nothing after a failure.
+!> `fetch` and its kin take an item of an object by gracecg_get. They do nothing after a failure.
 module gracecg_interface_f77_support
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
     use gracecg, only: dp
@@ -10,7 +10,7 @@ module gracecg_interface_f77_support
     implicit none
     private
     public :: c_text, c_handle, start_call, finish, discard
-    public :: fetch_number, fetch_numbers, fetch_integer, fetch_integers, fetch_count, fetch_time, fetch_text, fetch_message
+    public :: fetch, fetch_count, fetch_text, fetch_message
 
 contains
 
@@ -74,7 +74,7 @@ contains
     end subroutine discard
 
     !> The numbers of an item, into an array with room for n. An estimate that did not converge is asked, too.
-    subroutine fetch_numbers(handle, item, n, values, status, error)
+    subroutine fetch(handle, item, n, values, status, error)
         integer(c_intptr_t), intent(in) :: handle
         character(*), intent(in) :: item                !! Its name
         integer, intent(in) :: n                        !! Room in the array
@@ -90,53 +90,7 @@ contains
         if (fetched == STATUS_OK) return
         status = fetched
         error = failure
-    end subroutine fetch_numbers
-
-    !> An item that is one number.
-    subroutine fetch_number(handle, item, value, status, error)
-        integer(c_intptr_t), intent(in) :: handle
-        character(*), intent(in) :: item                !! Its name
-        real(dp), intent(inout) :: value                !! In the item's unit
-        integer(c_int), intent(inout) :: status         !! A gracecg_status
-        type(c_error_t), intent(inout) :: error
-
-        real(dp) :: values(1)
-
-        values = value
-        call fetch_numbers(handle, item, 1, values, status, error)
-        value = values(1)
-    end subroutine fetch_number
-
-    !> The numbers of an item as integers.
-    subroutine fetch_integers(handle, item, n, values, status, error)
-        integer(c_intptr_t), intent(in) :: handle
-        character(*), intent(in) :: item                !! Its name
-        integer, intent(in) :: n                        !! Room in the array
-        integer, intent(inout) :: values(*)             !! Whole numbers
-        integer(c_int), intent(inout) :: status         !! A gracecg_status
-        type(c_error_t), intent(inout) :: error
-
-        real(dp) :: found(max(n, 0))
-
-        found = values(:max(n, 0))
-        call fetch_numbers(handle, item, n, found, status, error)
-        values(:max(n, 0)) = nint(found)
-    end subroutine fetch_integers
-
-    !> An item that is one integer.
-    subroutine fetch_integer(handle, item, value, status, error)
-        integer(c_intptr_t), intent(in) :: handle
-        character(*), intent(in) :: item                !! Its name
-        integer, intent(inout) :: value                 !! A whole number
-        integer(c_int), intent(inout) :: status         !! A gracecg_status
-        type(c_error_t), intent(inout) :: error
-
-        integer :: values(1)
-
-        values = value
-        call fetch_integers(handle, item, 1, values, status, error)
-        value = values(1)
-    end subroutine fetch_integer
+    end subroutine fetch
 
     !> How many columns an item has.
     subroutine fetch_count(handle, item, rows, columns, status, error)
@@ -153,23 +107,6 @@ contains
         if (status == STATUS_OK) status = c_get(handle, c_text(item), 0_c_size_t, count=count, error=error)
         if (status == STATUS_OK) columns = int(count)/rows
     end subroutine fetch_count
-
-    !> An item that is a time.
-    subroutine fetch_time(handle, item, mjd, seconds, status, error)
-        integer(c_intptr_t), intent(in) :: handle
-        character(*), intent(in) :: item                !! Its name
-        integer, intent(inout) :: mjd                   !! Modified Julian day number, UTC
-        real(dp), intent(inout) :: seconds              !! Of the day, s
-        integer(c_int), intent(inout) :: status         !! A gracecg_status
-        type(c_error_t), intent(inout) :: error
-
-        real(dp) :: found(2)
-
-        found = [real(mjd, dp), seconds]
-        call fetch_numbers(handle, item, 2, found, status, error)
-        mjd = nint(found(1))
-        seconds = found(2)
-    end subroutine fetch_time
 
     !> A text that has to fit.
     subroutine fetch_text(handle, item, text, status, error)

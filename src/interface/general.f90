@@ -98,10 +98,7 @@ contains
 
         type(items_t) :: items
 
-        items%wanted = item
-        call object%tell(items)
-        call outcome%take(items%failure)
-        call items%require_found(.false., outcome)
+        call ask(object, item, .false., items, outcome)
         call move_alloc(items%numbers, values)
     end subroutine get
 
@@ -114,12 +111,22 @@ contains
 
         type(items_t) :: items
 
+        call ask(object, item, .true., items, outcome)
+        call move_alloc(items%text, text)
+    end subroutine get_text
+
+    subroutine ask(object, item, text, items, outcome)
+        class(object_t), intent(in) :: object
+        character(*), intent(in) :: item
+        logical, intent(in) :: text         !! It has to be one
+        type(items_t), intent(out) :: items
+        type(outcome_t), intent(inout) :: outcome
+
         items%wanted = item
         call object%tell(items)
         call outcome%take(items%failure)
-        call items%require_found(.true., outcome)
-        call move_alloc(items%text, text)
-    end subroutine get_text
+        call items%require_found(text, outcome)
+    end subroutine ask
 
     !> Stores a new object and gives its handle out; without room, or after a failure, the object is deallocated.
     subroutine keep(object, handle, outcome)

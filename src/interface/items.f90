@@ -24,8 +24,8 @@ module gracecg_interface_items
     contains
         procedure :: asks                               !! An item whose name begins so is wanted, or the list
         procedure :: say                                !! A text
-        procedure, private :: note, put_integer, put_number, put_logical, put_vector, put_integers, put_matrix, put_cube
-        generic :: put => put_integer, put_number, put_logical, put_vector, put_integers, put_matrix, put_cube
+        procedure, private :: note, put_number, put_vector, put_matrix, put_cube
+        generic :: put => put_number, put_vector, put_matrix, put_cube     !! Numbers
         procedure :: require_found                      !! Refuses a name that is none
     end type items_t
 
@@ -75,22 +75,6 @@ contains
         call self%put_vector(name, [value])
     end subroutine put_number
 
-    subroutine put_integer(self, name, value)
-        class(items_t), intent(inout) :: self
-        character(*), intent(in) :: name        !! Of the item
-        integer, intent(in) :: value
-
-        call self%put_vector(name, [real(value, dp)])
-    end subroutine put_integer
-
-    subroutine put_logical(self, name, value)
-        class(items_t), intent(inout) :: self
-        character(*), intent(in) :: name        !! Of the item
-        logical, intent(in) :: value            !! Given as 1 or 0
-
-        call self%put_integer(name, merge(1, 0, value))
-    end subroutine put_logical
-
     subroutine put_vector(self, name, values)
         class(items_t), intent(inout) :: self
         character(*), intent(in) :: name        !! Of the item
@@ -101,17 +85,6 @@ contains
         call self%note(name, size(values), this)
         if (this) self%numbers = values
     end subroutine put_vector
-
-    subroutine put_integers(self, name, values)
-        class(items_t), intent(inout) :: self
-        character(*), intent(in) :: name        !! Of the item
-        integer, intent(in) :: values(:)
-
-        logical :: this
-
-        call self%note(name, size(values), this)
-        if (this) self%numbers = real(values, dp)
-    end subroutine put_integers
 
     subroutine put_matrix(self, name, values)
         class(items_t), intent(inout) :: self

@@ -3,7 +3,7 @@ module gracecg_interface_models
     use gracecg, only: dp, error_t, utc_t, gravity_model_t, new_gravity_model, GRAVITY_MODELS, geomagnetic_model_t, &
         new_geomagnetic_model, GEOMAGNETIC_MODELS, decimal_year, density_model_t, new_density_model, density_settings_t, &
         space_weather_source_t, atmosphere_point_t, atmosphere_state_t, tabulated_wind_t, embedded_wind, read_wind, &
-        conical_shadow, julian_centuries_tt, earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
+        julian_centuries_tt, earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
         EARTH_RADIATION_EPOCH_JD, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year
     use gracecg, only: position_of_sun => sun_position
     use gracecg_base_constants, only: SECONDS_PER_DAY, EARTH_RADIUS_EGM96
@@ -17,8 +17,8 @@ module gracecg_interface_models
     implicit none
     private
     public :: gravity_object_t, field_object_t, density_object_t, wind_object_t, earth_radiation_object_t
-    public :: gravity_open, gravity_evaluate, field_open, field_evaluate, density_open, density_evaluate
-    public :: wind_open, wind_evaluate, sun_position, sun_illumination, earth_radiation_open, earth_radiation_evaluate
+    public :: gravity_open, gravity_evaluate, field_open, density_open, density_evaluate
+    public :: wind_open, wind_evaluate, sun_position, earth_radiation_open, earth_radiation_evaluate
 
     real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
     character(*), parameter :: WIND_NAMES(1) = [character(11) :: 'hwm93']
@@ -124,20 +124,6 @@ contains
         end if
         call outcome%take(failure)
     end subroutine field_open
-
-    subroutine field_evaluate(field, n, position, flux_density, outcome)
-        class(field_object_t), intent(in) :: field
-        integer, intent(in) :: n                            !! Places
-        real(dp), intent(in) :: position(3, n)              !! Earth-fixed, m
-        real(dp), intent(inout) :: flux_density(3, n)       !! Earth-fixed, T
-        type(outcome_t), intent(inout) :: outcome
-
-        integer :: i
-
-        do i = 1, n
-            call field%model%evaluate(position(:, i), flux_density(:, i))
-        end do
-    end subroutine field_evaluate
 
     subroutine density_open(name, date, indices, made, outcome)
         character(*), intent(in) :: name                !! Of a model
@@ -257,19 +243,6 @@ contains
             position(:, i) = position_of_sun(julian_centuries_tt(time))
         end do
     end subroutine sun_position
-
-    subroutine sun_illumination(n, position, sun, illumination, outcome)
-        integer, intent(in) :: n                                !! Places
-        real(dp), intent(in) :: position(3, n), sun(3, n)       !! The same axes, m
-        real(dp), intent(inout) :: illumination(n)              !! 0 to 1
-        type(outcome_t), intent(inout) :: outcome
-
-        integer :: i
-
-        do i = 1, n
-            illumination(i) = conical_shadow(position(:, i), sun(:, i))
-        end do
-    end subroutine sun_illumination
 
     subroutine earth_radiation_open(constants, rings, solar_irradiance, made, outcome)
         character(*), intent(in) :: constants           !! Name of a set

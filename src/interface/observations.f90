@@ -232,12 +232,12 @@ contains
         associate (set => self%set)
             positions = 0
             if (allocated(set%orbit_time)) positions = size(set%orbit_time)
-            call items%put('counts', [size(set%accelerometer_time), size(set%star_camera_time), &
-                                      size(set%magnetometer_time), positions])
+            call items%put('counts', real([size(set%accelerometer_time), size(set%star_camera_time), &
+                                           size(set%magnetometer_time), positions], dp))
             call items%put('accelerometer_time', set%accelerometer_time)
             call items%put('acceleration', set%acceleration)
             call items%put('star_camera_time', set%star_camera_time)
-            call items%put('star_camera_head', set%star_camera_head)
+            call items%put('star_camera_head', real(set%star_camera_head, dp))
             call items%put('quaternion', set%quaternion)
             call items%put('magnetometer_time', set%magnetometer_time)
             call items%put('flux_density', set%field)

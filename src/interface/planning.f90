@@ -100,7 +100,7 @@ contains
         call items%put('worst', self%design%worst)
         call items%put('rate', self%design%rate)
         call items%put('excursion', self%design%excursion)
-        call items%put('evaluations', self%design%evaluations)
+        call items%put('evaluations', real(self%design%evaluations, dp))
     end subroutine tell_design
 
     subroutine map(the_case, n, seconds, threads, made, outcome)

@@ -1,14 +1,12 @@
 !> The C interface: loads on a satellite's surface. Documented in include/gracecg.h.
 module gracecg_interface_surface
-    use gracecg, only: dp, error_t, plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area, &
-        drag_acceleration, solar_radiation_acceleration, earth_radiation_acceleration, earth_irradiance_t, gas_t, wall_t, &
-        validate_wall, surface_load_t, mean_molar_mass, aerodynamic_load, solar_radiation_load, rotation_matrix
-    use gracecg_base_error, only: number_text
+    use gracecg, only: dp, error_t, plate_t, satellite_surface_t, new_surface, earth_radiation_acceleration, earth_irradiance_t, &
+        gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, aerodynamic_load, solar_radiation_load, rotation_matrix
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
     implicit none
     private
-    public :: surface_object_t, surface_trapezoid, surface_plates, surface_area, surface_drag, surface_sunlight
+    public :: surface_object_t, surface_plates
     public :: surface_earthlight, surface_aerodynamic_load, surface_sunlight_load
 
     !> A surface behind a handle.
@@ -17,18 +15,6 @@ module gracecg_interface_surface
     end type surface_object_t
 
 contains
-
-    subroutine surface_trapezoid(length, height, width_bottom, width_top, specular, diffuse, made, outcome)
-        real(dp), intent(in) :: length, height, width_bottom, width_top     !! m
-        real(dp), intent(in) :: specular, diffuse                           !! Reflected parts of the light
-        type(surface_object_t), intent(inout) :: made
-        type(outcome_t), intent(inout) :: outcome
-
-        type(error_t), allocatable :: failure
-
-        call new_trapezoid(made%plates, length, height, width_bottom, width_top, specular, diffuse, failure)
-        call outcome%take(failure, STATUS_BAD_VALUE)
-    end subroutine surface_trapezoid
 
     subroutine surface_plates(n, normal, area, centre, specular, diffuse, made, outcome)
         integer, intent(in) :: n                                        !! Plates
@@ -43,45 +29,6 @@ contains
         call new_surface(made%plates, [(plate_t(normal(:, i), area(i), centre(:, i), specular(i), diffuse(i)), i=1, n)], failure)
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine surface_plates
-
-    subroutine surface_area(surface, direction, area, outcome)
-        class(surface_object_t), intent(in) :: surface
-        real(dp), intent(in) :: direction(3)    !! Unit vector towards the observer, body axes
-        real(dp), intent(inout) :: area         !! m^2
-        type(outcome_t), intent(inout) :: outcome
-
-        real(dp), parameter :: UNIT_TOLERANCE = 1e-6_dp
-
-        if (abs(norm2(direction) - 1) > UNIT_TOLERANCE) then
-            call outcome%refuse(STATUS_BAD_VALUE, 'direction has to be a unit vector; its length is '// &
-                                number_text(norm2(direction)))
-        else
-            area = projected_area(surface%plates, direction)
-        end if
-    end subroutine surface_area
-
-    subroutine surface_drag(surface, mass, drag_coefficient, density, velocity, acceleration, outcome)
-        class(surface_object_t), intent(in) :: surface
-        real(dp), intent(in) :: mass, drag_coefficient, density     !! kg; kg/m^3
-        real(dp), intent(in) :: velocity(3)                         !! Relative to the air, body axes, m/s
-        real(dp), intent(inout) :: acceleration(3)                  !! Body axes, m/s^2
-        type(outcome_t), intent(inout) :: outcome
-
-        acceleration = drag_acceleration(surface%plates, mass, drag_coefficient, density, velocity)
-    end subroutine surface_drag
-
-    subroutine surface_sunlight(surface, mass, reflectivity, solar_irradiance, illumination, to_sun, acceleration, outcome)
-        class(surface_object_t), intent(in) :: surface
-        real(dp), intent(in) :: mass, reflectivity                  !! kg
-        real(dp), intent(in) :: solar_irradiance, illumination      !! At 1 au, W/m^2; 0 to 1
-        real(dp), intent(in) :: to_sun(3)                           !! Body axes, m
-        real(dp), intent(inout) :: acceleration(3)                  !! Body axes, m/s^2
-        type(outcome_t), intent(inout) :: outcome
-
-        call check_sun(to_sun, outcome)
-        if (outcome%good()) acceleration = solar_radiation_acceleration(surface%plates, mass, reflectivity, solar_irradiance, &
-                                                                        illumination, to_sun)
-    end subroutine surface_sunlight
 
     !> All of the flux comes from one direction, which is what the sum over segments with a single cross-section amounts to.
     subroutine surface_earthlight(surface, mass, reflectivity, flux, position, quaternion, acceleration, outcome)
@@ -140,17 +87,9 @@ contains
 
         type(surface_load_t) :: load
 
-        call check_sun(to_sun, outcome)
-        if (.not. outcome%good()) return
         load = solar_radiation_load(surface%plates, centre_of_mass, solar_irradiance, illumination, to_sun)
         force = load%force
         torque = load%torque
     end subroutine surface_sunlight_load
 
-    subroutine check_sun(to_sun, outcome)
-        real(dp), intent(in) :: to_sun(3)
-        type(outcome_t), intent(inout) :: outcome
-
-        if (.not. norm2(to_sun) > 0) call outcome%refuse(STATUS_BAD_VALUE, 'to_sun is zero')
-    end subroutine check_sun
 end module gracecg_interface_surface

@@ -1,33 +1,13 @@
 !> The C interface: time, and the turn of the Earth. Documented in include/gracecg.h.
 module gracecg_interface_time
-    use gracecg, only: dp, error_t, utc_t, parse_utc, utc_plus, seconds_between, check_utc_in_range, gmst_1982, rotation_z, &
-        ARCSECOND, earth_parameters_t, earth_orientation_t, new_earth_orientation, read_earth_parameters
+    use gracecg, only: dp, error_t, utc_t, utc_plus, check_utc_in_range, rotation_z, ARCSECOND, earth_parameters_t, &
+        earth_orientation_t, new_earth_orientation, read_earth_parameters
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
     implicit none
     private
-    public :: utc_parse, utc_add, utc_difference, sidereal_angle, earth_fixed, earth_parameters, earth_orientation, later_time
+    public :: earth_fixed, earth_parameters, earth_orientation, later_time
 
 contains
-
-    subroutine utc_parse(text, utc, outcome)
-        character(*), intent(in) :: text        !! ISO 8601
-        type(utc_t), intent(out) :: utc
-        type(outcome_t), intent(inout) :: outcome
-
-        type(error_t), allocatable :: failure
-
-        call parse_utc(text, utc, failure)
-        call outcome%take(failure, STATUS_BAD_VALUE)
-    end subroutine utc_parse
-
-    subroutine utc_add(utc, seconds, later, outcome)
-        type(utc_t), intent(in) :: utc
-        real(dp), intent(in) :: seconds         !! s; may be negative
-        type(utc_t), intent(out) :: later
-        type(outcome_t), intent(inout) :: outcome
-
-        call later_time(utc, seconds, later, outcome)
-    end subroutine utc_add
 
     !> The time `seconds` after an epoch.
     subroutine later_time(epoch, seconds, utc, outcome)
@@ -43,23 +23,6 @@ contains
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine later_time
 
-    subroutine utc_difference(start, finish, seconds, outcome)
-        type(utc_t), intent(in) :: start, finish
-        real(dp), intent(inout) :: seconds      !! s
-        type(outcome_t), intent(inout) :: outcome
-
-        seconds = seconds_between(start, finish)
-    end subroutine utc_difference
-
-    subroutine sidereal_angle(utc, ut1_minus_utc, angle, outcome)
-        type(utc_t), intent(in) :: utc
-        real(dp), intent(in) :: ut1_minus_utc   !! s
-        real(dp), intent(inout) :: angle        !! rad
-        type(outcome_t), intent(inout) :: outcome
-
-        angle = gmst_1982(utc, ut1_minus_utc)
-    end subroutine sidereal_angle
-
     subroutine earth_fixed(sidereal_angle, n, inertial, fixed, outcome)
         real(dp), intent(in) :: sidereal_angle      !! rad
         integer, intent(in) :: n                    !! Vectors
@@ -70,10 +33,11 @@ contains
         real(dp) :: rotation(3, 3), vector(3)
         integer :: i
 
+        if (.not. outcome%good()) return
         rotation = rotation_z(sidereal_angle)
         do i = 1, n
-            vector = matmul(rotation, inertial(:, i))
-            fixed(:, i) = vector
+            vector = inertial(:, i)
+            fixed(:, i) = matmul(rotation, vector)
         end do
     end subroutine earth_fixed
 

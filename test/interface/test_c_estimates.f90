@@ -1,6 +1,6 @@
 !> The C interface to observation sets and estimates, called as C calls it: the numbers are those of the Fortran API.
 module test_c_estimates
-    use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg, only: dp, error_t, case_t, find_case, simulator_t, new_simulator, observe, observation_set_t, solution_t, &
         estimate_offset, report_options, ESTIMATOR_NAMES, moment_series_t, new_moment_series, take_measured_moments, &
@@ -8,10 +8,9 @@ module test_c_estimates
         estimate_chain
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
-    use gracecg_files_file, only: make_directory
     use c_library
     use c_checks
-    use fixture, only: FOLDER, make_folder, make_file
+    use fixture, only: FOLDER, make_folder
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -36,7 +35,6 @@ contains
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
                     new_unittest('options', test_options), &
-                    new_unittest('level1-estimate-misused', test_level1_misuse), &
                     new_unittest('optimal-and-sequential', test_details), &
                     new_unittest('samples-not-finite', test_bad_samples), &
                     new_unittest('not-converged', test_not_converged)]
@@ -215,60 +213,6 @@ contains
         call check_refused(error, status, NULL_POINTER, failure, 'chain')
         status = gracecg_free(observations)
     end subroutine test_chain
-
-    !> Every argument NULL, or wrong: refused by name.
-    subroutine test_level1_misuse(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(error_t), allocatable :: problem
-        real(dp) :: spans(2, 1), bad(2, 1)
-
-        call make_folder(error)
-        call make_directory(FOLDER//'c_level1', problem)
-        call make_file(error, 'c_level1_setup.nml', '&mass_properties'//new_line('a')//'mass = 580'//new_line('a')// &
-                       'moments_of_inertia = 70, 345, 388'//new_line('a')//'products_of_inertia = -3, -0.3, -2.9'// &
-                       new_line('a')//'/'//new_line('a')//'&level1'//new_line('a')//'/'//new_line('a'))
-        spans(:, 1) = [633798600.0_dp, 60.0_dp]
-        bad(:, 1) = [633798600.0_dp, ieee_value(1.0_dp, ieee_quiet_nan)]
-        call refuse(NULL_POINTER, 'folder', setup='s'//c_null_char)
-        call refuse(NULL_POINTER, 'setup', folder='f'//c_null_char)
-        call refuse(NULL_POINTER, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE)
-        call refuse(BAD_SIZE, 'n_spans', 'f'//c_null_char, 's'//c_null_char, n_spans=-ONE)
-        call refuse(BAD_VALUE, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE, spans=bad)
-        call refuse(BAD_VALUE, 'satellite', 'f'//c_null_char, 's'//c_null_char, satellite='CD'//c_null_char)
-        call refuse(FAILED, 'acc-cal', 'f'//c_null_char, 's'//c_null_char, source='acc-cul'//c_null_char)
-        call refuse(FAILED, 's:', 'f'//c_null_char, 's'//c_null_char)
-        call refuse(FAILED, 'no Level-1 files', FOLDER//'c_level1'//c_null_char, &
-                    FOLDER//'c_level1_setup.nml'//c_null_char, n_spans=ONE, spans=spans)
-        call refuse(FAILED, 'no date', FOLDER//'c_level1'//c_null_char, &
-                    FOLDER//'c_level1_setup.nml'//c_null_char, day='2020-02-30'//c_null_char)
-        call refuse(BAD_VALUE, 'day', FOLDER//'c_level1'//c_null_char, &
-                    FOLDER//'c_level1_setup.nml'//c_null_char, day=repeat('2', 5000)//c_null_char)
-        if (allocated(error)) return
-        call check(error, int(gracecg_level1_estimate(n_spans=NONE)), int(NULL_POINTER), 'without an error to fill')
-
-    contains
-
-        subroutine refuse(expected, part, folder, setup, satellite, day, n_spans, spans, source)
-            integer(c_int), intent(in) :: expected
-            character(*), intent(in) :: part
-            character(*), intent(in), optional :: folder, setup, satellite, day, source
-            integer(c_size_t), intent(in), optional :: n_spans
-            real(dp), intent(in), optional :: spans(:, :)
-
-            type(error_struct) :: failure
-            integer(c_intptr_t) :: offset
-            integer(c_size_t) :: n
-            integer(c_int) :: status
-
-            n = NONE
-            if (present(n_spans)) n = n_spans
-            offset = 77
-            status = gracecg_level1_estimate(folder, setup, satellite, day, n, spans, source, offset, failure)
-            call check_refused(error, status, expected, failure, part)
-            if (.not. allocated(error)) call check(error, offset == 0, 'a handle after a failure')
-        end subroutine refuse
-    end subroutine test_level1_misuse
 
     !> What was taken out of a set makes the same set again: same estimate, bit by bit. With gaps there
     !> are warnings.

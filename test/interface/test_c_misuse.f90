@@ -1,12 +1,13 @@
 !> The C interface, misused as C can misuse it: refused with a status and a message.
 module test_c_misuse
-    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_size_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
-    use gracecg, only: dp
+    use gracecg, only: dp, error_t
+    use gracecg_files_file, only: make_directory
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use c_library
     use c_checks
-    use fixture, only: FOLDER
+    use fixture, only: FOLDER, make_folder, make_file
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -27,6 +28,7 @@ contains
                     new_unittest('wrong-sizes', test_sizes), &
                     new_unittest('states-out-of-range', test_states), &
                     new_unittest('long-texts', test_long_texts), &
+                    new_unittest('level1-estimate-misused', test_level1_misuse), &
                     new_unittest('nothing-is-left', test_nothing_left)]
     end subroutine collect_c_misuse
 
@@ -386,6 +388,60 @@ contains
         message = trim(message_text(failure))
         call check(error, len(message) == 1019 .and. message(1017:) == '...', 'a message that is cut off')
     end subroutine test_long_texts
+
+    !> Every argument NULL, or wrong: refused by name.
+    subroutine test_level1_misuse(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_t), allocatable :: problem
+        real(dp) :: spans(2, 1), bad(2, 1)
+
+        call make_folder(error)
+        call make_directory(FOLDER//'c_level1', problem)
+        call make_file(error, 'c_level1_setup.nml', '&mass_properties'//new_line('a')//'mass = 580'//new_line('a')// &
+                       'moments_of_inertia = 70, 345, 388'//new_line('a')//'products_of_inertia = -3, -0.3, -2.9'// &
+                       new_line('a')//'/'//new_line('a')//'&level1'//new_line('a')//'/'//new_line('a'))
+        spans(:, 1) = [633798600.0_dp, 60.0_dp]
+        bad(:, 1) = [633798600.0_dp, ieee_value(1.0_dp, ieee_quiet_nan)]
+        call refuse(NULL_POINTER, 'folder', setup='s'//c_null_char)
+        call refuse(NULL_POINTER, 'setup', folder='f'//c_null_char)
+        call refuse(NULL_POINTER, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE)
+        call refuse(BAD_SIZE, 'n_spans', 'f'//c_null_char, 's'//c_null_char, n_spans=-ONE)
+        call refuse(BAD_VALUE, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE, spans=bad)
+        call refuse(BAD_VALUE, 'satellite', 'f'//c_null_char, 's'//c_null_char, satellite='CD'//c_null_char)
+        call refuse(FAILED, 'acc-cal', 'f'//c_null_char, 's'//c_null_char, source='acc-cul'//c_null_char)
+        call refuse(FAILED, 's:', 'f'//c_null_char, 's'//c_null_char)
+        call refuse(FAILED, 'no Level-1 files', FOLDER//'c_level1'//c_null_char, &
+                    FOLDER//'c_level1_setup.nml'//c_null_char, n_spans=ONE, spans=spans)
+        call refuse(FAILED, 'no date', FOLDER//'c_level1'//c_null_char, &
+                    FOLDER//'c_level1_setup.nml'//c_null_char, day='2020-02-30'//c_null_char)
+        call refuse(BAD_VALUE, 'day', FOLDER//'c_level1'//c_null_char, &
+                    FOLDER//'c_level1_setup.nml'//c_null_char, day=repeat('2', 5000)//c_null_char)
+        if (allocated(error)) return
+        call check(error, int(gracecg_level1_estimate(n_spans=NONE)), int(NULL_POINTER), 'without an error to fill')
+
+    contains
+
+        subroutine refuse(expected, part, folder, setup, satellite, day, n_spans, spans, source)
+            integer(c_int), intent(in) :: expected
+            character(*), intent(in) :: part
+            character(*), intent(in), optional :: folder, setup, satellite, day, source
+            integer(c_size_t), intent(in), optional :: n_spans
+            real(dp), intent(in), optional :: spans(:, :)
+
+            type(error_struct) :: failure
+            integer(c_intptr_t) :: offset
+            integer(c_size_t) :: n
+            integer(c_int) :: status
+
+            n = NONE
+            if (present(n_spans)) n = n_spans
+            offset = 77
+            status = gracecg_level1_estimate(folder, setup, satellite, day, n, spans, source, offset, failure)
+            call check_refused(error, status, expected, failure, part)
+            if (.not. allocated(error)) call check(error, offset == 0, 'a handle after a failure')
+        end subroutine refuse
+    end subroutine test_level1_misuse
 
     !> The tests above have freed all that they made.
     subroutine test_nothing_left(error)

@@ -32,9 +32,8 @@ end subroutine gcl1op
 !> be used) and leakage (0 left out, 1 a priori, 2 estimated). With ISTAT = 0, MSG says why the flag is not 0.
 subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_f77_support, only: c_text, discard, fetch_integer, fetch_message, fetch_number, &
-        fetch_numbers, finish
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     use gracecg_level1_c_functions, only: c_level1_estimate
     implicit none
@@ -59,20 +58,32 @@ subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
+    real(dp) :: fetched_4(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
+    fetched_4 = 0
     status = c_level1_estimate(folder=c_text(dir), setup=c_text(setup), satellite=c_text(sat), n_spans=0_c_size_t, &
         source=c_text(src), offset=handle, error=error)
-    call fetch_numbers(handle, 'offset', 3, d, status, error)
-    call fetch_numbers(handle, 'covariance', 3*3, cov, status, error)
-    call fetch_numbers(handle, 'gain', 3, gain, status, error)
-    call fetch_number(handle, 'torque_delay', delay(1), status, error)
-    call fetch_number(handle, 'accelerometer_delay', delay(2), status, error)
-    call fetch_integer(handle, 'flag', iflag(1), status, error)
-    call fetch_integer(handle, 'leakage', iflag(2), status, error)
+    call fetch(handle, 'offset', 3, d, status, error)
+    call fetch(handle, 'covariance', 3*3, cov, status, error)
+    call fetch(handle, 'gain', 3, gain, status, error)
+    call fetch(handle, 'torque_delay', 1, fetched_1, status, error)
+    delay(1) = fetched_1(1)
+    call fetch(handle, 'accelerometer_delay', 1, fetched_2, status, error)
+    delay(2) = fetched_2(1)
+    call fetch(handle, 'flag', 1, fetched_3, status, error)
+    iflag(1) = nint(fetched_3(1))
+    call fetch(handle, 'leakage', 1, fetched_4, status, error)
+    iflag(2) = nint(fetched_4(1))
     call fetch_message(handle, 'text', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -81,9 +92,8 @@ end subroutine gcl1es
 !> The same of the manoeuvre that the day, as '2020-02-01', has part of; blank: of all files.
 subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg_base_kinds, only: dp
-    use gracecg_interface_f77_support, only: c_text, discard, fetch_integer, fetch_message, fetch_number, &
-        fetch_numbers, finish
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     use gracecg_level1_c_functions, only: c_level1_estimate
     implicit none
@@ -110,20 +120,32 @@ subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, 
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
+    real(dp) :: fetched_1(1)
+    real(dp) :: fetched_2(1)
+    real(dp) :: fetched_3(1)
+    real(dp) :: fetched_4(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
+    fetched_1 = 0
+    fetched_2 = 0
+    fetched_3 = 0
+    fetched_4 = 0
     status = c_level1_estimate(folder=c_text(dir), setup=c_text(setup), satellite=c_text(sat), day=c_text(day), &
         n_spans=0_c_size_t, source=c_text(src), offset=handle, error=error)
-    call fetch_numbers(handle, 'offset', 3, d, status, error)
-    call fetch_numbers(handle, 'covariance', 3*3, cov, status, error)
-    call fetch_numbers(handle, 'gain', 3, gain, status, error)
-    call fetch_number(handle, 'torque_delay', delay(1), status, error)
-    call fetch_number(handle, 'accelerometer_delay', delay(2), status, error)
-    call fetch_integer(handle, 'flag', iflag(1), status, error)
-    call fetch_integer(handle, 'leakage', iflag(2), status, error)
+    call fetch(handle, 'offset', 3, d, status, error)
+    call fetch(handle, 'covariance', 3*3, cov, status, error)
+    call fetch(handle, 'gain', 3, gain, status, error)
+    call fetch(handle, 'torque_delay', 1, fetched_1, status, error)
+    delay(1) = fetched_1(1)
+    call fetch(handle, 'accelerometer_delay', 1, fetched_2, status, error)
+    delay(2) = fetched_2(1)
+    call fetch(handle, 'flag', 1, fetched_3, status, error)
+    iflag(1) = nint(fetched_3(1))
+    call fetch(handle, 'leakage', 1, fetched_4, status, error)
+    iflag(2) = nint(fetched_4(1))
     call fetch_message(handle, 'text', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
