@@ -588,7 +588,7 @@ contains
             if (allocated(error)) return
         end if
         call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, MICROMETRE/10, planned, design, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'target of 0.0001 mm', 'out of reach'])
+        call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
     end subroutine test_shortest
 
     !> Among the three places of the report, that over the pole is best: the field is the strongest.

@@ -220,7 +220,7 @@ contains
         warnings = accelerometer%exceeded_limits()
         call check(error, size(warnings), 4)
         if (allocated(error)) return
-        call check(error, warnings(4), 'accelerometer resolution: 2e-10 m/s^2 exceeds the limit 1e-10 m/s^2')
+        call check(error, warnings(4), 'accelerometer resolution: 2.000000E-10 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
     end subroutine test_limits
 
     subroutine test_settings(error)
