@@ -5,7 +5,7 @@
 !> wrong and where (file, line, key, value), what is allowed, and what to do.
 module gracecg_base_error
     use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: integer_text, join, rounded_text
+    use gracecg_base_text, only: integer_text, join, real_field, LONGEST_REAL
     implicit none
     private
     public :: error_t, fail, fail_in_file, fail_out_of_range, require_range, fail_unknown_name
@@ -134,12 +134,29 @@ contains
         if (allocated(error)) message = error%message
     end function message_of
 
+    !> What number_text gives, with blanks behind it.
+    pure function number_field(value) result(field)
+        real(dp), intent(in) :: value
+        character(LONGEST_REAL) :: field
+
+        real(dp), parameter :: MILLION = 1e6_dp
+
+        if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
+            field = integer_text(nint(value))
+        else if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
+            field = real_field(anint(value*MILLION)/MILLION)
+        else
+            write (field, '(es14.6)') value
+            field = adjustl(field)
+        end if
+    end function number_field
+
     !> The shortest text that shows a number to about seven digits, without padding.
     pure function number_text(value) result(text)
         real(dp), intent(in) :: value   !! May be NaN or infinite
-        character(len(rounded_text(value, 7))) :: text
+        character(len_trim(number_field(value))) :: text
 
-        text = rounded_text(value, 7)
+        text = number_field(value)
     end function number_text
 
     !> What nearest_name gives, with blanks behind it.

@@ -1,7 +1,7 @@
 !> Parts of an observation set: an arc of a long run with a time 0 of its own.
 module gracecg_observations_arc_of_run
     use gracecg_base_kinds, only: dp
-    use gracecg_base_interpolation, only: last_not_after
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_environment_time, only: utc_plus, tai_minus_utc, sidereal_angle
     use gracecg_spacecraft_moment_series, only: moment_series_t
     use gracecg_spacecraft_torque_rods, only: begin_rods_at

@@ -7,7 +7,7 @@
 module gracecg_spacecraft_moment_series
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_interpolation, only: last_not_after
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: integer_text
     implicit none

@@ -5,7 +5,7 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_base_interpolation, only: last_not_after
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, interchange_series, &
         part_of_series
     implicit none

@@ -1004,7 +1004,7 @@ contains
         call check(error, status == STATUS_DONE, messages)
         call says('bias, x axis: 150 nT exceeds the limit 100 nT')
         call says('linearity error: 30 nT exceeds the limit 25 nT')
-        call says('accelerometer resolution: 1e-9 m/s^2 exceeds the limit 1e-10 m/s^2')
+        call says('accelerometer resolution: 1.000000E-09 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
         call says('accelerometer: 600 of 600 samples are cut off at its full scale')
         call check(error, index(messages, 'scale1') == 0, messages)
         call change('limited = .true.', 'limited = .false.')        ! at full scale no estimate is made

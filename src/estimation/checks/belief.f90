@@ -8,7 +8,6 @@ module gracecg_estimation_belief
     use gracecg_base_constants, only: DEGREE, NANOTESLA, PI
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
-    use gracecg_base_interpolation, only: cubic_weights
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
@@ -302,7 +301,7 @@ contains
             if (many < FEWEST .or. .not. is_even(times, k, many)) many = 2
             associate (first => max(1, min(k - many + 1, n - 2*many + 1)), w => weights(:2*many))
                 if (many == 2) then
-                    call weights_of_four(times(first:first + 3), t, w)
+                    call cubic_weights(times(first:first + 3), t, w)
                 else
                     call cardinal_weights((t - times(k))/(times(k + 1) - times(k)), w)
                 end if
@@ -342,13 +341,14 @@ contains
         end associate
     end function is_even
 
-    !> Weights of the samples at four times for the value at t: the cubic's, and beyond them those of the line through the
+    !> Weights of the samples at four times for the value at t: Lagrange's, and beyond them those of the line through the
     !> outer two, which adds less noise.
-    pure subroutine weights_of_four(times, t, weights)
+    pure subroutine cubic_weights(times, t, weights)
         real(dp), intent(in) :: times(4), t
         real(dp), intent(out) :: weights(4)
 
         real(dp) :: beyond
+        integer :: j, l
 
         weights = 0
         if (t < times(1)) then
@@ -358,9 +358,14 @@ contains
             beyond = (t - times(4))/(times(4) - times(3))
             weights(3:) = [-beyond, 1 + beyond]
         else
-            weights = cubic_weights(times, t)
+            do j = 1, 4
+                weights(j) = 1
+                do l = 1, 4
+                    if (l /= j) weights(j) = weights(j)*(t - times(l))/(times(j) - times(l))
+                end do
+            end do
         end if
-    end subroutine weights_of_four
+    end subroutine cubic_weights
 
     !> Those of as many samples on both sides of a place between two, whose sum is 1.
     pure subroutine cardinal_weights(fraction, weights)

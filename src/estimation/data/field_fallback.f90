@@ -17,7 +17,7 @@ module gracecg_estimation_field_fallback
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model, GEOMAGNETIC_MODELS
     use gracecg_observations_knowledge, only: NO_FIELD_MODEL
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
-    use gracecg_base_interpolation, only: interpolation_t, interpolation_at, interpolated, is_covered, &
+    use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated, is_covered, &
         cubic_interpolated, LONGEST_ORBIT_SPACING
     use gracecg_estimation_star_attitude, only: star_attitude_t
     implicit none

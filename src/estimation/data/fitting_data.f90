@@ -11,7 +11,7 @@ module gracecg_estimation_fitting_data
     use gracecg_environment_time, only: sidereal_angle
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, has_star_camera
-    use gracecg_base_interpolation, only: interpolation_t, interpolation_at, interpolated
+    use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
     use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_field
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field

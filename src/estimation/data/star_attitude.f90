@@ -7,7 +7,7 @@ module gracecg_estimation_star_attitude
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, normalised
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_base_interpolation, only: is_covered, LONGEST_GAP, REACH
+    use gracecg_estimation_interpolation, only: is_covered, LONGEST_GAP, REACH
     implicit none
     private
     public :: star_attitude_t, take_star_attitude

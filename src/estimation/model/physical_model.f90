@@ -24,7 +24,7 @@ module gracecg_estimation_physical_model
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_base_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
+    use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_parameters

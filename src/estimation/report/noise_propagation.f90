@@ -7,7 +7,7 @@ module gracecg_estimation_noise_propagation
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_attitude_fit, only: kinematic_partials
-    use gracecg_base_interpolation, only: interpolation_t
+    use gracecg_estimation_interpolation, only: interpolation_t
     use gracecg_estimation_star_attitude, only: star_attitude_t
     implicit none
     private

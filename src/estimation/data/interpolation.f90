@@ -1,11 +1,11 @@
-!> Places in increasing numbers, such as the times of a series, and interpolation there: linear, CSR-TM-00-01 section 4.5,
-!> and by Lagrange's cubic.
-module gracecg_base_interpolation
+!> Interpolation in a series of samples: linear, CSR-TM-00-01 section 4.5, and cubic for an orbit.
+module gracecg_estimation_interpolation
     use gracecg_base_kinds, only: dp
+    use gracecg_base_increasing_numbers, only: last_not_after
     implicit none
     private
-    public :: last_not_after, interpolation_t, interpolation_at, interpolated, is_covered
-    public :: cubic_interpolated, cubic_weights, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
+    public :: interpolation_t, interpolation_at, interpolated, is_covered
+    public :: cubic_interpolated, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
 
     !> A value by linear interpolation: (1 - fraction) v(first) + fraction v(first + 1).
     type :: interpolation_t
@@ -22,24 +22,6 @@ module gracecg_base_interpolation
     !! Between positions of the orbit that a cubic is laid through, s
 
 contains
-
-    !> How many of increasing numbers are not greater than x, by bisection.
-    pure integer function last_not_after(numbers, x) result(low)
-        real(dp), intent(in) :: numbers(:), x   !! Increasing; both in one unit
-
-        integer :: high, middle
-
-        low = 0
-        high = size(numbers) + 1
-        do while (high - low > 1)
-            middle = (low + high)/2
-            if (numbers(middle) <= x) then
-                low = middle
-            else
-                high = middle
-            end if
-        end do
-    end function last_not_after
 
     !> Linear interpolation between the neighbours of t, (4-40), (4-41); before the first sample it
     !> extrapolates backwards (4-38), (4-39), after the last one it keeps the last value (4-42), (4-43).
@@ -93,31 +75,19 @@ contains
         real(dp), intent(in) :: t    !! s
         real(dp) :: value(3)
 
-        real(dp) :: weights(4)
-        integer :: first, i
+        real(dp) :: factor
+        integer :: first, i, j
 
         first = max(1, min(size(times) - 3, last_not_after(times, t) - 1))
-        weights = cubic_weights(times(first:first + 3), t)
         value = 0
-        do i = 1, 4
-            value = value + weights(i)*values(:, first + i - 1)
+        do i = first, first + 3
+            factor = 1
+            do j = first, first + 3
+                if (j /= i) factor = factor*(t - times(j))/(times(i) - times(j))
+            end do
+            value = value + factor*values(:, i)
         end do
     end function cubic_interpolated
-
-    !> Weights of the values at four times in that at t, by Lagrange's cubic.
-    pure function cubic_weights(times, t) result(weights)
-        real(dp), intent(in) :: times(4), t     !! Increasing; s
-        real(dp) :: weights(4)
-
-        integer :: i, j
-
-        do i = 1, 4
-            weights(i) = 1
-            do j = 1, 4
-                if (j /= i) weights(i) = weights(i)*(t - times(j))/(times(i) - times(j))
-            end do
-        end do
-    end function cubic_weights
 
     !> Interpolates all components of a series.
     pure function interpolated(values, source) result(value)
@@ -128,4 +98,4 @@ contains
         value = (1 - source%fraction)*values(:, source%first) + &
                 source%fraction*values(:, source%first + 1)
     end function interpolated
-end module gracecg_base_interpolation
+end module gracecg_estimation_interpolation
