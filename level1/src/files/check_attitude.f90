@@ -6,7 +6,7 @@ module gracecg_level1_check_attitude
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_interpolation, only: last_not_after
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion
     use gracecg_base_text, only: integer_text

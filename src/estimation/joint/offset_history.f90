@@ -9,7 +9,7 @@
 module gracecg_estimation_offset_history
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_interpolation, only: last_not_after
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, utc_text

@@ -3,7 +3,7 @@ module gracecg_simulation_dense_arc
     use gracecg_base_kinds, only: dp
     use gracecg_base_controlled_steps, only: controlled_steps_t
     use gracecg_base_error, only: error_t
-    use gracecg_base_interpolation, only: last_not_after
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_quaternion, only: normalised
     use gracecg_simulation_arc, only: begin_panels, next_panel, check_state
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE, ATTITUDE
