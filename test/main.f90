@@ -30,7 +30,6 @@ program tester
     use test_decimal, only: collect_decimal
     use test_fourier, only: collect_fourier
     use test_controlled_steps, only: collect_controlled_steps
-    use test_shortest_decimal, only: collect_shortest_decimal
     use test_file, only: collect_file
     use test_table, only: collect_table
     use test_csv, only: collect_csv
@@ -44,6 +43,8 @@ program tester
     use test_level1_estimate, only: collect_level1_estimate
     use test_level1_fuzz, only: collect_level1_fuzz
     use test_level1_simulation, only: collect_level1_simulation
+    use test_level1_simulated_files, only: collect_level1_simulated_files
+    use test_level1_round_trip, only: collect_level1_round_trip
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -100,10 +101,13 @@ program tester
     use test_fit_diagnostics, only: collect_fit_diagnostics
     use test_calibration_page, only: collect_calibration_page
     use test_library, only: collect_library
-    use test_c_interface, only: collect_c_interface
+    use test_c_models, only: collect_c_models
+    use test_c_cases, only: collect_c_cases
+    use test_c_estimates, only: collect_c_estimates
+    use test_c_planning, only: collect_c_planning
+    use test_c_misuse, only: collect_c_misuse
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
-    use test_document, only: collect_document
     use test_launcher, only: collect_launcher
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
@@ -114,7 +118,7 @@ program tester
                                            'sequential', 'design', 'beliefs/scores-are-standard-normal', &
                                            'beliefs/wrong-beliefs-are-found-and-named', 'beliefs/power-is-that-stated', &
                                            'beliefs/tried-one-after-the-other', 'joint/errors-are-those-predicted', &
-                                           'state-sigmas/sigmas-against-scatter', 'level1-simulation/faults', &
+                                           'state-sigmas/sigmas-against-scatter', 'level1-round-trip/faults', &
                                            'knowledge-errors/every-source-in-every-estimator', &
                                            'operator/knowledge-mends-the-samples', &
                                            'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set', &
@@ -158,7 +162,6 @@ program tester
              new_testsuite('decimal', collect_decimal), &
              new_testsuite('fourier', collect_fourier), &
              new_testsuite('controlled-steps', collect_controlled_steps), &
-             new_testsuite('shortest-decimal', collect_shortest_decimal), &
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
@@ -172,6 +175,8 @@ program tester
              new_testsuite('level1-estimate', collect_level1_estimate), &
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('level1-simulation', collect_level1_simulation), &
+             new_testsuite('level1-simulated-files', collect_level1_simulated_files), &
+             new_testsuite('level1-round-trip', collect_level1_round_trip), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &
@@ -227,10 +232,13 @@ program tester
              new_testsuite('fit-diagnostics', collect_fit_diagnostics), &
              new_testsuite('calibration-page', collect_calibration_page), &
              new_testsuite('library', collect_library), &
-             new_testsuite('c-interface', collect_c_interface), &
+             new_testsuite('c-models', collect_c_models), &
+             new_testsuite('c-cases', collect_c_cases), &
+             new_testsuite('c-estimates', collect_c_estimates), &
+             new_testsuite('c-planning', collect_c_planning), &
+             new_testsuite('c-misuse', collect_c_misuse), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
-             new_testsuite('document', collect_document), &
              new_testsuite('launcher', collect_launcher), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &

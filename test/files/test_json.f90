@@ -60,7 +60,6 @@ contains
         call json%end()
         call json%finish(text, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, text, '{'//LF//'  "name": "front-1",'//LF//'  "runs": 15,'//LF// &
                    '  "seed": 9007199254740993,'//LF//'  "converged": true,'//LF//'  "published": null,'//LF// &
                    '  "d": [1.5, -2e-9],'//LF//'  "matrix": ['//LF//'    [1, 3],'//LF//'    [2, 4]'//LF//'  ],'//LF// &
@@ -87,11 +86,10 @@ contains
         call check(error, text, '{'//LF//'  "about": ['//LF//'    "a '//BACKSLASH//'"quote'//BACKSLASH//'", a '// &
                    BACKSLASH//BACKSLASH//', a tab'//BACKSLASH//'u0009, a line'//BACKSLASH//'u000aand '//achar(195)// &
                    achar(164)//BACKSLASH//'u0001",'//LF//'    "second"'//LF//'  ]'//LF//'}')
-        if (allocated(error)) return
         call read_json_list(text, 'about', list, ok)
         call check(error, ok .and. size(list) == 2)
-        if (.not. allocated(error)) call check(error, list(1)%text, HARD)
-        if (.not. allocated(error)) call check(error, list(2)%text, 'second')
+        call check(error, list(1)%text, HARD)
+        call check(error, list(2)%text, 'second')
     end subroutine test_escapes
 
     !> Every number reads back as the same, and looks as JSON wants it: a digit before and behind the point.
@@ -118,13 +116,10 @@ contains
             if (allocated(error)) return
             point = index(number, '.')
             call check(error, scan(number(:1), '-0123456789') == 1 .and. index(number, '+.') == 0, number)
-            if (allocated(error)) return
             if (point == 0) cycle
             call check(error, point > 1 .and. point < len(number), number)
-            if (allocated(error)) return
             call check(error, scan(number(point - 1:point - 1), '0123456789') == 1 .and. &
                        scan(number(point + 1:point + 1), '0123456789') == 1, number)
-            if (allocated(error)) return
         end do
     end subroutine test_numbers
 
@@ -140,7 +135,7 @@ contains
         call json%end()
         call json%finish(text, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'sigma_x_mm', 'not a finite number'])
-        if (.not. allocated(error)) call check(error, text, '')
+        call check(error, text, '')
     end subroutine test_not_finite
 
     subroutine test_not_ended(error)
@@ -164,7 +159,7 @@ contains
 
         call read_json_list('{"x":{"about":["no"]},"about":["a","b\u0041\n"],"y":[1,2]}', 'about', list, ok)
         call check(error, ok .and. size(list) == 2)
-        if (.not. allocated(error)) call check(error, list(2)%text, 'bA'//LF)
+        call check(error, list(2)%text, 'bA'//LF)
         if (allocated(error)) return
         call read_json_list('  {'//LF//'"text": "about", "about" :'//LF//'[ ]}', 'about', list, ok)
         call check(error, ok .and. size(list) == 0)
@@ -182,7 +177,6 @@ contains
         do i = 1, size(BROKEN)
             call read_json_list(trim(BROKEN(i)), 'about', list, ok)
             call check(error, .not. ok, BROKEN(i))
-            if (allocated(error)) return
         end do
     end subroutine test_broken_lists
 
@@ -195,7 +189,6 @@ contains
 
         do i = 1, size(NAMES, 2)
             call check(error, unit_of_column(trim(NAMES(1, i))), trim(NAMES(2, i)), NAMES(1, i))
-            if (allocated(error)) return
         end do
     end subroutine test_units
 

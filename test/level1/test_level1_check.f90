@@ -8,7 +8,7 @@ module test_level1_check
     use gracecg_level1_check, only: level1_check_t, check_level1
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
     use testdrive, only: unittest_type, error_type, new_unittest, skip_test
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
+    use fixture, only: FOLDER, check, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_level1_check
@@ -148,16 +148,15 @@ contains
             text = text//'633798'//integer_text(100 + i)//' 100000 R C '//Z14//'50 0 0 0 0 0 50 0 0 0 0 0 0 0 '//Z14// &
                 '00001100'//LF
         end do
-        if (.not. allocated(error)) call make_file(error, DAY//'/THR1A'//TAIL, text)
-        if (.not. allocated(error)) &
-            call make_file(error, DAY//'/MAS1B'//TAIL, HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
+        call make_file(error, DAY//'/THR1A'//TAIL, text)
+        call make_file(error, DAY//'/MAS1B'//TAIL, HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
                            '633802200 0 G C 00000000 00000000'//LF//'633805800 0 G C 00000000 11000000 13.25 13.0'//LF)
         text = HEAD
         do i = 0, 7
             text = text//'633798'//integer_text(100 + i)//' 0 R C 2 '//integer_text(3*i)//' 00000000'//LF
         end do
-        if (.not. allocated(error)) call make_file(error, DAY//'/IMU1A'//TAIL, text)
-        if (.not. allocated(error)) call look(error, FOLDER//DAY, 'C', found)
+        call make_file(error, DAY//'/IMU1A'//TAIL, text)
+        call look(error, FOLDER//DAY, 'C', found)
         call expect(error, found, 'acc1a_interval', 0.1_dp, 1e-12_dp)
         call expect_axes(error, found, 'linear_mean', [3e-9_dp, 1e-9_dp, 2e-9_dp], 1e-12_dp)
         call expect_axes(error, found, 'angular_quantum', [0.0_dp, 2e-9_dp, 0.0_dp], 1e-12_dp)

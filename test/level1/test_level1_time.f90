@@ -12,7 +12,7 @@ module test_level1_time
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_time
     use testdrive, only: unittest_type, error_type, new_unittest, skip_test
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
+    use fixture, only: FOLDER, check, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_level1_time
@@ -64,12 +64,10 @@ contains
         call make_file(error, 'CLK1B_2020-02-01_C_04.txt', HEAD// &
                        '633798000 C -1 -0.5 0 0 0 00000010'//LF//'633798000 C -1 -0.0625 0 -1e-6 0 00000000'//LF// &
                        '633798010 C -1 -0.125 0 1e-6 0 00000000'//LF//'633798020 C -1 -0.03125 0 0 0 00000000'//LF)
-        if (.not. allocated(error)) &
-            call make_file(error, 'TIM1B_2020-02-01_C_04.txt', HEAD// &
+        call make_file(error, 'TIM1B_2020-02-01_C_04.txt', HEAD// &
                            '633798000 C 0 633798000 0 -1 -1 00000100'//LF// &
                            '633798008 C 0 633798008 800000000 -1 -1 00000100'//LF// &
                            '633798016 C 0 633798015 200000000 -1 -1 00000100'//LF)
-        if (allocated(error)) return
         call read_level1(FOLDER//'CLK1B_2020-02-01_C_04.txt', clk1b, failure)
         if (.not. allocated(failure)) call read_level1(FOLDER//'TIM1B_2020-02-01_C_04.txt', tim1b, failure)
         if (.not. allocated(failure)) call new_level1_clock(clock, failure, clk1b, tim1b)
@@ -127,18 +125,13 @@ contains
         call read_level1(FOLDER//'CLK1B_2020-02-01_C_04.txt', clk1b, failure)
         call new_level1_clock(clock, failure, clk1b)
         call check_fails(error, message_of(failure), [character(40) :: 'CLK1B_2020-02-01_C_04.txt', 'has no record'])
-        if (.not. allocated(error)) &
-            call make_file(error, 'CLK1B_2020-02-01_C_04.txt', HEAD//'633798000 C -1 0.1 0 0 0 00000000'//LF// &
+        call make_file(error, 'CLK1B_2020-02-01_C_04.txt', HEAD//'633798000 C -1 0.1 0 0 0 00000000'//LF// &
                            '633798010 C -1 nan 0 0 0 00000000'//LF)
-        if (allocated(error)) return
         call read_level1(FOLDER//'CLK1B_2020-02-01_C_04.txt', clk1b, failure)
         call new_level1_clock(clock, failure, clk1b)
         call check_fails(error, message_of(failure), [character(40) :: 'eps_time', 'record 2'])
-        if (.not. allocated(error)) &
-            call make_file(error, 'CLK1B_2020-02-01_C_04.txt', HEAD//'633798000 C -1 0.1 0 0 0 00000000'//LF)
-        if (.not. allocated(error)) &
-            call make_file(error, 'TIM1B_2020-02-01_C_04.txt', HEAD//'633798000 C 0 633798005 0 -1 -1 00000100'//LF)
-        if (allocated(error)) return
+        call make_file(error, 'CLK1B_2020-02-01_C_04.txt', HEAD//'633798000 C -1 0.1 0 0 0 00000000'//LF)
+        call make_file(error, 'TIM1B_2020-02-01_C_04.txt', HEAD//'633798000 C 0 633798005 0 -1 -1 00000100'//LF)
         call read_level1(FOLDER//'CLK1B_2020-02-01_C_04.txt', clk1b, failure)
         call read_level1(FOLDER//'TIM1B_2020-02-01_C_04.txt', tim1b, failure)
         call new_level1_clock(clock, failure, clk1b, tim1b)
@@ -242,10 +235,8 @@ contains
         call make_file(error, 'QSA1B_2018-05-22_C_04.txt', HEAD// &
                        '0 C 1 1 0 0 0 0 00000000'//LF//'0 C 2 0 1 0 0 0 00000000'//LF// &
                        '100 C 1 0 0 1 0 0 00000000'//LF//'100 C 1 0 0 0 1 0 00000000'//LF)
-        if (.not. allocated(error)) &
-            call make_file(error, 'VCM1B_2020-02-01_C_04.txt', HEAD//'0 C 2e-3 0 0.6 0.8 00000000'//LF// &
+        call make_file(error, 'VCM1B_2020-02-01_C_04.txt', HEAD//'0 C 2e-3 0 0.6 0.8 00000000'//LF// &
                            '50 C 1e-3 1 0 0 00000000'//LF)
-        if (allocated(error)) return
         call read_level1(FOLDER//'QSA1B_2018-05-22_C_04.txt', qsa1b, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -321,8 +312,8 @@ contains
                    0.0_dp, thr=1.0_dp)
         attitude = rotation_matrix(gracecg_quaternion(sca1b%values(1, q:q + 3)))
         call check(error, norm2(matmul(attitude, r/norm2(r)) - [-0.013826874_dp, 0.000378633_dp, -0.999904333_dp]), &
-                   0.0_dp, thr=1e-9_dp)
+                       0.0_dp, thr=1e-9_dp)
         call check(error, norm2(matmul(attitude, v/norm2(v)) - [-0.999915330_dp, 0.000380942_dp, 0.013007213_dp]), &
-                   0.0_dp, thr=1e-9_dp)
+                       0.0_dp, thr=1e-9_dp)
     end subroutine test_states
 end module test_level1_time

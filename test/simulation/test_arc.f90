@@ -38,7 +38,7 @@ module test_truth_arc
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use constant_fields, only: constant_field_t
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -89,11 +89,9 @@ contains
         call example(dynamics, start, error)
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.5_dp, 10, arc, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, arc%steps == 10 .and. arc%interval == 0.5_dp .and. &
                    lbound(arc%loads, 1) == 0 .and. ubound(arc%state, 2) == 10)
-        if (allocated(error)) return
         call check(error, maxval(abs(arc%state(:, 0) - start)), 0.0_dp)
         do k = 0, 10
             call dynamics%rate(0.5_dp*k, arc%state(:, k), rate)
@@ -126,11 +124,9 @@ contains
             call drive(dynamics, WAVEFORMS(i), 0.0_dp, error)
             if (allocated(error)) return
             call propagate_arc(dynamics, start, 0.1_dp, 600, controlled, failure, 1e-12_dp)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call propagate_arc(dynamics, start, 0.01_dp, 6000, fixed, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             do k = 1, STATE_SIZE
                 largest(k) = maxval(abs(controlled%state(k, :) - fixed%state(k, ::10)))
             end do
@@ -183,8 +179,7 @@ contains
         start(OMEGA) = 0
         start(ATTITUDE) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
         call propagate_arc(dynamics, start, 0.1_dp, 300, arc, failure, 1e-14_dp)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         do k = 0, 300
             t = 0.1_dp*k - 7.03_dp
             expected = 0
@@ -211,8 +206,7 @@ contains
         if (.not. allocated(failure)) &
             call propagate_arc(dynamics, start, 1.0_dp, EPOCHS, fine, failure, DEFAULT_TOLERANCE/100)
         if (.not. allocated(failure)) call propagate_arc(dynamics, start, 0.1_dp, 10*EPOCHS, fixed, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, maxval(abs(arc%loads%srp(1))) > 1e-9_dp .and. any(abs(arc%loads%srp(1)) <= 0), 'light and shadow')
         call check(error, maxval(abs(arc%state(POSITION, :) - fine%state(POSITION, :))), 0.0_dp, 'position', thr=3e-6_dp)
         call check(error, maxval(abs(arc%state(OMEGA, :) - fine%state(OMEGA, :))), 0.0_dp, 'rate', thr=2e-12_dp)
@@ -231,7 +225,7 @@ contains
         type(truth_arc_t) :: whole, piece, sparse, beside(4)
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
-        logical :: failed(4)
+        logical :: stopped(4)
         integer :: i, way
 
         call example(dynamics, start, error)
@@ -240,8 +234,7 @@ contains
         if (allocated(error)) return
         do way = 1, 2
             call propagate(0.1_dp, 600, whole, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             if (way == 1) then
                 call begin_arc(dynamics, start, 0.1_dp, 600, piece, failure)
             else
@@ -251,16 +244,15 @@ contains
                 call continue_arc(dynamics, 37, piece, failure)
                 call check(error, maxval(abs(piece%state - whole%state(:, piece%first:piece%last))), 0.0_dp, 'pieces')
             end do
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             !$omp parallel do num_threads(2) private(failure)
             do i = 1, 4
                 call propagate(0.1_dp, 600, beside(i), failure)
-                failed(i) = allocated(failure)
+                stopped(i) = allocated(failure)
             end do
             !$omp end parallel do
             do i = 1, 4
-                call check(error, .not. failed(i))
+                call check(error, .not. stopped(i))
                 call check(error, maxval(abs(beside(i)%state - whole%state)), 0.0_dp, 'threads')
             end do
         end do
@@ -295,8 +287,7 @@ contains
         integer :: i, k
 
         call report_case('front-1', case, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, case%integrator == NAMES(1) .and. .not. flies_under_control(case))
         do i = 1, 3
             do k = 1, 2
@@ -321,11 +312,9 @@ contains
         dynamics%with_rods = .false.
         start(OMEGA) = [0.05_dp, 0.1_dp, -0.02_dp]
         call propagate_arc(dynamics, start, 1.0_dp, 900, fixed, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call propagate_arc(dynamics, start, 900.0_dp, 1, loose, failure, 1e-8_dp)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         deviation = maxval(abs(fixed%state(ATTITUDE, 900) - loose%state(ATTITUDE, 1)))
         call check(error, deviation > 1e-12_dp)
         call check(error, deviation, 0.0_dp, thr=100*1e-8_dp)

@@ -296,9 +296,9 @@ contains
 
         call make_journal(error, campaign, simulator, options, journal)
         call refused(journal%line(journal%line_count())//LF, [character(W) :: 'stands above already'])
-        call refused('front-3,optimal,2,1,2,3,1'//LF, [character(W) :: '7 columns, expected 8'])
-        call refused('front-3,optimal,2,1,2,3,1,x'//LF, [character(W) :: 'column normalised'])
-        call refused('front-3,optimal,6,1,2,3,1,0'//LF, [character(W) :: 'from 1 to 5'])
+        call refused('front-3,optimal,2,1,2,3,true'//LF, [character(W) :: '7 columns, expected 8'])
+        call refused('front-3,optimal,2,1,2,3,true,x'//LF, [character(W) :: 'column normalised'])
+        call refused('front-3,optimal,6,1,2,3,true,0'//LF, [character(W) :: 'from 1 to 5'])
 
     contains
 
@@ -338,13 +338,13 @@ contains
                     [character(W) :: 'predicted NAME ALGORITHM'])
         call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
         call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
-        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'nothing tells of this case'])
-        call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
-        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,1', [character(W) :: 'column run'])
-        call broken(ROW, ROW//'1,nan,3,1', [character(W) :: 'finite numbers'])
-        call broken(ROW, ROW//'1,1e30,3,1', [character(W) :: 'from -1e9 to 1e9 mm'])
+        call broken(ROW, 'front-2,assest-fde,1,1,2,3,true', [character(W) :: 'nothing tells of this case'])
+        call broken(ROW, 'front-3,assest-fde,6,1,2,3,true', [character(W) :: 'from 1 to 5'])
+        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,true', [character(W) :: 'column run'])
+        call broken(ROW, ROW//'1,nan,3,true', [character(W) :: 'finite numbers'])
+        call broken(ROW, ROW//'1,1e30,3,true', [character(W) :: 'from -1e9 to 1e9 mm'])
         call broken(ROW, ROW//'1,2,3,yes', [character(W) :: 'column converged'])
-        call broken(ROW, 'front-3,assest-fde,3,1,2,3,1', [character(W) :: 'not in the order'])
+        call broken(ROW, 'front-3,assest-fde,3,1,2,3,true', [character(W) :: 'not in the order'])
 
     contains
 

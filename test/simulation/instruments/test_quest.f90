@@ -10,7 +10,7 @@ module test_quest
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_quest, only: quest, q_method
     use statistics, only: Z_999, mean, chi_square_limits
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -155,11 +155,9 @@ contains
 
         call q_method(observed, reference, deviation, q_reference, covariance, loss_reference, &
                       failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call quest(observed, reference, deviation, q, covariance, loss, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         q_exact = exact_attitude(observed, reference, deviation, q_reference)
         call check(error, distance(q, q_exact), 0.0_dp, thr=TOLERANCE, message='quest')
         call check(error, distance(q_reference, q_exact), 0.0_dp, thr=TOLERANCE, message='q_method')

@@ -12,7 +12,7 @@ module test_star_camera
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use statistics, only: Z_999, chi_square_limits, ljung_box
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -63,8 +63,7 @@ contains
             if (camera%stars_in_field(catalogue, q, 1) < 2) cycle
             call camera%see(catalogue, q, 1, first, failure)
             if (.not. allocated(failure)) call best_camera%see(catalogue, q, 1, best, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             trace = [trace_of(first), trace_of(best)]
             call check(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))
             if (allocated(error)) return
@@ -164,8 +163,7 @@ contains
             q = random_attitude(stream)
             head = 1 + mod(i, HEADS)
             call camera%see(catalogue, q, head, frame, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             associate (v => frame%line_of_sight)
                 call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
                            all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &

@@ -7,7 +7,7 @@ module test_star_catalogue
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use statistics, only: Z_999, mean, variance
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -62,8 +62,7 @@ contains
 
         builtin = builtin_star_catalogue()
         call read_star_catalogue('data/bright_stars.txt', source, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, size(source%magnitude), size(builtin%magnitude))
         if (allocated(error)) return
         call check(error, all(abs(builtin%direction - source%direction) < VECTORISED) .and. &
@@ -137,8 +136,7 @@ contains
         type(error_t), allocatable :: failure
 
         call read_star_catalogue(FIXTURES//'three-stars.txt', catalogue, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, size(catalogue%direction, 2), 2)
         if (allocated(error)) return
         call check(error, catalogue%magnitude(1) == 2.83_dp .and. catalogue%magnitude(2) == 1.97_dp)
