@@ -595,16 +595,4 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'case front-3', 'head 1 at 0.5 s', 'stars', 'at least 2'])
     end subroutine test_too_few_stars
-
-    !> The magnetometer fails at a time: its samples from then on are gone.
-    pure subroutine lose_magnetometer(observations, from_time)
-        type(observation_set_t), intent(inout) :: observations
-        real(dp), intent(in) :: from_time           !! s; 0: all samples are lost
-
-        integer :: kept
-
-        kept = count(observations%magnetometer_time < from_time)
-        observations%magnetometer_time = observations%magnetometer_time(:kept)
-        observations%field = observations%field(:, :kept)
-    end subroutine lose_magnetometer
 end module test_faults
