@@ -4,9 +4,8 @@
 !> to standard error.
 program gracecg_main
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_cli_arguments, only: process_words
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_memory, only: keep_memory
+    use gracecg_cli_process, only: keep_memory, process_words
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_level1_commands, only: level1_commands
     implicit none

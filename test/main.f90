@@ -30,7 +30,6 @@ program tester
     use test_decimal, only: collect_decimal
     use test_fourier, only: collect_fourier
     use test_controlled_steps, only: collect_controlled_steps
-    use test_shortest_decimal, only: collect_shortest_decimal
     use test_file, only: collect_file
     use test_table, only: collect_table
     use test_csv, only: collect_csv
@@ -50,7 +49,6 @@ program tester
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
     use test_batch_processor, only: collect_batch_processor
-    use test_simplified_newton, only: collect_simplified_newton
     use test_offset_model, only: collect_offset_model
     use test_random, only: collect_random
     use test_coloured_noise, only: collect_coloured_noise
@@ -104,10 +102,13 @@ program tester
     use test_fit_diagnostics, only: collect_fit_diagnostics
     use test_calibration_page, only: collect_calibration_page
     use test_library, only: collect_library
-    use test_c_interface, only: collect_c_interface
+    use test_c_models, only: collect_c_models
+    use test_c_cases, only: collect_c_cases
+    use test_c_estimates, only: collect_c_estimates
+    use test_c_planning, only: collect_c_planning
+    use test_c_misuse, only: collect_c_misuse
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
-    use test_document, only: collect_document
     use test_launcher, only: collect_launcher
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
@@ -162,7 +163,6 @@ program tester
              new_testsuite('decimal', collect_decimal), &
              new_testsuite('fourier', collect_fourier), &
              new_testsuite('controlled-steps', collect_controlled_steps), &
-             new_testsuite('shortest-decimal', collect_shortest_decimal), &
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
@@ -182,7 +182,6 @@ program tester
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &
              new_testsuite('batch-processor', collect_batch_processor), &
-             new_testsuite('simplified-newton', collect_simplified_newton), &
              new_testsuite('offset-model', collect_offset_model), &
              new_testsuite('random', collect_random), &
              new_testsuite('coloured-noise', collect_coloured_noise), &
@@ -235,10 +234,13 @@ program tester
              new_testsuite('fit-diagnostics', collect_fit_diagnostics), &
              new_testsuite('calibration-page', collect_calibration_page), &
              new_testsuite('library', collect_library), &
-             new_testsuite('c-interface', collect_c_interface), &
+             new_testsuite('c-models', collect_c_models), &
+             new_testsuite('c-cases', collect_c_cases), &
+             new_testsuite('c-estimates', collect_c_estimates), &
+             new_testsuite('c-planning', collect_c_planning), &
+             new_testsuite('c-misuse', collect_c_misuse), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
-             new_testsuite('document', collect_document), &
              new_testsuite('launcher', collect_launcher), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &

@@ -9,7 +9,7 @@ The rules:
 - src/FLOOR/ROOM.f90 (or in a folder of the floor) holds one module or submodule, gracecg_FLOOR_ROOM, so that
   a `use` tells its floor; src/gracecg.f90 holds the umbrella. A module has a `private` statement. The
   Fortran 77 entry points alone are procedures outside of modules.
-  app/cli/ROOM.f90 holds gracecg_cli_ROOM; level1/src/FOLDER/ROOM.f90 holds gracecg_level1_ROOM.
+  app/cli/FOLDER/ROOM.f90 holds gracecg_cli_ROOM; level1/src/FOLDER/ROOM.f90 holds gracecg_level1_ROOM.
 - A module uses modules of lower floors, or of its own floor without circles. Floors that stand side by
   side do not use each other: simulation and estimation, interface and cli.
 - The folders of a floor that FOLDERS lists have an order, too: every module of it lies in one of them and uses
@@ -35,17 +35,19 @@ FLOORS = {"base": 0, "files": 1, "environment": 2, "spacecraft": 3, "observation
 
 # The same within a floor. Simulation: what flies, and what it is seen with; what is to be flown; the simulator.
 # Estimation: contract, what is asked and answered; checks, of data and beliefs; then the families of estimators;
-# door, an estimator by its name; verdict, what is said of its solution.
+# door, an estimator by its name; verdict, what is said of its solution. Of cli, base takes the words of the command
+# line, output writes results, page and report fill pages; what lies in no folder knows all commands.
 FOLDERS = {"simulation": {"dynamics": 0, "instruments": 0, "case": 1, "simulator": 2},
            "estimation": {"contract": 0, "data": 1, "model": 2, "checks": 3,
                           "report": 4, "optimal": 4, "sequential": 4, "joint": 5, "door": 6, "verdict": 7},
-           "level1": {"files": 0, "estimation": 1, "simulation": 1, "": 2, "interface": 3, "commands": 3}}
+           "level1": {"files": 0, "estimation": 1, "simulation": 1, "": 2, "interface": 3, "commands": 3},
+           "cli": {"base": 0, "output": 1, "page": 2, "commands": 3, "report": 4, "": 5}}
 
 UMBRELLA = "src/gracecg.f90"
-# Of the packages in app/ and level1/: their manifests, and the table of which an interface is made
-NO_FORTRAN = ("fpm.toml", "f77_entries.txt")
+# Of the packages in app/ and level1/: their manifests
+NO_FORTRAN = ("fpm.toml",)
 # Callers without modules need procedures outside of them.
-WITHOUT_MODULE = ("src/interface/f77.f90", "level1/src/interface/f77.f90")
+WITHOUT_MODULE = ("src/interface/f77_entries.f90", "level1/src/interface/f77_entries.f90")
 
 # The geomagnetic model may stand in for a failed magnetometer; to evaluate it takes the epoch and
 # the place, so time and the shape of the Earth (constants of nature, nothing of the satellite's
@@ -274,7 +276,8 @@ def plant_clean_house(root):
     plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_assest")
     plant(root, "src/gracecg.f90", "use gracecg_studies_trim")
     plant(root, "src/interface/handles.f90", "use gracecg")
-    plant(root, "app/cli/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
+    plant(root, "app/cli/output/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
+    plant(root, "app/cli/command_line.f90", "use gracecg_cli_table")
     plant(root, "level1/src/files/reader.f90", "use gracecg_environment_time")
     plant(root, "level1/src/estimation/offset.f90", "use gracecg_level1_reader", "use gracecg_estimation_assest")
     plant(root, "level1/src/simulation/truth.f90", "use gracecg_simulation_dynamics")
@@ -303,12 +306,13 @@ PLANTED = (
     (("src/gracecg.f90", "use gracecg_cli_table"), "gracecg.f90:2:", "reaches cli"),
     (("src/studies/trim.f90", "use gracecg_cli_table"), "trim.f90:2:", "reaches cli"),
     (("src/studies/trim.f90", "use gracecg_level1_reader"), "trim.f90:2:", "above"),
-    (("app/cli/table.f90", "use gracecg_level1_reader"), "table.f90:2:", "above"),
+    (("app/cli/output/table.f90", "use gracecg_level1_reader"), "table.f90:2:", "above"),
+    (("app/cli/base/words.f90", "use gracecg_cli_table"), "words.f90:2:", "folder above"),
     (("level1/src/files/reader.f90", "use gracecg_cli_table"), "reader.f90:2:", "reaches cli"),
     (("level1/src/files/reader.f90", "use gracecg_level1_offset"), "reader.f90:2:", "folder above"),
     (("level1/src/estimation/offset.f90", "use gracecg_simulation_dynamics"), "offset.f90:2:", "truth"),
     (("level1/src/files/reader.f90", "print *, x"), "reader.f90:2:", "prints"),
-    (("app/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
+    (("app/cli/output/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
     (("src/estimation/report/assest.f90", "use gracecg_environment_wind"),
      "assest.f90:2:", "may use only"),
     (("src/estimation/data/fitting_data.f90", "use gracecg_estimation_estimators"),
@@ -333,7 +337,7 @@ PLANTED = (
     (("src/planning/a.h", "int a;"), "a.h:1:", "no Fortran"),
     (("app/a.F90", "#define A"), "a.F90:1:", "no Fortran"),
     (("src/attic/a.f90",), "a.f90:1:", "no floor"),
-    (("src/interface/f77.f90",), "f77.f90:1:", "outside of modules"),
+    (("src/interface/f77_entries.f90",), "f77_entries.f90:1:", "outside of modules"),
 )
 
 

@@ -276,7 +276,8 @@ def check_completion(here):
         line = " ".join(f"'{word}'" for word in ("gracecg", *words))
         ended = subprocess.run(
             ["bash", "-c", f'source "{script}"; compopt() {{ :; }}; COMP_WORDS=({line}); COMP_CWORD={len(words)}; '
-             '_gracecg; printf "%s\\n" "${COMPREPLY[@]}"'], cwd=here.work, capture_output=True, text=True, check=False)
+             '_gracecg; printf "%s\\n" "${COMPREPLY[@]}"'], cwd=here.work, capture_output=True, text=True, check=False,
+            env=os.environ | {"PATH": f"{here.prefix}/bin:{os.environ['PATH']}"})
         if ended.returncode != 0 or ended.stderr:
             raise Failure(f"completing {words}: {ended.stderr}")
         return ended.stdout.split("\n")[:-1]
@@ -550,6 +551,8 @@ def check_examples(checks, here):
     optimal = example("optimal (C)", check_optimal, "cc", "c/optimal.c", STRICT_C)
     models = example("models (F77)", check_models, fortran, "f77/models.f", STRICT_F77)
     calibrate = example("calibrate (C)", check_c, "cc", "c/calibrate.c", STRICT_C, expected)
+    example("version 1 (C)", check_stable, "cc", "../test/interface/version_1.c", STRICT_C, expected)
+    example("version 1 (F77)", check_stable, fortran, "../test/interface/version_1.f", STRICT_F77, expected)
     example("calibrate (C++)", check_c, "c++", "c/calibrate.c", STRICT_CXX, expected)
     example("threads (C)", check_threads, "cc", "c/threads.c", [*STRICT_C, "-pthread"], expected)
     checks.run("calibrate (Python) gives the command line's numbers", check_python, here, expected)
@@ -602,6 +605,17 @@ def check_fpm_package(here):
 
 def readme_chapter():
     return (ROOT / "README.md").read_text().split("## Using it as a library")[1].split("\n## ")[0]
+
+
+def check_stable(here, program, expected):
+    """A program of an earlier version of the interface: the numbers of the commands of this one."""
+    output = here.output(program)
+    values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
+    compare("gravity", line_with(output, "gravity")[:3], [values[f"a{axis}_m_s2"] for axis in "xyz"], relative=1e-11)
+    compare("potential", line_with(output, "gravity")[3:], [values["potential_m2_s2"]], relative=1e-11)
+    values = here.table("bound", "front-3", "--format", "csv")
+    compare("sigma", line_with(output, "sigma"), [1e-3*values[name] for name in BOUND_COLUMNS], relative=1e-8)
+    compare("offset", line_with(output, "offset"), [1e-3*offset for offset, _ in expected], absolute=1e-10)
 
 
 def check_threads(here, program, expected):

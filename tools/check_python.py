@@ -108,11 +108,11 @@ int main(void)
 {
     const double position[3] = {4.0e6, -3.0e6, 4.6e6};
     double a[3];
-    gracecg_gravity *gravity;
+    gracecg_object *gravity;
     if (gracecg_gravity_open("egm96", 20, 20, &gravity, NULL) != GRACECG_OK) return 1;
     if (gracecg_gravity_evaluate(gravity, 1, position, a, NULL, NULL, NULL) != GRACECG_OK) return 1;
     printf("%.16e %.16e %.16e\\n", a[0], a[1], a[2]);
-    return gracecg_gravity_free(&gravity, NULL) != GRACECG_OK;
+    return gracecg_free(&gravity, NULL) != GRACECG_OK;
 }
 """
 

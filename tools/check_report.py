@@ -41,7 +41,11 @@ COLUMNS = {
                         "alpha_y_rad_s2,alpha_z_rad_s2,"
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
-COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error"
+COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error,at_the_bound,not_converged"
+COLUMNS["windows.csv"] = ("case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,on_ticks,automatic,"
+                          "attitude_only,excess,near_centre,centre_difference")
+COLUMNS["com_budget.csv"] = "table,effect,dx_mm,dy_mm,dz_mm"
+COLUMNS["designed_manoeuvres.csv"] = "satellite,rod,waveform,amplitude_a_m2,frequency_hz,phase_deg,start_s,stop_s"
 COLUMNS["design.csv"] = "case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm"
 for satellite in ("front", "back"):
     COLUMNS[f"manoeuvre_map_{satellite}.csv"] = (
@@ -63,7 +67,7 @@ for case in ("front-1", "back-1"):
     COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}_{unit_of(c)}" for c in CURVES for a in "xyz"])
 ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
         "errors.csv": 15, "statements.csv": 106, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
-         "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
+        "windows.csv": 90, "com_budget.csv": 21, "designed_manoeuvres.csv": 6, "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
 
 problems = []
 

@@ -16,12 +16,10 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 WRITABLE = "bBdDC"
 COMPILERS_OWN = re.compile(r"__(?:vtab|def_init|vtype|copy|final)_")
-# The table of handles, which is guarded; constant texts and arrays without elements; indices of
-# constant arrays.
+# The table of handles, which is guarded; constant texts; indices of constant arrays.
 KNOWN = {"gracecg_interface_handles": {"slots", "nothing", "last_slot", "alive"},
-         "gracecg_interface_c_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
-         "gracecg_base_coloured_noise": {"i_pole"}, "gracecg_base_controlled_steps": {"node"},
-         "gracecg_interface_c_estimation": {"no_heads", "no_times", "no_values"}}
+         "gracecg_interface_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
+         "gracecg_base_coloured_noise": {"i_pole"}, "gracecg_base_controlled_steps": {"node"}}
 
 
 def findings(archive):

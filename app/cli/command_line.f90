@@ -5,17 +5,16 @@ module gracecg_cli_command_line
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, append
     use gracecg_files_value, only: did_you_mean
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
+    use gracecg_cli_process, only: caught_signal, INTERRUPTED
     use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
     use gracecg_cli_cases, only: declare_cases, run_cases
     use gracecg_cli_verify, only: declare_verify, run_verify
     use gracecg_cli_simulate, only: declare_simulate, run_simulate
     use gracecg_cli_estimate, only: declare_estimate, run_estimate
     use gracecg_cli_bound, only: declare_bound, run_bound
-    use gracecg_cli_montecarlo, only: declare_montecarlo, run_montecarlo
-    use gracecg_cli_merge, only: declare_merge, run_merge
+    use gracecg_cli_montecarlo, only: declare_montecarlo, run_montecarlo, declare_merge, run_merge
     use gracecg_cli_errors, only: declare_errors, run_errors
     use gracecg_cli_reliability, only: declare_reliability, run_reliability
     use gracecg_cli_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
@@ -25,16 +24,17 @@ module gracecg_cli_command_line
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
     use gracecg_cli_design, only: declare_design, run_design
-    use gracecg_cli_completion, only: completion_script, SHELLS
+    use gracecg_cli_completion, only: declare_completion, run_completion
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
-        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
-    use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
+        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation, &
+        declare_star_camera, run_star_camera
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
 
     !> Exit statuses: done, the work failed, wrong usage
     integer, parameter :: STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_MISUSED = 2
+    character(*), parameter :: LF = new_line('a')
 
 contains
 
@@ -43,22 +43,14 @@ contains
         type(command_t), allocatable :: commands(:)
 
         commands = [ &
-            command_t('cases', 'lists the built-in cases, or shows one as a namelist', &
-                      declare_cases, run_cases), &
-            command_t('verify', 'the curves of CSR-TM-00-01 section 5.3 against their windows', &
-                      declare_verify, run_verify), &
-            command_t('simulate', 'writes the true arc and a noisy observation set of a case', &
-                      declare_simulate, run_simulate), &
-            command_t('estimate', 'the CG offset from an observation set', &
-                      declare_estimate, run_estimate), &
-            command_t('bound', 'the least error that a manoeuvre allows (Cramer-Rao)', &
-                      declare_bound, run_bound), &
-            command_t('montecarlo', 'RMS errors over many calibrations: Tables 6.1 and 6.2', &
-                      declare_montecarlo, run_montecarlo), &
-            command_t('merge', 'puts the shards of a Monte Carlo together', &
-                      declare_merge, run_merge), &
-            command_t('errors', 'RMS errors with one error source off at a time: Figure 6.5', &
-                      declare_errors, run_errors), &
+            command_t('cases', 'lists the built-in cases, or shows one as a namelist', declare_cases, run_cases), &
+            command_t('verify', 'the curves of CSR-TM-00-01 section 5.3 against their windows', declare_verify, run_verify), &
+            command_t('simulate', 'writes the true arc and a noisy observation set of a case', declare_simulate, run_simulate), &
+            command_t('estimate', 'the CG offset from an observation set', declare_estimate, run_estimate), &
+            command_t('bound', 'the least error that a manoeuvre allows (Cramer-Rao)', declare_bound, run_bound), &
+            command_t('montecarlo', 'RMS errors over many calibrations: Tables 6.1 and 6.2', declare_montecarlo, run_montecarlo), &
+            command_t('merge', 'puts the shards of a Monte Carlo together', declare_merge, run_merge), &
+            command_t('errors', 'RMS errors with one error source off at a time: Figure 6.5', declare_errors, run_errors), &
             command_t('reliability', 'what is found of wrong beliefs of the operator, tried', &
                       declare_reliability, run_reliability), &
             command_t('magnetometer-loss', 'the field model instead of the magnetometer: Figure 6.6', &
@@ -66,54 +58,19 @@ contains
             command_t('statements', 'what CSR-TM-00-01 states without a table or figure, examined', &
                       declare_statements, run_statements), &
             command_t('history', 'the CG offset over months and years', declare_history, run_history), &
-            command_t('trim', 'calibrates and moves masses until the offset is small', &
-                      declare_trim, run_trim), &
-            command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', &
-                      declare_timing, run_timing), &
-            command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', &
-                      declare_report, run_report), &
+            command_t('trim', 'calibrates and moves masses until the offset is small', declare_trim, run_trim), &
+            command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', declare_timing, run_timing), &
+            command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', declare_report, run_report), &
             command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
-            command_t('completion', 'completes the command line in bash or zsh', &
-                      declare_completion, null()), &
-            command_t('model gravity', 'gravitational acceleration and potential', &
-                      declare_gravity, run_gravity), &
+            command_t('completion', 'completes the command line in bash or zsh', declare_completion, null()), &
+            command_t('model gravity', 'gravitational acceleration and potential', declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
-            command_t('model density', 'thermosphere: density, temperature, composition', &
-                      declare_density, run_density), &
-            command_t('model wind', 'horizontal wind of the thermosphere', &
-                      declare_wind, run_wind), &
+            command_t('model density', 'thermosphere: density, temperature, composition', declare_density, run_density), &
+            command_t('model wind', 'horizontal wind of the thermosphere', declare_wind, run_wind), &
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
             command_t('model orientation', 'Earth-fixed from inertial axes', declare_orientation, run_orientation), &
-            command_t('model star-camera', 'one noisy frame of a star camera', &
-                      declare_star_camera, run_star_camera)]
+            command_t('model star-camera', 'one noisy frame of a star camera', declare_star_camera, run_star_camera)]
     end function own_commands
-
-    !> Arguments and help of `gracecg completion`.
-    subroutine declare_completion(arguments)
-        type(arguments_t), intent(inout) :: arguments
-
-        call arguments%describe('completion', 'bash|zsh', 1, 1, &
-                                'Prints a script that completes commands, options and their values. `make install` '// &
-                                'puts it where bash and zsh look; otherwise: source <(gracecg completion bash)', &
-                                'gracecg completion bash > gracecg.bash', SHELLS)
-    end subroutine declare_completion
-
-    !> The work of `gracecg completion`.
-    subroutine run_completion(arguments, commands, console, misuse, error)
-        type(arguments_t), intent(in) :: arguments
-        type(command_t), intent(in) :: commands(:)  !! That are completed
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: misuse, error
-
-        character(:), allocatable :: script
-
-        call refuse_if(all(arguments%positional(1) /= SHELLS), 'unknown shell "'//arguments%positional(1)//'"'// &
-                       did_you_mean(arguments%positional(1), SHELLS)//'; there are bash and zsh', misuse)
-        if (allocated(misuse)) return
-        call completion_script(arguments%positional(1), commands, script)
-        call console%line(script)
-        if (len(script) == 0) call fail(error, 'no script')
-    end subroutine run_completion
 
     !> Runs the command of some words. Everything that goes wrong is said on the console.
     subroutine run_command_line(words, console, status, others)
@@ -139,9 +96,13 @@ contains
         else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
         else if (size(asked) > 0) then
-            call console%line(overview(commands, findloc(COMMAND_GROUPS == asked(1)%text, .true., 1)))
+            if (any(COMMAND_GROUPS == asked(1)%text)) then
+                call console%line(list_of(commands, asked(1)%text))
+            else
+                call console%line(overview(commands))
+            end if
         else
-            call console%line(overview(commands, 0))
+            call console%line(overview(commands))
         end if
         call console%finish(output_error)
 
@@ -195,7 +156,7 @@ contains
             if (associated(commands(position)%run)) then
                 call commands(position)%run(arguments, console, misuse, error)
             else    ! the one command that wants to know all of them
-                call run_completion(arguments, commands, console, misuse, error)
+                call run_completion(arguments, commands, console, misuse)
             end if
         end if
     end subroutine run_command
@@ -220,8 +181,7 @@ contains
         used = 1
         if (any(COMMAND_GROUPS == name)) then
             if (size(words) < 2) then
-                call fail(misuse, 'which '//name//'? There are'//names_of_group(name, commands)//new_line('a')// &
-                          'usage: gracecg '//name//' NAME [OPTIONS]')
+                call fail(misuse, 'which '//name//'?'//LF//list_of(commands, name))
                 return
             end if
             if (is_help(words(2)%text) .or. words(2)%text == '--version') return
@@ -232,21 +192,8 @@ contains
         position = findloc(names == name, .true., 1)
         if (position == 0) &
             call fail(misuse, 'unknown command "'//name//'"'//did_you_mean(name, names)// &
-                      new_line('a')//'commands: gracecg --help')
+                      LF//'commands: gracecg --help')
     end subroutine find_command
-
-    function names_of_group(group, commands) result(names)
-        character(*), intent(in) :: group       !! First word
-        type(command_t), intent(in) :: commands(:)
-        character(:), allocatable :: names
-
-        integer :: i
-
-        names = ''
-        do i = 1, size(commands)
-            if (index(commands(i)%name, group//' ') == 1) names = names//' '//trim(commands(i)%name(len(group) + 2:))
-        end do
-    end function names_of_group
 
     pure logical function is_help(word)
         character(*), intent(in) :: word
@@ -265,36 +212,34 @@ contains
         end do
     end function wants_version
 
-    !> The help of the program itself, or of one of its groups of commands alone.
-    function overview(commands, group) result(text)
+    !> The help of the program itself.
+    function overview(commands) result(text)
         type(command_t), intent(in) :: commands(:)
-        integer, intent(in) :: group            !! Of COMMAND_GROUPS; 0: all commands
         character(:), allocatable :: text
 
-        character(*), parameter :: LF = new_line('a')
-        character(:), allocatable :: name
-        integer :: i
-
-        if (group > 0) then
-            name = trim(COMMAND_GROUPS(group))
-            text = 'usage: gracecg '//name//' NAME [OPTIONS]'//LF//LF//trim(GROUP_SUMMARIES(group))//':'
-            do i = 1, size(commands)
-                if (index(commands(i)%name, name//' ') == 1) &
-                    text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
-            end do
-            text = text//LF//LF//'gracecg help '//name//' NAME shows the options of one of them and an example.'
-            return
-        end if
-        text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'// &
-            LF//LF//'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
-        do i = 1, size(commands)
-            text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
-        end do
-        text = text//LF//LF//'gracecg help COMMAND shows the options of a command and an '// &
-            'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage, 130 stopped by '// &
-            'Ctrl-C, 143 by kill.'//LF//LF// &
+        text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'//LF//LF// &
+            list_of(commands, '')//LF//LF//'gracecg help COMMAND shows the options of a command and an example.'//LF// &
+            'Exit status: 0 done, 1 the work failed, 2 wrong usage, 130 stopped by Ctrl-C, 143 by kill.'//LF//LF// &
             'example: simulate a calibration and estimate the offset from it'//LF// &
             '  gracecg simulate front-1 --out run1'//LF// &
             '  gracecg estimate run1 --algorithm assest-fde'
     end function overview
+
+    !> Usage and names of all commands, or of one group.
+    function list_of(commands, group) result(text)
+        type(command_t), intent(in) :: commands(:)
+        character(*), intent(in) :: group       !! Of COMMAND_GROUPS; empty: all commands
+        character(:), allocatable :: text
+
+        integer :: i
+
+        text = 'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
+        if (group /= '') text = 'usage: gracecg '//group//' NAME [OPTIONS]'//LF//LF// &
+                                trim(GROUP_SUMMARIES(findloc(COMMAND_GROUPS == group, .true., 1)))//':'
+        do i = 1, size(commands)
+            if (group == '' .or. index(commands(i)%name, group//' ') == 1) &
+                text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
+        end do
+        if (group /= '') text = text//LF//LF//'gracecg help '//group//' NAME shows the options of one of them and an example.'
+    end function list_of
 end module gracecg_cli_command_line

@@ -9,7 +9,6 @@
 #include <gracecg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Ends the program after a failure. The library itself never does. */
 static void check(gracecg_status status, const gracecg_error *error)
@@ -36,97 +35,100 @@ static void show(const char *what, const double a[3])
 }
 
 /* The accelerations on the satellite of a case at its epoch. */
-static void show_accelerations(const gracecg_case *the_case)
+static void show_accelerations(const gracecg_object *the_case)
 {
     gracecg_error error;
-    gracecg_force_model *model = NULL;
+    gracecg_object *model = NULL;
     const double seconds = 0.0;
     double state[13], gravity[3], drag[3], total[3];
 
-    check(gracecg_case_values(the_case, NULL, NULL, NULL, state, NULL, &error), &error);
+    check(gracecg_get(the_case, "state", 13, state, NULL, &error), &error);
     check(gracecg_force_model_open(the_case, &model, &error), &error);
     check(gracecg_force_model_evaluate(model, 1, &seconds, state, state + 3, state + 9, gravity, drag,
                                        NULL, NULL, total, &error), &error);
     show("gravity", gravity);
     show("drag", drag);
     show("total", total);
-    check(gracecg_force_model_free(&model, &error), &error);
+    check(gracecg_free(&model, &error), &error);
 }
 
-/* Estimates the offset from arrays of samples, as they may come from anywhere. */
-static void estimate(const gracecg_setup *setup, const gracecg_samples *samples)
+/* The numbers of an item of an object, in memory of their own. */
+static double *item(const gracecg_object *object, const char *name, size_t *count)
 {
     gracecg_error error;
-    gracecg_observations *observations = NULL;
-    gracecg_solution solution;
+    double *array;
+
+    check(gracecg_get(object, name, 0, NULL, count, &error), &error);
+    array = numbers(*count + 1);
+    check(gracecg_get(object, name, *count, array, NULL, &error), &error);
+    return array;
+}
+
+/* Estimates the offset and shows it. */
+static void estimate(const gracecg_object *observations)
+{
+    gracecg_error error;
+    gracecg_object *fit = NULL;
+    double offset[3], sigma[3];
     char warnings[2000];
     int axis;
 
-    check(gracecg_observations_create(setup, samples, &observations, &error), &error);
-    check(gracecg_estimate("assest-fde", observations, &solution, warnings, sizeof warnings, &error),
-          &error);
+    check(gracecg_estimate("assest-fde", observations, &fit, &error), &error);
+    check(gracecg_get(fit, "offset", 3, offset, NULL, &error), &error);
+    check(gracecg_get(fit, "sigma", 3, sigma, NULL, &error), &error);
+    check(gracecg_get_text(fit, "warnings", warnings, sizeof warnings, NULL, &error), &error);
     for (axis = 0; axis < 3; ++axis)
-        printf("d_%c = %12.7f mm +- %10.7f mm\n", "xyz"[axis], 1e3 * solution.offset[axis],
-               1e3 * solution.sigma[axis]);
+        printf("d_%c = %12.7f mm +- %10.7f mm\n", "xyz"[axis], 1e3 * offset[axis], 1e3 * sigma[axis]);
     printf("%s", warnings);
-    check(gracecg_observations_free(&observations, &error), &error);
+    check(gracecg_free(&fit, &error), &error);
 }
 
 int main(void)
 {
     gracecg_error error;
-    gracecg_case *the_case = NULL;
-    gracecg_simulator *simulator = NULL;
-    gracecg_observations *simulated = NULL;
-    gracecg_setup *setup = NULL;
-    size_t counts[4];
+    gracecg_object *the_case = NULL;
+    gracecg_object *simulator = NULL, *simulated = NULL, *setup = NULL, *observations = NULL;
+    double *t_acc, *acceleration, *t_star, *head, *quaternion, *t_mag, *field;
+    int32_t *heads;
+    size_t n, p, r, count, i;
 
     printf("gracecg %s, case front-3\n", gracecg_version());
     check(gracecg_case_open("front-3", &the_case, &error), &error);
     show_accelerations(the_case);
 
-    /* Observations: here simulated, with seed 1 and run 1, and copied into arrays */
+    /* Observations: here simulated, with seed 1 and run 1, and copied into arrays, as they may come from anywhere */
     check(gracecg_simulator_open(the_case, &simulator, &error), &error);
-    check(gracecg_observations_simulate(simulator, 1, 1, &simulated, &error), &error);
-    check(gracecg_observations_setup(simulated, &setup, &error), &error);
-    check(gracecg_observations_counts(simulated, counts, &error), &error);
-    {
-        const size_t n = counts[0], p = counts[1], r = counts[2];
-        double *t_acc = numbers(n), *acceleration = numbers(3 * n);
-        double *t_star = numbers(p), *quaternion = numbers(4 * p);
-        int32_t *head = (int32_t *)numbers(p);
-        double *t_mag = numbers(r), *field = numbers(3 * r);
-        gracecg_samples samples;
+    check(gracecg_simulate(simulator, 1, 1, &simulated, &error), &error);
+    check(gracecg_setup_from(simulated, 0, NULL, NULL, &setup, &error), &error);
+    t_acc = item(simulated, "accelerometer_time", &n);
+    acceleration = item(simulated, "acceleration", &count);
+    t_star = item(simulated, "star_camera_time", &p);
+    head = item(simulated, "star_camera_head", &count);
+    quaternion = item(simulated, "quaternion", &count);
+    t_mag = item(simulated, "magnetometer_time", &r);
+    field = item(simulated, "flux_density", &count);
+    heads = (int32_t *)numbers(p);
+    for (i = 0; i < p; ++i)
+        heads[i] = (int32_t)head[i];
 
-        check(gracecg_observations_accelerometer(simulated, n, t_acc, acceleration, &error), &error);
-        check(gracecg_observations_star_camera(simulated, p, t_star, head, quaternion, &error), &error);
-        check(gracecg_observations_magnetometer(simulated, r, t_mag, field, &error), &error);
+    /* No orbit: its arrays are not there */
+    check(gracecg_observations_create(setup, n, t_acc, acceleration, p, t_star, heads, quaternion, r, t_mag, field,
+                                      0, NULL, NULL, &observations, &error), &error);
+    estimate(observations);
 
-        memset(&samples, 0, sizeof samples);    /* what is not set is not there: the orbit */
-        samples.accelerometer_count = n;
-        samples.accelerometer_time = t_acc;
-        samples.acceleration = acceleration;
-        samples.star_camera_count = p;
-        samples.star_camera_time = t_star;
-        samples.star_camera_head = head;
-        samples.quaternion = quaternion;
-        samples.magnetometer_count = r;
-        samples.magnetometer_time = t_mag;
-        samples.flux_density = field;
-        estimate(setup, &samples);
-
-        free(t_acc);
-        free(acceleration);
-        free(t_star);
-        free(head);
-        free(quaternion);
-        free(t_mag);
-        free(field);
-    }
-    check(gracecg_setup_free(&setup, &error), &error);
-    check(gracecg_observations_free(&simulated, &error), &error);
-    check(gracecg_simulator_free(&simulator, &error), &error);
-    check(gracecg_case_free(&the_case, &error), &error);
+    free(t_acc);
+    free(acceleration);
+    free(t_star);
+    free(head);
+    free(heads);
+    free(quaternion);
+    free(t_mag);
+    free(field);
+    check(gracecg_free(&observations, &error), &error);
+    check(gracecg_free(&setup, &error), &error);
+    check(gracecg_free(&simulated, &error), &error);
+    check(gracecg_free(&simulator, &error), &error);
+    check(gracecg_free(&the_case, &error), &error);
 
     /* What is wrong is said, and the program goes on */
     if (gracecg_case_open("front-9", &the_case, &error) != GRACECG_OK)

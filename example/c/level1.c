@@ -10,6 +10,7 @@
 #include <gracecg_level1.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Ends the program after a failure. The library itself never does. */
 static void check(gracecg_status status, const gracecg_error *error)
@@ -37,34 +38,50 @@ static const char *small_file(void)
     return name;
 }
 
+/* A text of a file: its fields or warnings, a line each. */
+static char *text_of(const gracecg_object *level1, const char *name)
+{
+    gracecg_error error;
+    size_t length;
+    char *text;
+
+    check(gracecg_get_text(level1, name, NULL, 0, &length, &error), &error);
+    text = (char *)malloc(length + 1);
+    if (text == NULL) {
+        fputs("level1: no memory\n", stderr);
+        exit(EXIT_FAILURE);
+    }
+    check(gracecg_get_text(level1, name, text, length + 1, NULL, &error), &error);
+    return text;
+}
+
 int main(int argc, char **argv)
 {
     gracecg_error error;
-    gracecg_level1 *level1 = NULL;
-    size_t records, fields, warnings, i, k, there;
-    double *seconds, *values, sum;
-    char text[256];
+    gracecg_object *level1 = NULL;
+    size_t records, i, there;
+    double *values, sum;
+    char *text, *field;
 
-    check(gracecg_level1_read(argc > 1 ? argv[1] : small_file(), NULL, &level1, &error), &error);
-    check(gracecg_level1_counts(level1, &records, &fields, &warnings, &error), &error);
-    check(gracecg_level1_about(level1, text, sizeof text, NULL, &error), &error);
+    check(gracecg_level1_open(argc > 1 ? argv[1] : small_file(), NULL, &level1, &error), &error);
+    check(gracecg_get(level1, "time_seconds", 0, NULL, &records, &error), &error);
+    text = text_of(level1, "about");
     printf("%s: %lu records\n", text, (unsigned long)records);
-    for (i = 0; i < warnings; i++) {
-        check(gracecg_level1_warning(level1, i, text, sizeof text, NULL, &error), &error);
-        printf("warning: %s\n", text);
-    }
-    seconds = (double *)malloc((records + 1) * sizeof *seconds);
+    free(text);
+    text = text_of(level1, "warnings");
+    printf("%s", text);
+    free(text);
     values = (double *)malloc((records + 1) * sizeof *values);
-    if (seconds == NULL || values == NULL) {
+    if (values == NULL) {
         fputs("level1: no memory\n", stderr);
         return EXIT_FAILURE;
     }
-    check(gracecg_level1_times(level1, records, seconds, NULL, &error), &error);
+    check(gracecg_get(level1, "time_seconds", records, values, NULL, &error), &error);
     if (records > 0)
-        printf("from %.0f to %.0f s past 2000-01-01 12:00:00\n", seconds[0], seconds[records - 1]);
-    for (k = 0; k < fields; k++) {
-        check(gracecg_level1_field(level1, k, text, sizeof text, NULL, &error), &error);
-        check(gracecg_level1_values(level1, text, records, values, &error), &error);
+        printf("from %.0f to %.0f s past 2000-01-01 12:00:00\n", values[0], values[records - 1]);
+    text = text_of(level1, "fields");
+    for (field = strtok(text, "\n"); field != NULL; field = strtok(NULL, "\n")) {
+        check(gracecg_get(level1, field, records, values, NULL, &error), &error);
         sum = 0.0;
         there = 0;
         for (i = 0; i < records; i++) {
@@ -74,10 +91,10 @@ int main(int argc, char **argv)
             }
         }
         if (there > 0)
-            printf("%-16s %24.15e\n", text, sum / (double)there);
+            printf("%-16s %24.15e\n", field, sum / (double)there);
     }
+    free(text);
     free(values);
-    free(seconds);
-    check(gracecg_level1_free(&level1, &error), &error);
+    check(gracecg_free(&level1, &error), &error);
     return EXIT_SUCCESS;
 }

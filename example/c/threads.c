@@ -17,9 +17,7 @@
 #define TURNS 4             /* how often it is tried */
 
 /* Models that all threads use. */
-static gracecg_case *the_case;
-static gracecg_force_model *model;
-static gracecg_simulator *simulator;
+static gracecg_object *the_case, *model, *simulator;
 
 /* One thread's work and its results. */
 typedef struct work {
@@ -34,22 +32,22 @@ typedef struct work {
 
 static gracecg_status estimate(const work *mine, int32_t run, double offset[3], gracecg_error *error)
 {
-    gracecg_observations *observations = NULL;
-    gracecg_solution solution;
-    gracecg_status status = gracecg_observations_simulate(simulator, mine->seed, run, &observations, error);
+    gracecg_object *observations = NULL, *fit = NULL;
+    gracecg_status status = gracecg_simulate(simulator, mine->seed, run, &observations, error);
 
     if (status == GRACECG_OK)
-        status = gracecg_estimate("assest-fde", observations, &solution, NULL, 0, error);
+        status = gracecg_estimate("assest-fde", observations, &fit, error);
     if (status == GRACECG_OK)
-        memcpy(offset, solution.offset, sizeof solution.offset);
-    gracecg_observations_free(&observations, NULL);
+        status = gracecg_get(fit, "offset", 3, offset, NULL, error);
+    gracecg_free(&fit, NULL);
+    gracecg_free(&observations, NULL);
     return status;
 }
 
 /* Asks for a degree that does not exist, again and again: the message is always the same. */
 static void make_mistakes(work *mine)
 {
-    gracecg_gravity *gravity = NULL;
+    gracecg_object *gravity = NULL;
     gracecg_error error;
     int k;
 
@@ -70,7 +68,7 @@ static void *run(void *argument)
     double initial[13];
     int32_t k;
 
-    status = gracecg_case_values(the_case, NULL, NULL, NULL, initial, NULL, &mine->error);
+    status = gracecg_get(the_case, "state", 13, initial, NULL, &mine->error);
     initial[6] += 1e-5 * mine->seed;    /* rad/s: each thread has an arc of its own */
     if (status == GRACECG_OK)
         status = gracecg_force_model_propagate(model, initial, 0.1, STEPS, 0.0, mine->state[0],
@@ -136,8 +134,8 @@ int main(void)
         printf("seed %d: d = %.7f %.7f %.7f mm\n", i + 1, 1e3 * alone[i].offset[0][0],
                1e3 * alone[i].offset[0][1], 1e3 * alone[i].offset[0][2]);
 
-    gracecg_simulator_free(&simulator, NULL);
-    gracecg_force_model_free(&model, NULL);
-    gracecg_case_free(&the_case, NULL);
+    gracecg_free(&simulator, NULL);
+    gracecg_free(&model, NULL);
+    gracecg_free(&the_case, NULL);
     return EXIT_SUCCESS;
 }

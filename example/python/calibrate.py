@@ -20,10 +20,10 @@ def main():
     print(f"gravity {ax:.13e} {ay:.13e} {az:.13e} m/s^2, Earth-fixed")
 
     simulator = gracecg.Simulator(gracecg.Case(library, "front-3"))
-    solution, warnings = simulator.observe(seed=1, run=1).estimate("assest-fde")
-    for axis, offset, sigma in zip("xyz", solution.offset, solution.sigma):
+    fit = simulator.observe(seed=1, run=1).estimate("assest-fde")
+    for axis, offset, sigma in zip("xyz", fit.numbers("offset"), fit.numbers("sigma")):
         print(f"d_{axis} = {1e3 * offset:12.7f} mm +- {1e3 * sigma:10.7f} mm")
-    for warning in warnings:
+    for warning in fit.text("warnings").splitlines():
         print("warning:", warning)
 
     try:

@@ -26,20 +26,6 @@ class Utc(ctypes.Structure):
     _fields_ = [("mjd", c_int32), ("seconds", c_double)]
 
 
-class Solution(ctypes.Structure):
-    """The result of an estimator: lengths in m, body axes; see gracecg.h."""
-
-    _fields_ = [("offset", c_double * 3), ("sigma", c_double * 3), ("covariance", c_double * 9),
-                ("drift", c_double * 3), ("bias", c_double * 3), ("quaternion", c_double * 4),
-                ("angular_velocity", c_double * 3), ("residual_rms", c_double * 3),
-                ("condition", c_double), ("variance_factor", c_double), ("noise_level", c_double * 3),
-                ("noise_corner", c_double * 3), ("star_camera_sigma", c_double * 3),
-                ("parameter_value", c_double * 16), ("parameter_sigma", c_double * 16),
-                ("parameter_name", (ctypes.c_char * 16) * 16), ("parameter_count", c_int32),
-                ("edited", c_int32 * 2), ("iterations", c_int32), ("converged", c_int32),
-                ("warning_count", c_int32)]
-
-
 class Library:
     """The shared library; `path` where the loader does not find it by itself."""
 
@@ -67,9 +53,7 @@ class Library:
 
 
 class Handle:
-    """An object of the library, given back when Python forgets it. A subclass names its `kind`."""
-
-    kind = ""
+    """An object of the library, given back when Python forgets it."""
 
     def __init__(self, library, maker, *arguments):
         self.library = library
@@ -78,13 +62,27 @@ class Handle:
 
     def __del__(self):
         if getattr(self, "pointer", None):
-            self.library.call(self.kind + "_free", byref(self.pointer))
+            self.library.call("free", byref(self.pointer))
+
+    def numbers(self, item):
+        """The numbers of an item, as gracecg.h lists them."""
+        count = c_size_t()
+        self.library.call("get", self.pointer, item.encode(), c_size_t(0), None, byref(count))
+        values = (c_double * count.value)()
+        self.library.call("get", self.pointer, item.encode(), count, values, None)
+        return list(values)
+
+    def text(self, item):
+        """A text by the name of its item."""
+        length = c_size_t()
+        self.library.call("get_text", self.pointer, item.encode(), None, c_size_t(0), byref(length))
+        text = ctypes.create_string_buffer(length.value + 1)
+        self.library.call("get_text", self.pointer, item.encode(), text, c_size_t(len(text)), None)
+        return text.value.decode(errors="replace")
 
 
 class Gravity(Handle):
     """A gravity field: "egm96", "point-mass" or the path of a .gfc file."""
-
-    kind = "gravity"
 
     def __init__(self, library, name, degree, order):
         super().__init__(library, "gravity_open", name.encode(), c_int32(degree), c_int32(order))
@@ -100,8 +98,6 @@ class Gravity(Handle):
 class Case(Handle):
     """A calibration case: a built-in one by name, or a case file by path."""
 
-    kind = "case"
-
     def __init__(self, library, name_or_file):
         super().__init__(library, "case_open", name_or_file.encode())
 
@@ -109,31 +105,22 @@ class Case(Handle):
 class Simulator(Handle):
     """The true arc of a case."""
 
-    kind = "simulator"
-
     def __init__(self, case):
         super().__init__(case.library, "simulator_open", case.pointer)
 
     def observe(self, seed=1, run=1):
         """An observation set with the noise of a seed and run."""
-        return Observations(self.library, "observations_simulate", self.pointer, c_int32(seed),
-                            c_int32(run))
+        return Observations(self.library, "simulate", self.pointer, c_int32(seed), c_int32(run))
 
 
 class Observations(Handle):
     """The samples of one calibration, and what an operator knows."""
 
-    kind = "observations"
-
     @classmethod
     def read(cls, library, folder):
         """Those of a folder that `gracecg simulate` has written."""
-        return cls(library, "observations_read", str(folder).encode())
+        return cls(library, "observations_open", str(folder).encode())
 
     def estimate(self, algorithm):
-        """A Solution and the list of its warnings."""
-        solution = Solution()
-        warnings = ctypes.create_string_buffer(4000)
-        self.library.call("estimate", algorithm.encode(), self.pointer, byref(solution), warnings,
-                          c_size_t(len(warnings)))
-        return solution, warnings.value.decode(errors="replace").splitlines()
+        """An estimate, whose items are "offset", "sigma", "warnings" ..."""
+        return Handle(self.library, "estimate", algorithm.encode(), self.pointer)

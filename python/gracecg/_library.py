@@ -1,9 +1,11 @@
-"""The shared libraries, called as their own headers declare them: no signature stands here a second time."""
+"""The shared libraries, called as their own headers declare them: no signature stands here a second time. The headers are
+made by tools/interface.py."""
 from __future__ import annotations
 
 import pathlib
 import re
 import weakref
+from dataclasses import field, fields
 from typing import Any, Sequence
 
 import cffi
@@ -100,57 +102,76 @@ def spread(seconds: ArrayLike, n: int) -> NDArray[np.float64]:
     return np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, dtype=np.float64), (n,)))
 
 
-def text_from(name: str, *arguments: Any) -> str:
-    """The text that a function writes into a buffer, whose length it tells first."""
-    length = ffi.new("size_t *")
-    call(name, *arguments, ffi.NULL, 0, length)
-    buffer = ffi.new("char[]", length[0] + 1)
-    call(name, *arguments, buffer, length[0] + 1, ffi.NULL)
-    return text_of(buffer)
-
-
-def value_of(field: Any) -> Any:
-    """A component of a structure: a number, a text, or an array (of arrays)."""
-    if isinstance(field, (int, float)):
-        return field
-    kind = ffi.typeof(field)
-    if kind.kind == "array" and kind.item.cname == "char":
-        return text_of(field)
-    if kind.kind == "array" and kind.item.kind == "array" and kind.item.item.cname == "char":
-        return [text_of(item) for item in field]
-    return np.array([value_of(item) for item in field])
-
-
-def components(structure: Any) -> dict[str, Any]:
-    """The components of a structure by name."""
-    return {name: value_of(getattr(structure, name)) for name, _ in ffi.typeof(structure[0]).fields}
-
-
-def _free(kind: str, address: Any) -> None:
-    getattr(lib, f"gracecg_{kind}_free")(address, ffi.NULL)
+def _free(address: Any) -> None:
+    lib.gracecg_free(address, ffi.NULL)
 
 
 class Handle:
     """An object of the library, given back when Python forgets it."""
 
-    kind = ""
-
-    def __init__(self, maker: str, *arguments: Any) -> None:
-        address = ffi.new(f"gracecg_{self.kind} **")
-        call(maker, *arguments, address)
+    def __init__(self, maker: str, *arguments: Any, allowed: Sequence[int] = ()) -> None:
+        address = ffi.new("gracecg_object **")
+        call(maker, *arguments, address, allowed=allowed)
         self._keep(address)
 
     def _keep(self, address: Any) -> None:
         self._address = address
-        weakref.finalize(self, _free, self.kind, address)
+        weakref.finalize(self, _free, address)
 
     @classmethod
-    def _of(cls, address: Any) -> Any:
-        """An object of a handle that a function has made."""
+    def _made(cls, maker: str, *arguments: Any) -> Any:
+        """An object of this class that a function makes."""
         new = cls.__new__(cls)
-        new._keep(address)
+        Handle.__init__(new, maker, *arguments)
         return new
 
     @property
     def _handle(self) -> Any:
         return self._address[0]
+
+    def _numbers(self, item: str, *shape: int) -> NDArray[np.float64]:
+        """The numbers of an item; -1 in the shape: as many as there are."""
+        count = ffi.new("size_t *")
+        call("get", self._handle, item.encode(), 0, ffi.NULL, count)
+        array = np.empty(count[0])
+        call("get", self._handle, item.encode(), count[0], pointer(array), ffi.NULL)
+        return array.reshape(shape) if shape else array
+
+    def _number(self, item: str) -> float:
+        return float(self._numbers(item)[0])
+
+    def _text(self, item: str) -> str:
+        """A text, whose length is told first."""
+        length = ffi.new("size_t *")
+        call("get_text", self._handle, item.encode(), ffi.NULL, 0, length)
+        buffer = ffi.new("char[]", length[0] + 1)
+        call("get_text", self._handle, item.encode(), buffer, length[0] + 1, ffi.NULL)
+        return text_of(buffer)
+
+    def _items(self) -> dict[str, int | None]:
+        """All items with the count of their numbers; None: a text."""
+        lines = (line.split() for line in self._text("items").splitlines())
+        return {name: None if size == "text" else int(size) for name, size in lines}
+
+    def _values(self, kind: Any, **other: Any) -> Any:
+        """A dataclass of items with the names of its fields; the arrays have the shapes that their metadata says."""
+        values = dict(other)
+        for item in fields(kind):
+            if item.name not in values:
+                shape = item.metadata.get("shape")
+                name = item.metadata.get("item", item.name)
+                values[item.name] = self._numbers(name, *shape) if shape else CASTS[item.type](self._number(name))
+        return kind(**values)
+
+
+CASTS = {"float": float, "int": int, "bool": bool}
+
+
+def array(*shape: int, item: str | None = None) -> Any:
+    """A field of a dataclass that is an array of this shape, of the item of another name."""
+    return field(metadata={"shape": shape} if item is None else {"shape": shape, "item": item})
+
+
+def named(item: str) -> Any:
+    """A field of a dataclass that is a number, of the item of this name."""
+    return field(metadata={"item": item})

@@ -2,35 +2,34 @@
 from __future__ import annotations
 
 import concurrent.futures
+import itertools
 import os
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import astuple, dataclass, field
 from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import (NOT_CONVERGED, Handle, call, components, exactly, ffi, lib, numbers, pointer, text_from,
-                       text_of)
+from ._library import NOT_CONVERGED, Handle, array, call, exactly, ffi, lib, named, numbers, pointer, text_of
 from .models import Utc
 
 Array = NDArray[np.float64]
 Options = "str | Mapping[str, Mapping[str, Any]]"
 
 
+def _names(of: str) -> list[str]:
+    pointers = (lib.gracecg_name(of.encode(), i) for i in itertools.count())
+    return [text_of(name) for name in itertools.takewhile(lambda name: name != ffi.NULL, pointers)]
+
+
 def algorithms() -> list[str]:
     """The estimators by name."""
-    return [text_of(lib.gracecg_algorithm_name(i)) for i in range(lib.gracecg_algorithm_count())]
+    return _names("algorithm")
 
 
 def case_names() -> list[str]:
     """The built-in cases."""
-    return [text_of(lib.gracecg_case_name(i)) for i in range(lib.gracecg_case_count())]
-
-
-def _of(kind: Any, structure: Any, leave: Sequence[str] = ()) -> Any:
-    """A dataclass of a structure; components of C that it does not have are left out."""
-    names = {item.name for item in fields(kind)} - set(leave)
-    return {name: value for name, value in components(structure).items() if name in names}
+    return _names("case")
 
 
 def _namelist(options: Options) -> bytes:
@@ -53,13 +52,18 @@ def _namelist(options: Options) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
+def _settings(text: str) -> bytes:
+    """A text that cannot be taken for the name of a file: with a line break."""
+    return (text + "\n").encode()
+
+
 class _WithOptions(Handle):
     """What carries options of the estimators."""
 
     @property
     def options(self) -> str:
         """How to estimate, as the text of a file of options."""
-        return text_from("options_text", self._handle)
+        return self._text("options")
 
     def with_options(self, options: Options):
         """The same object with other options.
@@ -70,9 +74,7 @@ class _WithOptions(Handle):
             The text of a file of options, or ``{group: {key: value}}`` with the groups "estimation", "optimal",
             "sequential"; what is not said has its default.
         """
-        address = ffi.new(f"gracecg_{self.kind} **")
-        call("options_replace", self._handle, _namelist(options), ffi.cast("void **", address))
-        return self._of(address)
+        return self._made("options_replace", self._handle, _namelist(options))
 
 
 @dataclass(frozen=True)
@@ -113,21 +115,21 @@ class Solution:
     warnings : list of str
     """
 
-    offset: Array
-    sigma: Array
-    covariance: Array
-    drift: Array
-    bias: Array
-    quaternion: Array
-    angular_velocity: Array
-    residual_rms: Array
+    offset: Array = array(3)
+    sigma: Array = array(3)
+    covariance: Array = array(3, 3)
+    drift: Array = array(3)
+    bias: Array = array(3)
+    quaternion: Array = array(4)
+    angular_velocity: Array = array(3)
+    residual_rms: Array = array(3)
     condition: float
     variance_factor: float
-    noise_level: Array
-    noise_corner: Array
-    star_camera_sigma: Array
+    noise_level: Array = array(3)
+    noise_corner: Array = array(3)
+    star_camera_sigma: Array = array(3)
     parameters: dict[str, tuple[float, float]]
-    edited: Array
+    edited: Array = array(2)
     iterations: int
     converged: bool
     warnings: list[str]
@@ -162,58 +164,42 @@ class FitTests:
         Of the error ellipsoid of one sigma, longest first, m; rows are unit vectors, body axes.
     """
 
-    torque_factor: float
-    torque_sigma: float
-    attitude_misfit: float
-    rms: Array
-    expected_rms: Array
-    ratio: Array
-    ratio_sigma: Array
-    probability: Array
-    worst: Array
-    worst_time: Array
-    peak_frequency: Array
-    peak_ratio: Array
-    bound: Array
-    information_share: Array
-    source_share: Array
-    semi_axis: Array
-    direction: Array
-
-
-def _solution(structure: Any, warnings: str) -> Solution:
-    values = _of(Solution, structure, ("parameters", "warnings"))
-    values["converged"] = bool(values["converged"])
-    n = structure.parameter_count
-    every = components(structure)
-    names = every["parameter_name"][:n]
-    values["parameters"] = {name: (float(value), float(sigma)) for name, value, sigma in
-                            zip(names, every["parameter_value"], every["parameter_sigma"])}
-    return Solution(**values, warnings=warnings.splitlines())
+    torque_factor: float = named("test_torque_factor")
+    torque_sigma: float = named("test_torque_sigma")
+    attitude_misfit: float = named("test_attitude_misfit")
+    rms: Array = array(3, item="test_rms")
+    expected_rms: Array = array(3, item="test_expected_rms")
+    ratio: Array = array(3, item="test_ratio")
+    ratio_sigma: Array = array(3, item="test_ratio_sigma")
+    probability: Array = array(3, item="test_probability")
+    worst: Array = array(3, item="test_worst")
+    worst_time: Array = array(3, item="test_worst_time")
+    peak_frequency: Array = array(3, item="test_peak_frequency")
+    peak_ratio: Array = array(3, item="test_peak_ratio")
+    bound: Array = array(3, item="test_bound")
+    information_share: Array = array(3, 3, item="test_information_share")
+    source_share: Array = array(5, 3, item="test_source_share")
+    semi_axis: Array = array(3, item="test_semi_axis")
+    direction: Array = array(3, 3, item="test_direction")
 
 
 class Fit(Handle):
     """An estimate with all that it can tell of itself; made by `Observations.fit`."""
 
-    kind = "fit"
-
     def __init__(self, algorithm: str, observations: "Observations") -> None:
-        super().__init__("fit_open", algorithm.encode(), observations._handle)
-        counts = [ffi.new("size_t *") for _ in range(3)]
-        call("fit_counts", self._handle, *counts)
-        self._samples, self._parameters, self._running = (count[0] for count in counts)
+        super().__init__("estimate", algorithm.encode(), observations._handle, allowed=[NOT_CONVERGED])
 
     @property
     def solution(self) -> Solution:
         """The result."""
-        structure, warnings = ffi.new("gracecg_solution *"), ffi.new("char[]", 65536)
-        call("fit_solution", self._handle, structure, warnings, 65536, allowed=[NOT_CONVERGED])
-        return _solution(structure, text_of(warnings))
+        found = zip(self._numbers("parameter_value").tolist(), self._numbers("parameter_sigma").tolist())
+        return self._values(Solution, parameters=dict(zip(self._text("parameter_names").splitlines(), found)),
+                            warnings=self._text("warnings").splitlines())
 
     @property
     def parameters(self) -> list[str]:
         """Names of the parameters, d_x, d_y, d_z first."""
-        return [text_from("fit_parameter", self._handle, i) for i in range(self._parameters)]
+        return self._text("fitted_names").splitlines()
 
     def series(self) -> dict[str, Array]:
         """Of the accelerometer samples that the fit keeps.
@@ -225,38 +211,36 @@ class Fit(Handle):
             row an axis of the acceleration, the column a component of the offset, 1/s^2; "angular_acceleration"
             (n, 3), rad/s^2; body axes.
         """
-        n = self._samples
-        found = {"time": np.empty(n), "residual": np.empty((n, 3)), "partials": np.empty((n, 3, 3)),
-                 "angular_acceleration": np.empty((n, 3))}
-        call("fit_series", self._handle, n, *(pointer(array) for array in found.values()))
-        return found
+        return {"time": self._numbers("time"), "residual": self._numbers("residual", -1, 3),
+                "partials": self._numbers("partials", -1, 3, 3),
+                "angular_acceleration": self._numbers("angular_acceleration", -1, 3)}
 
     def covariance(self) -> Array:
         """Covariance (parameters, parameters), SI units."""
-        n = self._parameters
-        found = np.empty((n, n))
-        call("fit_covariance", self._handle, n, pointer(found), ffi.NULL, ffi.NULL)
-        return found
+        n = len(self.parameters)
+        return self._numbers("fitted_covariance", n, n)
 
     def covariance_by_source(self) -> Array:
         """What of the offset's covariance comes from accelerometer x, y, z, star camera, a-priori knowledge:
         (5, 3, 3), m^2."""
-        found = np.empty((5, 3, 3))
-        call("fit_covariance", self._handle, 0, ffi.NULL, pointer(found), ffi.NULL)
-        return found
+        return self._numbers("covariance_by_source", 5, 3, 3)
+
+    def state_covariance(self) -> Array:
+        """Covariance (15, 15) of d, alpha, beta, omega and the attitude's small angles, SI units."""
+        return self._numbers("state_covariance", 15, 15)
 
     def tests(self) -> FitTests:
         """Residuals, torque and attitude against what is known of the noise."""
-        structure = ffi.new("gracecg_fit_tests *")
-        call("fit_test", self._handle, structure)
-        return FitTests(**_of(FitTests, structure))
+        return self._values(FitTests)
 
     def running(self) -> dict[str, Array]:
         """The offset as "sequential" had it on the way: "time" (n,), s; "offset", "sigma" (n, 3), m."""
-        n = self._running
-        found = {"time": np.empty(n), "offset": np.empty((n, 3)), "sigma": np.empty((n, 3))}
-        call("fit_running", self._handle, n, *(pointer(array) for array in found.values()))
-        return found
+        return {"time": self._numbers("running_time"), "offset": self._numbers("running_offset", -1, 3),
+                "sigma": self._numbers("running_sigma", -1, 3)}
+
+    def beliefs(self) -> "Beliefs":
+        """What the data say of rods, inertia, instruments and noise."""
+        return self._values(Beliefs, contradictions=self._text("contradictions"), untestable=self._text("untestable"))
 
 
 @dataclass(frozen=True)
@@ -277,12 +261,12 @@ class Beliefs:
         In words, with what would explain them; empty where there is none.
     """
 
-    undetected: Array
-    apart: Array
-    tested: int
-    contradicted: int
-    untested: int
-    sign_known: bool
+    undetected: Array = array(3, item="belief_undetected")
+    apart: Array = array(3, item="belief_apart")
+    tested: int = named("belief_tested")
+    contradicted: int = named("belief_contradicted")
+    untested: int = named("belief_untested")
+    sign_known: bool = named("belief_sign_known")
     contradictions: str
     untestable: str
 
@@ -296,30 +280,23 @@ class Setup(_WithOptions):
         Of a file setup.nml.
     """
 
-    kind = "setup"
-
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        super().__init__("setup_read", os.fsencode(path))
+        super().__init__("setup_open", os.fsencode(path))
 
     @classmethod
     def parse(cls, text: str) -> "Setup":
         """From the text of a setup.nml."""
-        address = ffi.new("gracecg_setup **")
-        call("setup_parse", text.encode(), address)
-        return cls._of(address)
+        return cls._made("setup_open", _settings(text))
 
     @property
     def text(self) -> str:
         """The text of setup.nml, followed by the options."""
-        return text_from("setup_text", self._handle)
+        return self._text("text")
 
     def measured(self, time: ArrayLike, moment: ArrayLike) -> "Setup":
         """The same with measured moments of the rods: times (n,), s from the epoch; moments (n, 3), A m^2."""
         times, moments = numbers(time), numbers(moment, 3)
-        address = ffi.new("gracecg_setup **")
-        call("setup_measured", self._handle, len(times), pointer(times), pointer(exactly(moments, len(times), 3)),
-             address)
-        return self._of(address)
+        return self._made("setup_from", self._handle, len(times), pointer(times), pointer(exactly(moments, len(times), 3)))
 
 
 class Observations(_WithOptions):
@@ -331,10 +308,8 @@ class Observations(_WithOptions):
         As ``gracecg simulate`` writes it.
     """
 
-    kind = "observations"
-
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        super().__init__("observations_read", os.fsencode(folder))
+        super().__init__("observations_open", os.fsencode(folder))
 
     @classmethod
     def from_arrays(cls, setup: Setup, accelerometer: tuple[ArrayLike, ArrayLike],
@@ -355,33 +330,20 @@ class Observations(_WithOptions):
         orbit : (time, position), optional
             Position (n, 3), inertial, m.
         """
-        samples = ffi.new("gracecg_samples *")
-        keep: list[Any] = []
-
-        def put(count: str, n: int, **arrays: NDArray[Any]) -> None:
-            setattr(samples, count, n)
-            for name, array in arrays.items():
-                if len(array) != n:
-                    raise ValueError(f"{name}: {len(array)} rows for {n} times")
-                keep.append(array)
-                setattr(samples, name, pointer(array))
-
-        time = numbers(accelerometer[0])
-        put("accelerometer_count", len(time), accelerometer_time=time, acceleration=numbers(accelerometer[1], 3))
-        if star_camera is not None:
-            time = numbers(star_camera[0])
-            put("star_camera_count", len(time), star_camera_time=time,
-                star_camera_head=np.ascontiguousarray(star_camera[1], dtype=np.int32),
-                quaternion=numbers(star_camera[2], 4))
-        if magnetometer is not None:
-            time = numbers(magnetometer[0])
-            put("magnetometer_count", len(time), magnetometer_time=time, flux_density=numbers(magnetometer[1], 3))
-        if orbit is not None:
-            time = numbers(orbit[0])
-            put("orbit_count", len(time), orbit_time=time, orbit_position=numbers(orbit[1], 3))
-        address = ffi.new("gracecg_observations **")
-        call("observations_create", setup._handle, samples, address)
-        return cls._of(address)
+        star_camera = star_camera if star_camera is not None else ((), (), ())
+        magnetometer = magnetometer if magnetometer is not None else ((), ())
+        orbit = orbit if orbit is not None else ((), ())
+        heads = np.ascontiguousarray(star_camera[1], dtype=np.int32)
+        series = ((numbers(accelerometer[0]), numbers(accelerometer[1], 3)),
+                  (numbers(star_camera[0]), heads, numbers(star_camera[2], 4)),
+                  (numbers(magnetometer[0]), numbers(magnetometer[1], 3)), (numbers(orbit[0]), numbers(orbit[1], 3)))
+        arguments: list[Any] = []
+        for arrays in series:
+            n = len(arrays[0])
+            if any(len(array) != n for array in arrays):
+                raise ValueError(f"arrays of {', '.join(str(len(array)) for array in arrays)} rows")
+            arguments += [n, *(pointer(array) for array in arrays)]
+        return cls._made("observations_create", setup._handle, *arguments)
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Into a folder, which is made if it is not there."""
@@ -390,46 +352,28 @@ class Observations(_WithOptions):
     @property
     def setup(self) -> Setup:
         """What the operator knows."""
-        address = ffi.new("gracecg_setup **")
-        call("observations_setup", self._handle, address)
-        return Setup._of(address)
-
-    def _counts(self) -> list[int]:
-        counts = ffi.new("size_t[4]")
-        call("observations_counts", self._handle, counts)
-        return list(counts)
+        return Setup._made("setup_from", self._handle, 0, ffi.NULL, ffi.NULL)
 
     @property
     def accelerometer(self) -> tuple[Array, Array]:
         """Times (n,), s, and accelerations (n, 3), body axes, m/s^2."""
-        n = self._counts()[0]
-        time, acceleration = np.empty(n), np.empty((n, 3))
-        call("observations_accelerometer", self._handle, n, pointer(time), pointer(acceleration))
-        return time, acceleration
+        return self._numbers("accelerometer_time"), self._numbers("acceleration", -1, 3)
 
     @property
     def star_camera(self) -> tuple[Array, NDArray[np.int32], Array]:
         """Times (n,), s, heads (n,), quaternions (n, 4), inertial to camera, scalar last."""
-        n = self._counts()[1]
-        time, head, quaternion = np.empty(n), np.empty(n, dtype=np.int32), np.empty((n, 4))
-        call("observations_star_camera", self._handle, n, pointer(time), pointer(head), pointer(quaternion))
-        return time, head, quaternion
+        head = self._numbers("star_camera_head").astype(np.int32)
+        return self._numbers("star_camera_time"), head, self._numbers("quaternion", -1, 4)
 
     @property
     def magnetometer(self) -> tuple[Array, Array]:
         """Times (n,), s, and flux densities (n, 3), body axes, T."""
-        n = self._counts()[2]
-        time, flux = np.empty(n), np.empty((n, 3))
-        call("observations_magnetometer", self._handle, n, pointer(time), pointer(flux))
-        return time, flux
+        return self._numbers("magnetometer_time"), self._numbers("flux_density", -1, 3)
 
     @property
     def orbit(self) -> tuple[Array, Array]:
         """Times (n,), s, and positions (n, 3), inertial, m."""
-        n = self._counts()[3]
-        time, position = np.empty(n), np.empty((n, 3))
-        call("observations_orbit", self._handle, n, pointer(time), pointer(position))
-        return time, position
+        return self._numbers("orbit_time"), self._numbers("orbit_position", -1, 3)
 
     def fit(self, algorithm: str = "optimal") -> Fit:
         """An estimate with residuals, partials, covariances, tests and the running estimate."""
@@ -437,27 +381,16 @@ class Observations(_WithOptions):
 
     def beliefs(self, algorithm: str = "optimal") -> Beliefs:
         """Estimates, and tells what the data say of rods, inertia, instruments and noise."""
-        structure, text = ffi.new("gracecg_beliefs *"), ffi.new("char[]", 65536)
-        call("test_beliefs", algorithm.encode(), self._handle, structure, text, 65536, allowed=[NOT_CONVERGED])
-        lines = (text_of(text).split("\n") + ["", ""])[:2]
-        values = _of(Beliefs, structure, ("contradictions", "untestable", "sign_known"))
-        return Beliefs(contradictions=lines[0], untestable=lines[1], sign_known=bool(structure.sign_known), **values)
+        return self.fit(algorithm).beliefs()
 
     def estimate(self, algorithm: str = "optimal", options: Options | None = None) -> Solution:
         """The offset by one of `algorithms`, with the options of this set or those that are given."""
-        if options is not None:
-            return self.with_options(options).estimate(algorithm)
-        structure, warnings = ffi.new("gracecg_solution *"), ffi.new("char[]", 65536)
-        call("estimate", algorithm.encode(), self._handle, structure, warnings, 65536, allowed=[NOT_CONVERGED])
-        return _solution(structure, text_of(warnings))
-
+        return (self if options is None else self.with_options(options)).fit(algorithm).solution
 
     def estimate_chain(self, arc: float = 60.0, threads: int = 1) -> "Chain":
         """One offset of a long set, by "optimal" with the options of this set, in arcs of `arc` seconds at most."""
-        structure, warnings = ffi.new("gracecg_joint *"), ffi.new("char[]", 65536)
-        arcs, joined = ffi.new("size_t *"), ffi.new("size_t *")
-        call("estimate_chain", self._handle, arc, threads, structure, arcs, joined, warnings, 65536)
-        return Chain(**_joined(structure), arcs=arcs[0], joined=joined[0], warnings=text_of(warnings).splitlines())
+        found = Handle("estimate_chain", self._handle, arc, threads)
+        return found._values(Chain, warnings=found._text("warnings").splitlines())
 
 
 @dataclass(frozen=True)
@@ -474,8 +407,8 @@ class Joined:
         They agree on one offset.
     """
 
-    offset: Array
-    covariance: Array
+    offset: Array = array(3)
+    covariance: Array = array(3, 3)
     chi_square: float
     degrees: int
     probability: float
@@ -509,38 +442,25 @@ class Joint(Joined):
         Each run alone minus all others, and its standard deviation if they agree, m.
     """
 
-    difference: Array
-    difference_sigma: Array
-
-
-def _joined(structure: Any) -> Any:
-    values = _of(Joined, structure)
-    return {**values, "consistent": bool(values["consistent"])}
+    difference: Array = array(-1, 3)
+    difference_sigma: Array = array(-1, 3)
 
 
 def estimate_joint(observations: Sequence[Observations]) -> Joint:
     """One offset from several observation sets, by "optimal" with the options of each."""
-    n = len(observations)
-    handles = ffi.new("gracecg_observations *[]", [one._handle for one in observations])
-    structure = ffi.new("gracecg_joint *")
-    difference, sigma = np.empty((n, 3)), np.empty((n, 3))
-    call("estimate_joint", handles, n, structure, pointer(difference), pointer(sigma))
-    return Joint(**_joined(structure), difference=difference, difference_sigma=sigma)
+    handles = ffi.new("gracecg_object *[]", [one._handle for one in observations])
+    return Handle("estimate_joint", len(observations), handles)._values(Joint)
 
 
 class Simulator(Handle):
     """The true arc of a case and what its star cameras see: once, for any number of runs."""
-
-    kind = "simulator"
 
     def __init__(self, case: "Case") -> None:
         super().__init__("simulator_open", case._handle)
 
     def observe(self, seed: int = 1, run: int = 1) -> Observations:
         """Simulated observations, those of ``gracecg simulate --seed SEED --run RUN``."""
-        address = ffi.new("gracecg_observations **")
-        call("observations_simulate", self._handle, seed, run, address)
-        return Observations._of(address)
+        return Observations._made("simulate", self._handle, seed, run)
 
     def truth(self) -> dict[str, Array]:
         """The true arc, without the run's density wave.
@@ -552,19 +472,13 @@ class Simulator(Handle):
             rad/s (body), quaternion; "angular_acceleration" rad/s^2, "flux_density" T, "non_gravitational" m/s^2
             (n, 3), body axes.
         """
-        count = ffi.new("size_t *")
-        call("simulator_truth", self._handle, 0, count, *[ffi.NULL] * 5)
-        n = count[0]
-        found = {"time": np.empty(n), "state": np.empty((n, 13)), "angular_acceleration": np.empty((n, 3)),
-                 "flux_density": np.empty((n, 3)), "non_gravitational": np.empty((n, 3))}
-        call("simulator_truth", self._handle, n, ffi.NULL, *(pointer(array) for array in found.values()))
-        return found
+        three = ("angular_acceleration", "flux_density", "non_gravitational")
+        return {"time": self._numbers("time"), "state": self._numbers("state", -1, 13)} | \
+            {name: self._numbers(name, -1, 3) for name in three}
 
 
 class ForceModel(Handle):
     """One satellite with all its models, built from a case; times are s from the case's epoch."""
-
-    kind = "force_model"
 
     def __init__(self, case: "Case") -> None:
         super().__init__("force_model_open", case._handle)
@@ -586,15 +500,23 @@ class ForceModel(Handle):
     def torques(self, seconds: float, state: ArrayLike) -> dict[str, Array]:
         """Torques (3,), N m, body axes, about the centre of mass: "aerodynamic", "solar", "gravity_gradient",
         "magnetic"; and "flux_density", T, for one state (13,)."""
-        found = {name: np.empty(3) for name in ("aerodynamic", "solar", "gravity_gradient", "magnetic", "flux_density")}
-        call("force_model_torques", self._handle, seconds, pointer(exactly(state, 13)),
-             *(pointer(array) for array in found.values()))
-        return found
+        torques, flux = np.empty((4, 3)), np.empty(3)
+        call("force_model_loads", self._handle, seconds, pointer(exactly(state, 13)), pointer(torques), pointer(flux),
+             ffi.NULL, ffi.NULL)
+        return dict(zip(("aerodynamic", "solar", "gravity_gradient", "magnetic", "flux_density"), [*torques, flux]))
+
+    def orientation(self, seconds: float, state: ArrayLike) -> Array:
+        """The rotation (3, 3) from inertial to Earth-fixed axes that the model has at a time; `state` (13,) a state then."""
+        rotation = np.empty((3, 3))
+        call("force_model_loads", self._handle, seconds, pointer(exactly(state, 13)), ffi.NULL, ffi.NULL, ffi.NULL,
+             pointer(rotation))
+        return rotation
 
     def rate(self, seconds: float, state: ArrayLike) -> Array:
         """The time derivative (13,) of a state (13,)."""
         rate = np.empty(13)
-        call("force_model_rate", self._handle, seconds, pointer(exactly(state, 13)), pointer(rate))
+        call("force_model_loads", self._handle, seconds, pointer(exactly(state, 13)), ffi.NULL, ffi.NULL, pointer(rate),
+             ffi.NULL)
         return rate
 
     def propagate(self, state: ArrayLike, interval: float, steps: int, tolerance: float = 0.0) -> Array:
@@ -633,12 +555,12 @@ class Bound:
         Added by scale factors, rod gain, magnetometer bias, inertia, unmodelled torque, m.
     """
 
-    covariance: Array
-    sigma: Array
-    principal_sigma: Array
-    direction: Array
-    consider_sigma: Array
-    by_source: Array
+    covariance: Array = array(3, 3)
+    sigma: Array = array(3)
+    principal_sigma: Array = array(3)
+    direction: Array = array(3, 3)
+    consider_sigma: Array = array(3)
+    by_source: Array = array(5, 3)
 
 
 @dataclass(frozen=True)
@@ -732,9 +654,9 @@ class Design:
     """
 
     case: "Case"
-    sigma: Array
-    wave: Array
-    force: Array
+    sigma: Array = array(3)
+    wave: Array = array(3)
+    force: Array = array(3)
     worst: float
     rate: float
     excursion: float
@@ -761,11 +683,11 @@ class Map:
     seconds: Array
     latitude: Array
     longitude: Array
-    sigma: Array
+    sigma: Array = array(-1, 3)
     worst_sigma: Array
     worst_direction: Array
-    wave: Array
-    force: Array
+    wave: Array = array(-1, 3)
+    force: Array = array(-1, 3)
 
 
 class Case(_WithOptions):
@@ -777,57 +699,45 @@ class Case(_WithOptions):
         A built-in case (`case_names`), or a case file.
     """
 
-    kind = "case"
-
     def __init__(self, name: str | os.PathLike[str]) -> None:
         super().__init__("case_open", os.fsencode(name))
 
     @classmethod
     def parse(cls, text: str) -> "Case":
         """From the text of a case file."""
-        address = ffi.new("gracecg_case **")
-        call("case_parse", text.encode(), address)
-        return cls._of(address)
+        return cls._made("case_open", _settings(text))
 
     @property
     def text(self) -> str:
         """The case file's text, with every setting, its unit and meaning."""
-        return text_from("case_text", self._handle)
-
-    def _values(self):
-        epoch, numbers_ = ffi.new("gracecg_utc *"), ffi.new("double[2]")
-        state, offset = np.empty(13), np.empty(3)
-        call("case_values", self._handle, epoch, numbers_ + 0, numbers_ + 1, pointer(state), pointer(offset))
-        return Utc(epoch.mjd, epoch.seconds), numbers_[0], numbers_[1], state, offset
+        return self._text("text")
 
     @property
     def epoch(self) -> Utc:
         """Time 0."""
-        return self._values()[0]
+        day, seconds = self._numbers("epoch")
+        return Utc(int(day), float(seconds))
 
     @property
     def duration(self) -> float:
         """Of the true arc, s."""
-        return self._values()[1]
+        return self._number("duration")
 
     @property
     def state(self) -> Array:
         """Initial state (13,): position m, velocity m/s (inertial), angular velocity rad/s (body), quaternion."""
-        return self._values()[3]
+        return self._numbers("state")
 
     @property
     def offset(self) -> Array:
         """The true d (3,), from the centre of mass to the proof mass, body axes, m."""
-        return self._values()[4]
+        return self._numbers("offset")
 
     @property
     def rods(self) -> list[Rod]:
         """The manoeuvre."""
-        count = ffi.new("size_t *")
-        call("case_rods", self._handle, 0, count, ffi.NULL)
-        rods = ffi.new("gracecg_rod[]", count[0])
-        call("case_rods", self._handle, count[0], ffi.NULL, rods)
-        return [Rod(**components(rods + i)) for i in range(count[0])]
+        kinds = self._numbers("rod_kinds", -1, 2).astype(int).tolist()
+        return [Rod(*rod, *kind) for rod, kind in zip(self._numbers("rods", -1, 7).tolist(), kinds)]
 
     def simulator(self) -> Simulator:
         """The true arc, and what the instruments see."""
@@ -839,48 +749,38 @@ class Case(_WithOptions):
 
     def bound(self) -> Bound:
         """The least error that an estimate can have."""
-        structure = ffi.new("gracecg_bound *")
-        call("case_bound", self._handle, structure)
-        return Bound(**_of(Bound, structure))
+        return Handle("case_bound", self._handle)._values(Bound)
 
     def design_settings(self) -> DesignSettings:
         """Those of ``gracecg design``."""
-        structure = ffi.new("gracecg_design_settings *")
-        call("design_defaults", self._handle, structure)
-        return DesignSettings(**_of(DesignSettings, structure))
+        choices = self._numbers("design_choices").astype(int).tolist()
+        return DesignSettings(*self._numbers("design_settings").tolist(), choices[:3], choices[3:7], choices[7])
 
     def design(self, settings: DesignSettings | None = None) -> Design:
         """The manoeuvre with the best worst axis at one place of the orbit; takes seconds."""
-        return self._search(settings, "at", 1)
+        return self._search(settings, 1, 1)
 
     def design_anywhere(self, settings: DesignSettings | None = None, revolutions: int = 1) -> Design:
         """The same at the start that is best on 1 to 150 revolutions; `Design.start` tells it."""
-        return self._search(settings, "anywhere", revolutions)
+        return self._search(settings, 2, revolutions)
 
     def design_everywhere(self, settings: DesignSettings | None = None, revolutions: int = 1) -> Design:
         """One manoeuvre with the best worst axis at all places of 1 to 150 revolutions."""
-        return self._search(settings, "everywhere", revolutions)
+        return self._search(settings, 3, revolutions)
 
-    def _search(self, settings: DesignSettings | None, place: str, revolutions: int) -> Design:
-        values = asdict(settings or self.design_settings())
-        for name in ("rod_used", "waveform_used"):
-            values[name] = [int(item) for item in values[name]]
-        address, structure = ffi.new("gracecg_case **"), ffi.new("gracecg_design *")
-        start = ffi.new("double *")
-        call("design_along", self._handle, ffi.new("gracecg_design_settings *", values),
-             1 + ["at", "anywhere", "everywhere"].index(place), revolutions, address, structure, start)
-        return Design(case=Case._of(address), start=start[0], **_of(Design, structure, ("case", "start")))
+    def _search(self, settings: DesignSettings | None, place: int, revolutions: int) -> Design:
+        *values, rods, waveforms, threads = astuple(settings or self.design_settings())
+        choices = np.array([*map(bool, rods), *map(bool, waveforms), threads], dtype=np.int32)
+        planned = Case._made("design", self._handle, pointer(exactly(values, 9)), pointer(choices), place, revolutions)
+        return planned._values(Design, case=planned)
 
     def map(self, seconds: ArrayLike, threads: int = 1) -> Map:
         """The manoeuvre where it starts `seconds` (n,) from the epoch."""
         times = numbers(seconds)
-        n = len(times)
-        found = Map(times, np.empty(n), np.empty(n), np.empty((n, 3)), np.empty(n), np.empty((n, 3)),
-                    np.empty((n, 3)), np.empty((n, 3)))
-        call("map", self._handle, n, pointer(times), threads, pointer(found.latitude), pointer(found.longitude),
-             pointer(found.sigma), pointer(found.worst_sigma), pointer(found.worst_direction), pointer(found.wave),
-             pointer(found.force))
-        return found
+        found = Handle("map", self._handle, len(times), pointer(times), threads)
+        place, worst = found._numbers("place", -1, 2), found._numbers("worst", -1, 4)
+        return found._values(Map, seconds=times, latitude=place[:, 0], longitude=place[:, 1], worst_sigma=worst[:, 0],
+                             worst_direction=worst[:, 1:])
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,14 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, call, components, exactly, ffi, numbers, pointer, text_from, text_of
+from ._library import Handle, array, exactly, ffi, numbers, pointer
 
 Array = NDArray[np.float64]
 
@@ -31,32 +33,22 @@ class Level1(Handle):
         What is unusual about the file.
     """
 
-    kind = "level1"
-
     def __init__(self, path: str | os.PathLike[str], span: tuple[float, float] | None = None) -> None:
-        super().__init__("level1_read", os.fsencode(path),
-                         ffi.NULL if span is None else pointer(exactly(span, 2)))
-        counts = [ffi.new("size_t *") for _ in range(3)]
-        call("level1_counts", self._handle, *counts)
-        self._records = counts[0][0]
-        self.about = text_from("level1_about", self._handle)
-        self.fields = [text_from("level1_field", self._handle, i) for i in range(counts[1][0])]
-        self.warnings = [text_from("level1_warning", self._handle, i) for i in range(counts[2][0])]
+        super().__init__("level1_open", os.fsencode(path), ffi.NULL if span is None else pointer(exactly(span, 2)))
+        self.about = self._text("about")
+        self.fields = self._text("fields").splitlines()
+        self.warnings = self._text("warnings").splitlines()
 
     def __len__(self) -> int:
-        return self._records
+        return len(self._numbers("time_seconds"))
 
     def times(self) -> tuple[Array, Array]:
         """Time tags (n,): whole seconds past 2000-01-01 12:00:00, and the rest, 0 <= fraction < 1 s."""
-        seconds, fraction = np.empty(len(self)), np.empty(len(self))
-        call("level1_times", self._handle, len(self), pointer(seconds), pointer(fraction))
-        return seconds, fraction
+        return self._numbers("time_seconds"), self._numbers("time_fraction")
 
     def __getitem__(self, field: str) -> Array:
         """The values (n,) of a field, in the units of the file; NaN where a record has none."""
-        values = np.empty(len(self))
-        call("level1_values", self._handle, field.encode(), len(self), pointer(values))
-        return values
+        return self._numbers(field)
 
     def to_pandas(self):
         """A pandas.DataFrame with a column for each field, indexed by time (s past 2000-01-01 12:00:00)."""
@@ -98,17 +90,17 @@ class Level1Offset:
         Why the flag is not 0, then what is wrong, a line each.
     """
 
-    offset: Array
-    covariance: Array
+    offset: Array = array(3)
+    covariance: Array = array(3, 3)
     time: float
-    gain: Array
-    gain_sigma: Array
+    gain: Array = array(3)
+    gain_sigma: Array = array(3)
     torque_delay: float
     torque_delay_sigma: float
     accelerometer_delay: float
     accelerometer_delay_sigma: float
     condition: float
-    residual_rms: Array
+    residual_rms: Array = array(3)
     chi_square: float
     degrees: int
     spans: int
@@ -136,12 +128,10 @@ def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str
     day : str, optional
         The manoeuvre that this day, as "2020-02-01", has part of, with the days before and behind it; of all files.
     """
-    size = 65536
-    structure, text = ffi.new("gracecg_level1_offset *"), ffi.new("char[]", size)
+    def given(text: str | None) -> Any:
+        return ffi.NULL if text is None else text.encode()
+
     pairs = numbers([] if spans is None else spans, 2)
-    call("estimate_level1_day", os.fsencode(folder), os.fsencode(setup),
-         ffi.NULL if satellite is None else satellite.encode(), ffi.NULL if day is None else day.encode(), len(pairs), pointer(pairs) if len(pairs) else ffi.NULL, ffi.NULL if source is None else source.encode(),
-         structure, text, size, ffi.NULL)
-    values = components(structure)
-    return Level1Offset(text=text_of(text), **{field.name: values[field.name] for field in fields(Level1Offset)
-                                               if field.name != "text"})
+    found = Handle("level1_estimate", os.fsencode(folder), os.fsencode(setup), given(satellite), given(day), len(pairs),
+                   pointer(pairs), given(source))
+    return found._values(Level1Offset, text=found._text("text"))

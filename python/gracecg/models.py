@@ -127,8 +127,6 @@ class Gravity(Handle):
         Up to which the harmonics are used.
     """
 
-    kind = "gravity"
-
     def __init__(self, name: str = "egm96", degree: int = 20, order: int | None = None) -> None:
         super().__init__("gravity_open", name.encode(), degree, degree if order is None else order)
 
@@ -175,8 +173,6 @@ class Field(Handle):
         "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file.
     """
 
-    kind = "field"
-
     def __init__(self, date: When, name: str = "igrf14") -> None:
         super().__init__("field_open", name.encode(), Utc.of(date)._c())
 
@@ -222,15 +218,13 @@ class Density(Handle):
         Kp three hours before, 0 to 9.
     """
 
-    kind = "density"
-
     def __init__(self, date: When | None = None, name: str = "dtm77", *, f107: float | None = None,
                  f107_mean: float | None = None, kp: float = 2.0) -> None:
         if date is not None:
-            super().__init__("density_open_model", name.encode(), Utc.of(date)._c())
+            super().__init__("density_open", name.encode(), Utc.of(date)._c(), ffi.NULL)
         elif f107 is not None:
-            super().__init__("density_open_model_indices", name.encode(), f107,
-                             f107 if f107_mean is None else f107_mean, kp)
+            indices = exactly([f107, f107 if f107_mean is None else f107_mean, kp], 3)
+            super().__init__("density_open", name.encode(), ffi.NULL, pointer(indices))
         else:
             raise ValueError("give a date, or f107 (with f107_mean and kp)")
 
@@ -246,8 +240,6 @@ class Density(Handle):
 
 class Wind(Handle):
     """Wind of the thermosphere: "hwm93" (the embedded table) or the path of a table."""
-
-    kind = "wind"
 
     def __init__(self, name: str = "hwm93") -> None:
         super().__init__("wind_open", name.encode())
@@ -291,8 +283,6 @@ class EarthRadiation(Handle):
         At 1 au, W/m^2.
     """
 
-    kind = "earth_radiation"
-
     def __init__(self, constants: str = "knocke", rings: int = 2, solar_irradiance: float = 1367.0) -> None:
         super().__init__("earth_radiation_open", constants.encode(), rings, solar_irradiance)
 
@@ -300,8 +290,8 @@ class EarthRadiation(Handle):
         """Net flux (n, 3), W/m^2, inertial, away from the Earth, at inertial positions (n, 3), m."""
         where = numbers(position, 3)
         flux = np.empty_like(where)
-        call("earth_radiation_flux", self._handle, Utc.of(epoch)._c(), len(where),
-             pointer(spread(seconds, len(where))), pointer(where), pointer(flux))
+        call("earth_radiation_evaluate", self._handle, Utc.of(epoch)._c(), len(where),
+             pointer(spread(seconds, len(where))), pointer(where), pointer(flux), ffi.NULL, ffi.NULL)
         return flux
 
 
@@ -316,8 +306,6 @@ class Surface(Handle):
         Reflected parts of the light.
     """
 
-    kind = "surface"
-
     def __init__(self, length: float = 3.122, height: float = 0.72, width_bottom: float = 1.942,
                  width_top: float = 0.693, specular: float = 0.2, diffuse: float = 0.1) -> None:
         super().__init__("surface_trapezoid", length, height, width_bottom, width_top, specular, diffuse)
@@ -329,10 +317,8 @@ class Surface(Handle):
         reflectivities (n,); body axes."""
         normals = numbers(normal, 3)
         n = len(normals)
-        address = ffi.new("gracecg_surface **")
-        call("surface_create", n, pointer(normals), pointer(exactly(area, n)), pointer(exactly(centre, n, 3)),
-             pointer(exactly(specular, n)), pointer(exactly(diffuse, n)), address)
-        return cls._of(address)
+        return cls._made("surface_plates", n, pointer(normals), pointer(exactly(area, n)), pointer(exactly(centre, n, 3)),
+                         pointer(exactly(specular, n)), pointer(exactly(diffuse, n)))
 
     def area(self, direction: ArrayLike) -> float:
         """Cross-section, m^2, seen from a direction (unit vector towards the observer, body axes)."""

@@ -10,10 +10,10 @@ what the Python package made (`Solution`, `Fit`), and returns a figure of matplo
 """
 from __future__ import annotations
 
-import csv
 import json
 import os
 import pathlib
+from dataclasses import dataclass
 from functools import wraps
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
@@ -346,92 +346,99 @@ def _years(axes: Axes) -> None:
     axes.set_xlabel("year")
 
 
-def panels(figure_of: Mapping[str, Any], folder: Union[str, "os.PathLike[str]"]) -> Figure:
-    """A figure of the report page: `panels` of a block of its result.json, with the CSV files beside it."""
+@dataclass
+class Curve:
+    """A line or points of a panel."""
+    x: Any                  #: None: a level, at y
+    y: Any
+    colour: str             #: Of `COLOURS`; what is grey is dashed
+    marker: str = ""        #: Points in the place of a line, as matplotlib has them; a capital: open; "bar": bars from 0
+    error: Any = None       #: Standard deviations of y
+    on_top: bool = False
+
+
+@dataclass
+class Panel:
+    """A panel of a figure of the report."""
+    title: str              #: Quantity and unit
+    curves: Sequence[Curve]
+    printed: Optional[tuple[float, float]] = None       #: Ends of the axis that the report prints
+    ends: Optional[tuple[float, float]] = None          #: Least and greatest of what is to be seen; None: as it comes
+
+
+def panels(shown: Sequence[Panel], legend: Sequence[tuple[str, str, str]], *, x: tuple[float, float], columns: int = 1,
+           height: int = 130, x_label: str = "", x_step: float = 0, x_names: Sequence[str] = (), marks: Sequence[float] = (),
+           y: Optional[tuple[float, float]] = None, y_step: float = 0, logarithmic: bool = False,
+           from_zero: bool = False) -> Figure:
+    """A figure of panels with one abscissa, row after row; `legend`: text, colour, marker; `marks`: where the cases are."""
     with matplotlib.rc_context(STYLE):
-        columns, marks = figure_of["columns"], figure_of.get("marks", [])
-        rows = -(-len(figure_of["panels"])//columns)
-        legend_rows = -(-sum(len(item["text"]) + 6 for item in figure_of["legend"])//58)
-        figure, grid = _new(rows*(figure_of["panel_height"] + (58 if marks else 34)) + 62 + 26*legend_rows, rows=rows,
-                            columns=columns, sharex=True, squeeze=False)
-        for axes, panel in zip(grid.flat, figure_of["panels"]):
-            _printed_axis(axes, panel)
-            for curve in panel["curves"]:
-                _curve(axes, curve, pathlib.Path(folder))
+        rows, legend_rows = -(-len(shown)//columns), -(-sum(len(text) + 6 for text, _, _ in legend)//58)
+        figure, grid = _new(rows*(height + (58 if marks else 34)) + 62 + 26*legend_rows, rows=rows, columns=columns, sharex=True,
+                            squeeze=False)
+        for axes, panel in zip(grid.flat, shown):
+            if panel.printed is not None:
+                axes.axhspan(*panel.printed, color=BAND, linewidth=0)
+                for end in panel.printed:
+                    axes.axhline(end, **_look(GREY))
+            for curve in panel.curves:
+                _curve(axes, curve)
             for number, mark in enumerate(marks, 1):
                 axes.axvline(mark, color=GREY, linestyle="--", linewidth=1)
-                axes.text(mark, 1.02, f"{figure_of['mark_name']} {number}", transform=axes.get_xaxis_transform(), va="bottom")
-            axes.set_title(panel["title"], loc="left", pad=28 if marks else 7)
-            _ordinate(axes, figure_of, panel)
-            axes.set_xlim(*figure_of["x"])
-            if "x_step" in figure_of:
-                axes.xaxis.set_major_locator(MultipleLocator(figure_of["x_step"]))
-            if "x_names" in figure_of:
-                axes.set_xticks(range(1, len(figure_of["x_names"]) + 1), figure_of["x_names"])
-        for axes in grid.flat[len(figure_of["panels"]):]:
+                axes.text(mark, 1.02, f"case {number}", transform=axes.get_xaxis_transform(), va="bottom")
+            axes.set_title(panel.title, loc="left", pad=28 if marks else 7)
+            _ordinate(axes, panel, y, y_step, logarithmic, from_zero)
+            axes.set_xlim(*x)
+            if x_step:
+                axes.xaxis.set_major_locator(MultipleLocator(x_step))
+            if x_names:
+                axes.set_xticks(range(1, len(x_names) + 1), x_names)
+        for axes in grid.flat[len(shown):]:
             axes.set_axis_off()
         for axes in grid[-1]:
-            axes.set_xlabel(figure_of["x_label"])
-        _legend(figure, [(item["text"], _look(item["colour"], item["marker"])) for item in figure_of["legend"]],
-                columns=-(-len(figure_of["legend"])//legend_rows))
+            axes.set_xlabel(x_label)
+        _legend(figure, [(text, _look(colour, marker)) for text, colour, marker in legend],
+                columns=-(-len(legend)//legend_rows))
         return figure
 
 
-def _look(colour: int, marker: str = "") -> dict[str, Any]:
-    """Of a line, or of points: a capital letter is an open one."""
-    shade = (INK, BLUE, ORANGE, GREEN, PURPLE, GREY)[colour]
+def _look(colour: str, marker: str = "") -> dict[str, Any]:
+    """Of a line, or of points."""
     if marker:
-        return {"color": shade, "marker": marker.lower(), "markersize": 6, "linestyle": "",
-                "markerfacecolor": "none" if marker.isupper() else shade}
-    return {"color": shade, "linestyle": "--" if colour == 5 else "-", "linewidth": 1 if colour == 0 else 1.5}
+        return {"color": colour, "marker": marker.lower(), "markersize": 6, "linestyle": "",
+                "markerfacecolor": "none" if marker.isupper() else colour}
+    return {"color": colour, "linestyle": "--" if colour == GREY else "-", "linewidth": 1 if colour == INK else 1.5}
 
 
-def _printed_axis(axes: Axes, panel: Mapping[str, Any]) -> None:
-    if "printed" in panel:
-        axes.axhspan(*panel["printed"], color=BAND, linewidth=0)
-        for end in panel["printed"]:
-            axes.axhline(end, **_look(5))
-
-
-def _ordinate(axes: Axes, figure_of: Mapping[str, Any], panel: Mapping[str, Any]) -> None:
+def _ordinate(axes: Axes, panel: Panel, y: Optional[tuple[float, float]], y_step: float, logarithmic: bool,
+              from_zero: bool) -> None:
     """Scale, ends and ticks of the ordinate: both what is drawn and the printed axis are to be seen."""
-    low, high = figure_of.get("y", panel.get("range", (0, 0)))
-    if figure_of["logarithmic"]:
+    low, high = y or panel.ends or (0, 0)
+    if logarithmic:
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 50*low else (1,), numticks=12))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
-    if "y" not in figure_of and high > low:
-        low, high = (choose(end, panel.get("printed", (end, end))[k]) for k, (choose, end) in enumerate(((min, low), (max, high))))
+    if y is None and high > low:
+        printed = panel.printed or (low, high)
+        low, high = min(low, printed[0]), max(high, printed[1])
         margin = 0.07*(high - low)
-        low, high = (0 if figure_of["from_zero"] else low - margin), high + margin
+        low, high = (0 if from_zero else low - margin), high + margin
     if high > low:
         axes.set_ylim(low, high)
-    if "y_step" in figure_of:
-        axes.yaxis.set_major_locator(MultipleLocator(figure_of["y_step"]))
-    elif not figure_of["logarithmic"]:
+    if y_step:
+        axes.yaxis.set_major_locator(MultipleLocator(y_step))
+    elif not logarithmic:
         axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
         axes.ticklabel_format(axis="y", useOffset=False, style="plain")
 
 
-def _curve(axes: Axes, curve: Mapping[str, Any], folder: pathlib.Path) -> None:
-    look = _look(curve["colour"], curve.get("marker", "").replace("bar", ""))
-    if "level" in curve:
-        axes.axhline(curve["level"], **look)
-        return
-    if "values" in curve:
-        axes.plot(range(1, len(curve["values"]) + 1), curve["values"], zorder=3, **look)
-        return
-    only = dict(pair.split("=") for pair in curve.get("only", "").split(",") if pair)
-    with (folder / curve["file"]).open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if all(row[name] == value for name, value in only.items())]
-    rows = [row for row in rows if "most" not in curve or float(row[curve["x"]]) <= curve["most"]]
-    y = curve.get("factor", 1)*np.array([float(row[curve["y"]]) for row in rows])
-    x = np.array([float(row[curve["x"]]) for row in rows]) if curve["x"] else np.arange(1.0, len(rows) + 1)
-    x += curve.get("shift", 0)
-    if curve.get("marker") == "bar":
-        axes.bar(x, y, width=0.5, color=look["color"])
-    elif "error" in curve:
-        axes.errorbar(x, y, yerr=[float(row[curve["error"]]) for row in rows], fmt="o", color=look["color"], markersize=4, linewidth=1)
+def _curve(axes: Axes, curve: Curve) -> None:
+    look = _look(curve.colour, curve.marker.replace("bar", ""))
+    if curve.x is None:
+        axes.axhline(curve.y, **look)
+    elif curve.marker == "bar":
+        axes.bar(curve.x, curve.y, width=0.5, color=curve.colour)
+    elif curve.error is not None:
+        axes.errorbar(curve.x, curve.y, yerr=curve.error, fmt="o", color=curve.colour, markersize=4, linewidth=1)
     else:
-        axes.plot(x, y, **look)
+        axes.plot(curve.x, curve.y, zorder=3 if curve.on_top else None, **look)

@@ -17,6 +17,8 @@ pytest.importorskip("jinja2")
 pytest.importorskip("matplotlib")
 
 from gracecg import pages, plot
+from gracecg.pages.findings import Findings
+from gracecg.report import Report
 
 PROGRAM = os.environ.get("GRACECG_PROGRAM")
 needs_program = pytest.mark.skipif(PROGRAM is None, reason="GRACECG_PROGRAM is not set")
@@ -176,7 +178,7 @@ def test_figures_of_the_package():
 
 def test_texts_are_escaped():
     assert pages.typeset("a < `b & c` m^{2} d_{x}\x07") == "a &lt; <code>b &amp; c</code> m<sup>2</sup> d<sub>x</sub> "
-    assert pages.fixed(-0.00001, 3) == "0.000" and pages.fixed(None) == "-" and pages.fixed(2e6, 1) == "2.000E+06"
+    assert pages.fixed(-0.00001, 3) == "0.000" and pages.percent(0.1838) == "18.4 %" and pages.fixed(None) == "-" and pages.fixed(2e6, 1) == "2.000E+06"
 
 
 def test_what_is_no_result(tmp_path):
@@ -194,38 +196,38 @@ def test_pages_do_without_the_library():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-REPORT = {
-    "program": "gracecg", "version": "0", "command": "report", "title": "Recomputed", "lead": "All of it.", "claims": [],
-    "blocks": [
-        {"block": "chapter", "id": "one", "title": "One"},
-        {"block": "verdict", "kind": "met", "words": "Agrees.", "rest": "10^{-9}"},
-        {"block": "table", "id": "t", "caption": "RMS", "heads": ["case", "x, y", "", "verdict"], "stacks": False,
-         "rows": [[{"head": "front-1", "rows": 2, "anchor": "figure_1"}, {"number": "0.1"}, {"number": "0.2"},
-                   {"kind": "met", "verdict": "agrees"}],
-                  [{"kind": "missed", "word": "outside", "number": "0.3"}, {"number": "0.4"}, {"text": "words", "wraps": True}]]},
-        {"block": "figure", "id": "figure_1", "caption": "Curves", "title": "Curves", "description": "Two panels",
-         "panels": {"columns": 2, "panel_height": 100, "x_label": "run", "x": [0, 4], "logarithmic": False, "from_zero": False,
-                    "legend": [{"text": "case 1", "colour": 1, "marker": "D"}, {"text": "truth", "colour": 0, "marker": ""}],
-                    "marks": [1, 2], "mark_name": "case",
-                    "panels": [{"title": "d_x, 10^{-9} m/s^2", "printed": [-1, 1], "range": [-0.5, 2],
-                                "curves": [{"level": 0.5, "colour": 0},
-                                           {"file": "a.csv", "x": "run", "y": "d_mm", "colour": 1, "marker": "D", "factor": 10,
-                                            "only": "case=front-1", "most": 2, "shift": 0.5}]},
-                               {"title": "bars", "curves": [{"file": "a.csv", "x": "", "y": "d_mm", "colour": 2, "marker": "bar"},
-                                                            {"values": [1, 2], "colour": 0, "marker": "d"}]}]}},
-        {"block": "drawing", "id": "figure_2", "caption": "Frames", "name": "frames"},
-        {"block": "files", "names": ["a.csv"]}]}
+def test_report_tables(tmp_path):
+    (tmp_path / "result.json").write_text('{"command": "report", "runs": 15}')
+    (tmp_path / "printed_axes.csv").write_text("figure,satellite,panel,axis,low,high,step\n" + "".join(
+        f"6.5,front,ascfest,{axis},0,1.5e-4,5e-5\n" for axis in "xyz"))
+    (tmp_path / "errors.csv").write_text("source,axis,runs,rms_mm,predicted_mm\nall-noise,x,15,0.18,\n")
+    report = Report(tmp_path / "result.json")
+    assert report.result["runs"] == 15 and report["errors"] == [
+        {"source": "all-noise", "axis": "x", "runs": 15, "rms_mm": 0.18, "predicted_mm": None}]
+    assert report.where("errors", axis="y") == [] and report.printed("6.5", "ascfest", "x") == (0, 1.5e-4)
+    assert Findings(report).excess_of_bars() == pytest.approx(0.2)
 
 
-def test_report_page(tmp_path):
-    (tmp_path / "a.csv").write_text("case,run,d_mm\nfront-1,1,0.1\nback-1,1,5\nfront-1,2,0.2\nfront-1,3,0.3\n")
-    (tmp_path / "result.json").write_text(json.dumps(REPORT))
-    pages.make_page(tmp_path / "result.json", tmp_path / "index.html")
-    text = (tmp_path / "index.html").read_text()
-    assert text.count("<svg") == 2 and 'scope="colgroup" colspan="2"' in text and '<tr class="part"><th scope="rowgroup"' in text
-    assert '<a href="a.csv">' in text and '<a href="figure_1.svg">' in text and (tmp_path / "figure_1.svg").exists()
-    assert '10<tspan dy="-.45em" font-size="75%">-9</tspan>' in text and 'd<tspan dy=".3em" font-size="75%">x</tspan>' in text
-    axes = plot.panels(REPORT["blocks"][3]["panels"], tmp_path).axes
+def test_report_judgements():
+    inside = {"inside": True, "attitude_only": True, "on_ticks": False, "excess": 0.02}
+    outside = {"inside": False, "attitude_only": False, "near_centre": True, "excess": 0.4}
+    assert Findings.kind_of_window(inside) == Findings.kind_of_window(outside) == "partly"
+    assert Findings.window_words(inside) == "inside, leaves by 2.0 %; not on the ticks"
+    assert Findings.window_words(outside) == "outside, leaves by 40.0 %; mean within 15 %"
+    assert Findings.window_words({**outside, "near_centre": False, "centre_difference": 0.926}).endswith("mean off by 92.6 %")
+    assert Findings.allowed(1.3, 1) and not Findings.allowed(1.4, 1) and not Findings.allowed(0.6, 1)
+    assert Findings.first_section("sections 4.1 and 7.1(1)") == "4.1" and Findings.of_the_order(3e-9, 1e-9)
+
+
+def test_panels(tmp_path):
+    points = [plot.Curve(None, 0.5, plot.INK), plot.Curve([1.5, 2.5], [1, 2], plot.BLUE, "D")]
+    bars = [plot.Curve([1, 2], [0.1, 5], plot.ORANGE, "bar")]
+    figure = plot.panels([plot.Panel("d_x, 10^{-9} m/s^2", points, printed=(-1, 1), ends=(-0.5, 2)), plot.Panel("bars", bars)],
+                         [("case 1", plot.BLUE, "D"), ("truth", plot.INK, "")], x=(0, 4), columns=2, marks=[1, 2])
+    axes = figure.axes
     assert axes[0].lines[3].get_xydata().tolist() == [[1.5, 1.0], [2.5, 2.0]]          # after two printed ends and the truth
     assert axes[0].get_ylim() == pytest.approx((-1.21, 2.21))
-    assert [bar.get_height() for bar in axes[1].patches] == [0.1, 5, 0.2, 0.3]
+    assert [bar.get_height() for bar in axes[1].patches] == [0.1, 5]
+    text = pages.inline_svg(pages.save(figure, tmp_path / "x.svg"), "x", "Title", "What")
+    assert '10<tspan dy="-.45em" font-size="75%">-9</tspan>' in text and 'd<tspan dy=".3em" font-size="75%">x</tspan>' in text
+    assert pages.drawing("figure_2_1", "frames").startswith('<svg role="img" aria-labelledby="figure_2_1_title')

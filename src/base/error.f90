@@ -5,7 +5,7 @@
 !> wrong and where (file, line, key, value), what is allowed, and what to do.
 module gracecg_base_error
     use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: integer_text, join
+    use gracecg_base_text, only: integer_text, join, real_field, LONGEST_REAL
     implicit none
     private
     public :: error_t, fail, fail_in_file, fail_out_of_range, require_range, fail_unknown_name
@@ -135,37 +135,20 @@ contains
     end function message_of
 
     !> What number_text gives, with blanks behind it.
-    pure function number_field(value) result(buffer)
+    pure function number_field(value) result(field)
         real(dp), intent(in) :: value
-        character(32) :: buffer
+        character(LONGEST_REAL) :: field
+
+        real(dp), parameter :: MILLION = 1e6_dp
 
         if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
-            buffer = integer_text(nint(value))
-            return
-        end if
-        if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
-            write (buffer, '(f0.6)') value
-            call strip_zeros(buffer)
+            field = integer_text(nint(value))
+        else if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
+            field = real_field(anint(value*MILLION)/MILLION)
         else
-            write (buffer, '(es14.6)') value
+            write (field, '(es14.6)') value
+            field = adjustl(field)
         end if
-        buffer = adjustl(buffer)
-        if (buffer(1:1) == '.') buffer = '0'//buffer(:31)
-        if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:31)
-
-    contains
-
-        pure subroutine strip_zeros(digits)
-            character(*), intent(inout) :: digits
-            integer :: last
-
-            last = len_trim(digits)
-            do while (last > 1 .and. digits(last:last) == '0')
-                digits(last:last) = ' '
-                last = last - 1
-            end do
-            if (digits(last:last) == '.') digits(last:last) = ' '
-        end subroutine strip_zeros
     end function number_field
 
     !> The shortest text that shows a number to about seven digits, without padding.

@@ -4,11 +4,9 @@
 !> keeps the length of such a result in static memory where the function is called, so that two threads
 !> that make texts at once cut each other's short. The length is a function of the arguments instead.
 module gracecg_base_text
-    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char, c_null_ptr, &
-        c_ptr
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i4, i8
-    use gracecg_base_shortest_decimal, only: shortest_digits, MOST_DIGITS
+    use gracecg_base_decimal, only: scan_real, scan_integer, shortest_digits
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join, quoted_text
@@ -32,28 +30,7 @@ module gracecg_base_text
         module procedure integer_text_i8
     end interface integer_text
 
-    interface
-        !> The same, for a text that is one number to its end; `rest` is null.
-        pure function c_value(text, rest) bind(c, name='strtod') result(value)
-            import :: c_char, c_double, c_ptr
-            character(kind=c_char), intent(in) :: text(*)
-            type(c_ptr), intent(in), value :: rest
-            real(c_double) :: value
-        end function c_value
-    end interface
-
-    interface
-        !> The C library's conversion: several times quicker than an internal read.
-        function c_strtod(text, rest) bind(c, name='strtod') result(value)
-            import :: c_char, c_double, c_ptr
-            character(kind=c_char), intent(in) :: text(*)
-            type(c_ptr), intent(out) :: rest    !! Address of the first character not used
-            real(c_double) :: value
-        end function c_strtod
-    end interface
-
-    character(*), parameter :: BLANKS = ' '//achar(9)
-    integer, parameter :: LONGEST_NUMBER = 128  !! Longer texts are not taken for numbers
+    character(*), parameter :: BLANKS = ' '//achar(9), LF = achar(10)
     integer, parameter :: LONGEST_REAL = 32     !! Of real_text: sign, 17 digits, zeros, point, exponent
     integer, parameter :: LONGEST_INTEGER = 20  !! Of integer_text
     character(*), parameter :: ZEROS = '0000000000000000'
@@ -222,111 +199,41 @@ contains
     !> The whole text as a finite number: blanks around it and a D exponent are allowed. Not ok:
     !> empty, anything else than a decimal number, NaN, infinity, a number too large for double
     !> precision.
-    subroutine parse_real(text, value, ok)
+    pure subroutine parse_real(text, value, ok)
         character(*), intent(in) :: text    !! Blanks around it are allowed
-        real(dp), intent(out) :: value  !! 0 when not ok
-        logical, intent(out) :: ok      !! False if it is no number
+        real(dp), intent(out) :: value      !! 0 when not ok
+        logical, intent(out) :: ok          !! False if it is no number
 
-        character(kind=c_char), target :: number(LONGEST_NUMBER + 1)
-        type(c_ptr) :: rest
-        integer :: length, status
+        integer :: first, last, at
 
-        value = 0
-        call scan_number(text, number, length)
-        ok = length > 0
-        if (.not. ok) return
-        number(length + 1) = c_null_char
-        value = c_strtod(number, rest)
-        ! A host program may have set a locale with another decimal point: then C stops too early.
-        if (transfer(rest, 0_c_intptr_t) - transfer(c_loc(number), 0_c_intptr_t) /= length) then
-            read (text, *, iostat=status) value
-            ok = status == 0
-        end if
-        ok = ok .and. ieee_is_finite(value)
+        call find_word(text, first, last)
+        at = 1
+        call scan_real(text(first:last)//LF, at, value, ok)
+        ok = ok .and. at == last - first + 2
         if (.not. ok) value = 0
     end subroutine parse_real
 
-    !> Copies a decimal number to `number`, its exponent letter made an e; length = 0 when the text
-    !> is anything else.
-    subroutine scan_number(text, number, length)
+    !> The text without the blanks around it is text(first:last).
+    pure subroutine find_word(text, first, last)
         character(*), intent(in) :: text
-        character(kind=c_char), intent(inout) :: number(:)
-        integer, intent(out) :: length
+        integer, intent(out) :: first, last
 
-        integer :: i, last, digits
-
-        length = 0
-        i = verify(text, BLANKS)
-        if (i == 0) return
+        first = max(1, verify(text, BLANKS))
         last = verify(text, BLANKS, back=.true.)
-        if (last - i + 1 > LONGEST_NUMBER) return
-        digits = 0
-        call take_sign()
-        call take_digits()
-        if (next() == '.') then
-            call take('.')
-            call take_digits()
-        end if
-        if (digits > 0 .and. scan(next(), 'eEdD') == 1) then
-            digits = 0
-            call take('e')
-            call take_sign()
-            call take_digits()
-        end if
-        if (digits == 0 .or. i <= last) length = 0
-
-    contains
-
-        character(1) function next()
-            next = ' '
-            if (i <= last) next = text(i:i)
-        end function next
-
-        subroutine take(letter)
-            character(1), intent(in) :: letter
-
-            length = length + 1
-            number(length) = letter
-            i = i + 1
-        end subroutine take
-
-        subroutine take_sign()
-            if (next() == '+' .or. next() == '-') call take(next())
-        end subroutine take_sign
-
-        subroutine take_digits()
-            do while (next() >= '0' .and. next() <= '9')
-                digits = digits + 1
-                call take(next())
-            end do
-        end subroutine take_digits
-    end subroutine scan_number
+    end subroutine find_word
 
     pure subroutine parse_integer_i8(text, value, ok)
         character(*), intent(in) :: text
         integer(i8), intent(out) :: value   !! 0 when not ok
         logical, intent(out) :: ok          !! False too for a number too large for the kind
 
-        integer(i8) :: digit
-        integer :: i, first, last
+        integer :: first, last, at
 
-        value = 0
-        ok = .false.
-        first = verify(text, BLANKS)
-        if (first == 0) return
-        last = verify(text, BLANKS, back=.true.)
-        if (scan(text(first:first), '+-') == 1) first = first + 1
-        if (first > last) return
-        do i = first, last
-            digit = iachar(text(i:i)) - iachar('0')
-            ok = digit >= 0 .and. digit <= 9 .and. value <= (huge(value) - digit)/10
-            if (.not. ok) exit
-            value = 10*value + digit
-        end do
+        call find_word(text, first, last)
+        at = 1
+        call scan_integer(text(first:last)//LF, at, value, ok)
+        ok = ok .and. at == last - first + 2
         if (.not. ok) value = 0
-        if (first > 1) then
-            if (text(first - 1:first - 1) == '-') value = -value
-        end if
     end subroutine parse_integer_i8
 
     pure subroutine parse_integer_i4(text, value, ok)
@@ -347,9 +254,8 @@ contains
         real(dp), intent(in) :: value   !! NaN and infinity have their names
         character(LONGEST_REAL) :: field
 
-        integer(i8) :: mantissa
+        integer(i8) :: digits
         integer :: exponent
-        logical :: sure
         character(25) :: buffer
 
         if (abs(value) <= 0) then
@@ -360,14 +266,8 @@ contains
             field = adjustl(buffer)
             return
         end if
-        call shortest_digits(abs(value), mantissa, exponent, sure)
-        if (sure) then
-            field = decimal_text(value < 0, mantissa, exponent)
-        else
-            write (buffer, '(es25.16e3)') abs(value)
-            call scan_scientific(buffer, mantissa, exponent)
-            field = shortest(value, mantissa, exponent)
-        end if
+        call shortest_digits(abs(value), digits, exponent)
+        field = decimal_text(value < 0, digits, exponent)
     end function real_field
 
     !> The shortest decimal that reads back as exactly the same number: 0.1 is '0.1'.
@@ -403,58 +303,6 @@ contains
         text = real_field(rounded(value, digits))
     end function rounded_text
 
-    !> The first of 15, 16 and 17 digits that reads back as `value`; blank when none does.
-    pure function shortest(value, mantissa, exponent) result(field)
-        real(dp), intent(in) :: value
-        integer(i8), intent(in) :: mantissa     !! The first 17 digits of its absolute value
-        integer, intent(in) :: exponent         !! Exponent of the first digit
-        character(LONGEST_REAL) :: field
-
-        integer(i8) :: unit
-        integer :: excess
-
-        do excess = 2, 0, -1
-            unit = 10_i8**excess
-            field = decimal_text(value < 0, (mantissa + unit/2)/unit, &
-                                 exponent - MOST_DIGITS + 1 + excess)
-            if (abs(value_of(field) - value) <= 0) return
-        end do
-        field = ''
-    end function shortest
-
-    !> The number that a field of decimal_text is.
-    pure real(dp) function value_of(field) result(value)
-        character(LONGEST_REAL), intent(in) :: field
-
-        integer :: status
-
-        ! A host program may have set a locale with another decimal point.
-        if (c_value('0.5'//c_null_char, c_null_ptr) > 0) then
-            value = c_value(field//c_null_char, c_null_ptr)     ! reads up to the first blank
-        else
-            read (field, *, iostat=status) value
-            if (status /= 0) value = 0
-        end if
-    end function value_of
-
-    !> Takes ' 1.2345678901234567E-012' apart: the digits as one integer, and the exponent.
-    pure subroutine scan_scientific(buffer, mantissa, exponent)
-        character(*), intent(in) :: buffer
-        integer(i8), intent(out) :: mantissa
-        integer, intent(out) :: exponent    !! Of the first digit
-
-        integer :: i, letter
-        logical :: ok
-
-        letter = index(buffer, 'E')
-        mantissa = 0
-        do i = 1, letter - 1
-            if (scan(buffer(i:i), '0123456789') == 1) &
-                mantissa = 10*mantissa + iachar(buffer(i:i)) - iachar('0')
-        end do
-        call parse_integer(buffer(letter + 1:), exponent, ok)
-    end subroutine scan_scientific
-
     !> mantissa*10**exponent as text, without needless zeros; with an exponent only when the point
     !> would stand far from the digits.
     pure function decimal_text(negative, mantissa, exponent) result(text)
@@ -465,7 +313,7 @@ contains
 
         character(LONGEST_INTEGER) :: digits
         integer(i8) :: rest
-        integer :: sign_there, n, leading
+        integer :: n, leading
 
         rest = mantissa
         leading = exponent
@@ -473,38 +321,27 @@ contains
             rest = rest/10
             leading = leading + 1
         end do
-        call put_integer(rest, digits, n)
+        digits = integer_field(rest)
+        n = len_trim(digits)
         leading = leading + n - 1       ! exponent of the first digit
-
-        text = ''
-        sign_there = merge(1, 0, negative)
-        if (negative) text(1:1) = '-'
-        associate (body => text(sign_there + 1:))
-            if (leading >= 0 .and. leading < n - 1) then
-                body(:leading + 1) = digits(:leading + 1)
-                body(leading + 2:leading + 2) = '.'
-                body(leading + 3:n + 1) = digits(leading + 2:n)
-            else if (leading >= 0 .and. leading < 16) then
-                body(:n) = digits(:n)
-                body(n + 1:leading + 1) = ZEROS
-            else if (leading < 0 .and. leading >= -5) then
-                body(:1 - leading) = '0.'//ZEROS
-                body(2 - leading:1 - leading + n) = digits(:n)
-            else
-                body(:1) = digits(:1)
-                if (n > 1) body(2:n + 1) = '.'//digits(2:n)
-                if (n > 1) n = n + 1
-                body(n + 1:n + 1) = 'e'
-                call put_integer(int(leading, i8), body(n + 2:), leading)
-            end if
-        end associate
+        if (leading >= 0 .and. leading < n - 1) then
+            text = digits(:leading + 1)//'.'//digits(leading + 2:)
+        else if (leading >= 0 .and. leading < 16) then
+            text = digits(:n)//ZEROS(:leading + 1 - n)
+        else if (leading < 0 .and. leading >= -5) then
+            text = '0.'//ZEROS(:-leading - 1)//digits
+        else if (n == 1) then
+            text = digits(:1)//'e'//integer_field(int(leading, i8))
+        else
+            text = digits(:1)//'.'//digits(2:n)//'e'//integer_field(int(leading, i8))
+        end if
+        if (negative) text = '-'//text
     end function decimal_text
 
-    !> The digits of an integer from the first place on, a minus before them; blanks behind.
-    pure subroutine put_integer(value, text, length)
+    !> An integer with blanks behind it.
+    pure function integer_field(value) result(field)
         integer(i8), intent(in) :: value
-        character(*), intent(inout) :: text     !! Long enough
-        integer, intent(out) :: length          !! Places taken
+        character(LONGEST_INTEGER) :: field
 
         character(LONGEST_INTEGER) :: digits
         integer(i8) :: rest, tenth
@@ -523,18 +360,7 @@ contains
             first = first - 1
             digits(first:first) = '-'
         end if
-        length = LONGEST_INTEGER + 1 - first
-        text = digits(first:)
-    end subroutine put_integer
-
-    !> An integer with blanks behind it.
-    pure function integer_field(value) result(field)
-        integer(i8), intent(in) :: value
-        character(LONGEST_INTEGER) :: field
-
-        integer :: length
-
-        call put_integer(value, field, length)
+        field = digits(first:)
     end function integer_field
 
     pure function integer_text_i8(value) result(text)
@@ -559,13 +385,13 @@ contains
         text = merge('true ', 'false', value)
     end function logical_text
 
-    !> true or false, as logical_text writes it, or as version 0.1 did: T, F, 1, 0. Not ok: anything else.
+    !> true or false, as logical_text writes it. Not ok: anything else.
     pure subroutine parse_logical(text, value, ok)
         character(*), intent(in) :: text    !! With or without blanks around it
         logical, intent(out) :: value       !! False when not ok
         logical, intent(out) :: ok          !! The text is one of them
 
-        value = any(lower_case(trim(adjustl(text))) == [character(5) :: 'true', 't', '1'])
-        ok = value .or. any(lower_case(trim(adjustl(text))) == [character(5) :: 'false', 'f', '0'])
+        value = adjustl(text) == 'true'
+        ok = value .or. adjustl(text) == 'false'
     end subroutine parse_logical
 end module gracecg_base_text

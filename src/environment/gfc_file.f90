@@ -123,12 +123,17 @@ contains
         type(head_t), intent(inout) :: head
         type(error_t), allocatable, intent(out) :: error
 
+        character(21), parameter :: ERRORS(4) = [character(21) :: 'no', 'calibrated', 'formal', 'calibrated_and_formal']
+        integer, parameter :: FIELDS(4) = [5, 7, 7, 9]      ! of a line gfc
+        character(45) :: allowed
         logical :: ok
 
         ok = .true.
+        allowed = 'a positive number'
         select case (keyword)
         case ('product_type')
-            ok = lower_case(value) == 'gravity_field'
+            allowed = 'gravity_field'
+            ok = lower_case(value) == allowed
         case ('modelname')
             head%name = value
         case ('earth_gravity_constant', 'gravity_constant')
@@ -138,44 +143,19 @@ contains
             call parse_real(value, head%radius, ok)
             ok = ok .and. head%radius > 0
         case ('max_degree')
+            allowed = 'an integer, 0 or more'
             call parse_integer(value, head%max_degree, ok)
             ok = ok .and. head%max_degree >= 0
         case ('norm')
+            allowed = 'fully_normalized (convert the coefficients)'
             ok = lower_case(value) == 'fully_normalized'
         case ('errors')
-            select case (lower_case(value))
-            case ('no')
-                head%fields = 5
-            case ('calibrated', 'formal')
-                head%fields = 7
-            case ('calibrated_and_formal')
-                head%fields = 9
-            case default
-                ok = .false.
-            end select
+            allowed = 'no, calibrated, formal, calibrated_and_formal'
+            ok = any(lower_case(value) == ERRORS)
+            if (ok) head%fields = FIELDS(findloc(ERRORS, lower_case(value), 1))
         end select
-        if (ok) return
-        call file%fail_at(i, keyword//' = '//value//' cannot be used; allowed: '// &
-                          trim(allowed(keyword)), error)
+        if (.not. ok) call file%fail_at(i, keyword//' = '//value//' cannot be used; allowed: '//trim(allowed), error)
     end subroutine take_keyword
-
-    pure function allowed(keyword) result(values)
-        character(*), intent(in) :: keyword
-        character(45) :: values     !! Blanks behind it
-
-        select case (keyword)
-        case ('product_type')
-            values = 'gravity_field'
-        case ('norm')
-            values = 'fully_normalized (convert the coefficients)'
-        case ('errors')
-            values = 'no, calibrated, formal, calibrated_and_formal'
-        case ('max_degree')
-            values = 'an integer, 0 or more'
-        case default
-            values = 'a positive number'
-        end select
-    end function allowed
 
     subroutine fail_missing(file, keyword, error)
         character(*), intent(in) :: file, keyword

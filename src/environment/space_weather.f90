@@ -47,9 +47,6 @@ module gracecg_environment_space_weather
     integer, parameter :: INTERVALS = 8                 !! of Kp in a day
     real(dp), parameter :: INTERVAL_LENGTH = 10800.0_dp !! s
 
-    ! Columns of a file: date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 Kp, sum of Kp, 8 ap, Ap
-    integer, parameter :: COLUMNS = 24, F107_COLUMN = 2, F107_MEAN_COLUMN = 4
-    integer, parameter :: FIRST_KP_COLUMN = 7, LAST_KP_COLUMN = 14
     real(dp), parameter :: FLUX_RANGE(2) = [50.0_dp, 1000.0_dp]     !! sfu
 
     ! SW-All.csv of CelesTrak: the columns that are used
@@ -192,10 +189,8 @@ contains
         text = utc_text(utc_t(mjd, 0.0_dp))
     end function date_text
 
-    !> Reads a table: SW-All.csv of CelesTrak, a file of GFZ, or one of the columns: date (YYYY-MM-DD),
-    !> F10.7 observed, F10.7 at 1 au, 81-day means
-    !> centred (observed, at 1 au), mean of the last 81 days observed, eight times 10 Kp, their sum,
-    !> eight ap, Ap; `#` begins a comment. Days must rise. Fails with file and line.
+    !> Reads SW-All.csv of CelesTrak or a file of GFZ. Fails with file and line for one that is neither, what is no
+    !> number or out of range, and days that do not rise.
     subroutine read_space_weather(file, table, error)
         character(*), intent(in) :: file    !! Path of the table
         type(space_weather_t), intent(out) :: table
@@ -203,43 +198,34 @@ contains
 
         type(table_file_t) :: rows
         type(string_t), allocatable :: first(:)
+        integer :: n        ! days so far
 
         call read_table(file, rows, error)
         if (allocated(error)) return
         first = rows%fields(1)
+        n = rows%row_count()
+        allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
+        n = 0
         if (index(first(1)%text, trim(CELESTRAK(1))//',') == 1) then
-            call take_celestrak(rows, table, error)
-        else if (size(first) >= GFZ_COLUMNS .or. (len(first(1)%text) == 4 .and. size(first) > 4)) then
-            call take_gfz(rows, table, error)
+            call take_celestrak(rows, table, n, error)
         else
-            call take_rows(rows, table, error)
+            call take_gfz(rows, table, n, error)
         end if
+        if (allocated(error)) return
+        table = space_weather_t(table%mjd(:n), table%f107(:n), table%f107_mean(:n), table%kp(:, :n))
+        if (all(table%f107_mean <= NONE)) call form_means(table)
+        if (n == 0) call fail(error, rows%text%name//': no day has Kp and F10.7')
     end subroutine read_space_weather
 
-    !> The format of gracecg, a row a day.
-    subroutine take_rows(rows, table, error)
-        type(table_file_t), intent(in) :: rows
-        type(space_weather_t), intent(inout) :: table
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: i
-
-        call make_room(table, rows%row_count())
-        do i = 1, rows%row_count()
-            call parse_row(rows, i, table%mjd(i), table%f107(i), table%f107_mean(i), table%kp(:, i), error)
-            if (.not. allocated(error) .and. i > 1) call check_rise(rows, i, table%mjd(i - 1), table%mjd(i), error)
-            if (allocated(error)) return
-        end do
-    end subroutine take_rows
-
     !> SW-All.csv. Rows without Kp or flux, the monthly predictions, are passed over.
-    subroutine take_celestrak(rows, table, error)
+    subroutine take_celestrak(rows, table, n, error)
         type(table_file_t), intent(in) :: rows
         type(space_weather_t), intent(inout) :: table
+        integer, intent(inout) :: n             ! days so far
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: words(:), fields(:)
-        integer :: place(size(CELESTRAK)), i, k, n, mjd, before
+        integer :: place(size(CELESTRAK)), i, k, mjd, before
 
         fields = rows%fields(1)
         words = split(fields(1)%text, ',')
@@ -250,8 +236,6 @@ contains
                               join(CELESTRAK, ', '), error)
             return
         end do
-        call make_room(table, rows%row_count() - 1)
-        n = 0
         before = 0
         do i = 2, rows%row_count()
             fields = rows%fields(i)
@@ -261,66 +245,63 @@ contains
                                   integer_text(size(words)), error)
                 return
             end if
-            call day_of(rows, i, fields(place(1))%text, mjd, error)
-            if (.not. allocated(error)) call check_rise(rows, i, before, mjd, error)
-            if (allocated(error)) return
-            before = mjd
-            if (any([(fields(place(k))%text == '', k=2, 10)])) cycle
-            n = n + 1
-            table%mjd(n) = mjd
-            do k = 1, INTERVALS
-                call kp_of(rows, i, fields(place(1 + k)), 0.1_dp, table%kp(k, n), error)
-                if (allocated(error)) return
-            end do
-            call rows%get_real(i, fields(place(10)), 'F10.7', table%f107(n), error, FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
-            if (.not. allocated(error) .and. fields(place(11))%text /= '') &
-                call rows%get_real(i, fields(place(11)), '81-day mean of F10.7', table%f107_mean(n), error, &
-                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            call read_day(rows, i, fields(place(1))%text, before, mjd, error)
+            if (.not. any([(fields(place(k))%text == '', k=2, 10)])) &
+                call add_day(table, n, rows, i, mjd, fields(place(2:9)), 0.1_dp, fields(place(10)), fields(place(11)), error)
             if (allocated(error)) return
         end do
-        call keep_first(table, n)
-        if (n == 0) call fail(error, rows%text%name//': no row has Kp and F10.7')
     end subroutine take_celestrak
 
     !> Kp_ap_Ap_SN_F107_*.txt. Days of which a Kp or the flux is missing (negative) are passed over.
-    subroutine take_gfz(rows, table, error)
+    subroutine take_gfz(rows, table, n, error)
         type(table_file_t), intent(in) :: rows
         type(space_weather_t), intent(inout) :: table
+        integer, intent(inout) :: n             ! days so far
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
-        real(dp) :: numbers(GFZ_COLUMNS)
-        integer :: i, k, n, mjd, before
+        real(dp) :: numbers(4:GFZ_COLUMNS)
+        integer :: i, k, mjd, before
 
-        call make_room(table, rows%row_count())
-        n = 0
         before = 0
         do i = 1, rows%row_count()
             call rows%get_fields(i, GFZ_COLUMNS, 'year, month, day, days, middle of the day, rotation, its day, 8 Kp, '// &
-                                 '8 ap, Ap, SN, F10.7 observed and adjusted, D, as in Kp_ap_Ap_SN_F107_since_1932.txt', &
-                                 fields, error)
-            if (.not. allocated(error)) call day_of(rows, i, two_digits(fields(1)%text)//'-'//two_digits(fields(2)%text)// &
-                                                    '-'//two_digits(fields(3)%text), mjd, error)
-            if (.not. allocated(error)) call check_rise(rows, i, before, mjd, error)
+                                 '8 ap, Ap, SN, F10.7 observed and adjusted, D, as in Kp_ap_Ap_SN_F107_since_1932.txt '// &
+                                 '(or is it SW-All.csv of CelesTrak without its first line?)', fields, error)
+            call read_day(rows, i, two_digits(fields(1)%text)//'-'//two_digits(fields(2)%text)//'-'// &
+                          two_digits(fields(3)%text), before, mjd, error)
             do k = 4, GFZ_COLUMNS
-                if (.not. allocated(error)) call rows%get_real(i, fields(k), 'column '//integer_text(k), numbers(k), error)
+                call rows%get_real(i, fields(k), 'column '//integer_text(k), numbers(k), error)
             end do
-            if (allocated(error)) return
-            before = mjd
-            if (any(numbers([(GFZ_FIRST_KP + k, k=0, INTERVALS - 1), GFZ_F107]) < 0)) cycle
-            n = n + 1
-            table%mjd(n) = mjd
-            do k = 1, INTERVALS
-                call kp_of(rows, i, fields(GFZ_FIRST_KP + k - 1), 1.0_dp, table%kp(k, n), error)
-                if (allocated(error)) return
-            end do
-            call rows%get_real(i, fields(GFZ_F107), 'F10.7', table%f107(n), error, FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            if (.not. any(numbers([(GFZ_FIRST_KP + k, k=0, INTERVALS - 1), GFZ_F107]) < 0)) &
+                call add_day(table, n, rows, i, mjd, fields(GFZ_FIRST_KP:GFZ_FIRST_KP + INTERVALS - 1), 1.0_dp, &
+                             fields(GFZ_F107), string_t(''), error)
             if (allocated(error)) return
         end do
-        call keep_first(table, n)
-        call form_means(table)
-        if (n == 0) call fail(error, rows%text%name//': no day has Kp and F10.7')
     end subroutine take_gfz
+
+    !> Puts a day at the end of the table.
+    subroutine add_day(table, n, rows, row, mjd, kp, unit, f107, f107_mean, error)
+        type(space_weather_t), intent(inout) :: table
+        integer, intent(inout) :: n
+        type(table_file_t), intent(in) :: rows
+        integer, intent(in) :: row, mjd
+        type(string_t), intent(in) :: kp(INTERVALS), f107, f107_mean    ! fields; no mean: empty
+        real(dp), intent(in) :: unit                                    ! Kp of a 1
+        type(error_t), allocatable, intent(inout) :: error
+
+        integer :: k
+
+        n = n + 1
+        table%mjd(n) = mjd
+        do k = 1, INTERVALS
+            call kp_of(rows, row, kp(k), unit, table%kp(k, n), error)
+        end do
+        call rows%get_real(row, f107, 'F10.7', table%f107(n), error, FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+        table%f107_mean(n) = NONE
+        if (f107_mean%text /= '') call rows%get_real(row, f107_mean, '81-day mean of F10.7', table%f107_mean(n), error, &
+                                                     FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+    end subroutine add_day
 
     !> The means over 81 days, where the table reaches over them and at most a tenth of them is missing.
     pure subroutine form_means(table)
@@ -344,49 +325,29 @@ contains
         end do
     end subroutine form_means
 
-    pure subroutine make_room(table, n)
-        type(space_weather_t), intent(inout) :: table
-        integer, intent(in) :: n
-
-        allocate (table%mjd(n), source=0)
-        allocate (table%f107(n), table%f107_mean(n), source=NONE)
-        allocate (table%kp(INTERVALS, n), source=0.0_dp)
-    end subroutine make_room
-
-    pure subroutine keep_first(table, n)
-        type(space_weather_t), intent(inout) :: table
-        integer, intent(in) :: n
-
-        table%mjd = table%mjd(:n)
-        table%f107 = table%f107(:n)
-        table%f107_mean = table%f107_mean(:n)
-        table%kp = table%kp(:, :n)
-    end subroutine keep_first
-
-    subroutine check_rise(rows, row, before, mjd, error)
-        type(table_file_t), intent(in) :: rows
-        integer, intent(in) :: row, before, mjd
-        type(error_t), allocatable, intent(out) :: error
-
-        if (.not. mjd > before) call rows%fail_at(row, 'the days must rise, and '//date_text(mjd)//' follows '// &
-                                                  date_text(before), error)
-    end subroutine check_rise
-
-    !> The day of a date, YYYY-MM-DD.
-    subroutine day_of(rows, row, text, mjd, error)
+    !> The day of a date, YYYY-MM-DD, which must follow the one before.
+    subroutine read_day(rows, row, text, before, mjd, error)
         type(table_file_t), intent(in) :: rows
         integer, intent(in) :: row
         character(*), intent(in) :: text
+        integer, intent(inout) :: before    ! the day of the row before; then of this one
         integer, intent(out) :: mjd
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
 
         type(utc_t) :: day
         type(error_t), allocatable :: complaint
 
+        mjd = 0
+        if (allocated(error)) return
         call parse_utc(text, day, complaint)
         mjd = day%mjd
-        if (allocated(complaint)) call rows%fail_at(row, complaint%message, error)
-    end subroutine day_of
+        if (allocated(complaint)) then
+            call rows%fail_at(row, complaint%message, error)
+        else if (.not. mjd > before) then
+            call rows%fail_at(row, 'the days must rise, and '//date_text(mjd)//' follows '//date_text(before), error)
+        end if
+        before = mjd
+    end subroutine read_day
 
     !> A number of one digit with a 0 before it.
     pure function two_digits(text) result(padded)
@@ -404,7 +365,7 @@ contains
         type(string_t), intent(in) :: field
         real(dp), intent(in) :: unit            !! Kp of a 1
         real(dp), intent(out) :: kp
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
 
         real(dp), parameter :: ROUNDING = 0.051_dp      ! of thirds in tenths
         real(dp) :: third
@@ -418,57 +379,4 @@ contains
         end if
         kp = nint(10*third)/10.0_dp
     end subroutine kp_of
-
-    subroutine parse_row(rows, row, mjd, f107, f107_mean, kp, error)
-        type(table_file_t), intent(in) :: rows
-        integer, intent(in) :: row
-        integer, intent(out) :: mjd
-        real(dp), intent(out) :: f107, f107_mean    !! sfu
-        real(dp), intent(out) :: kp(INTERVALS)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t), allocatable :: fields(:)
-        real(dp) :: numbers(2:COLUMNS)
-        integer :: i
-
-        mjd = 0
-        f107 = 0
-        f107_mean = 0
-        kp = 0
-        call rows%get_fields(row, COLUMNS, 'date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 of '// &
-                             '10 Kp, their sum, 8 of ap, Ap', fields, error)
-        if (allocated(error)) return
-        call day_of(rows, row, fields(1)%text, mjd, error)
-        if (allocated(error)) return
-        do i = 2, COLUMNS
-            select case (i)
-            case (F107_COLUMN)
-                call rows%get_real(row, fields(i), 'F10.7', numbers(i), error, &
-                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
-            case (F107_MEAN_COLUMN)
-                call rows%get_real(row, fields(i), '81-day mean of F10.7', numbers(i), error, &
-                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
-            case default
-                call rows%get_real(row, fields(i), 'column '//integer_text(i), numbers(i), error)
-            end select
-            if (allocated(error)) return
-        end do
-        f107 = numbers(F107_COLUMN)
-        f107_mean = numbers(F107_MEAN_COLUMN)
-        kp = numbers(FIRST_KP_COLUMN:LAST_KP_COLUMN)/10
-        i = findloc(is_kp(kp), .false., 1)
-        if (i > 0) call rows%fail_at(row, 'Kp is given as 10 Kp in thirds, 0 3 7 10 13 17 ... '// &
-                                     '90, not "'//fields(FIRST_KP_COLUMN + i - 1)%text//'"', error)
-    end subroutine parse_row
-
-    !> True for 0.0, 0.3, 0.7, 1.0 ... 8.7, 9.0.
-    elemental logical function is_kp(value)
-        real(dp), intent(in) :: value
-
-        real(dp) :: nearest_third
-
-        nearest_third = nint(3*value)/3.0_dp
-        is_kp = value >= 0 .and. value <= 9 .and. &
-                abs(10*value - nint(10*nearest_third)) < 1e-9_dp
-    end function is_kp
 end module gracecg_environment_space_weather

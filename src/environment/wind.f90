@@ -138,8 +138,8 @@ contains
         allocate (rows(COLUMNS, n))
         do i = 1, n
             call parse_row(table, i, rows(:, i), error)
-            if (allocated(error)) return
         end do
+        if (allocated(error)) return
         local_times = count(rows(1, :) <= rows(1, 1))
         latitudes = n/local_times
         if (local_times*latitudes /= n .or. latitudes < 2 .or. local_times < 2) then
@@ -161,7 +161,7 @@ contains
         type(table_file_t), intent(in) :: table
         integer, intent(in) :: row
         real(dp), intent(out) :: numbers(COLUMNS)
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
 
         character(15), parameter :: NAMES(COLUMNS) = [character(15) :: &
             'latitude', 'local time', 'northward wind', 'eastward wind']
@@ -171,11 +171,9 @@ contains
         type(string_t), allocatable :: fields(:)
         integer :: i
 
-        numbers = 0
         call table%get_fields(row, COLUMNS, 'latitude (deg), local time (h), northward and '// &
                               'eastward wind (m/s)', fields, error)
         do i = 1, COLUMNS
-            if (allocated(error)) return
             call table%get_real(row, fields(i), trim(NAMES(i)), numbers(i), error, &
                                 LOWEST(i), HIGHEST(i), UNITS(i))
         end do

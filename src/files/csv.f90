@@ -100,38 +100,36 @@ contains
     !> reads back exactly.
     subroutine write_row(self, values, labels)
         class(csv_writer_t), intent(inout) :: self
-        real(dp), intent(in) :: values(:)               !! As many as columns are left by the labels
+        real(dp), intent(in) :: values(:)               !! As many as columns are left by the labels, at least one
         character(*), intent(in), optional :: labels(:) !! Of the leading columns
 
         integer, parameter :: WIDTH = 25    !! 17 digits, signs, point, exponent and comma
         character(WIDTH*size(values)) :: line
-        integer :: i, labelled, length
+        character(:), allocatable :: before
+        integer :: i, length, labelled
 
         if (allocated(self%failure)) return
         self%rows = self%rows + 1
+        before = ''
         labelled = 0
         if (present(labels)) labelled = size(labels)
+        do i = 1, labelled
+            before = before//csv_field(trim(labels(i)))//','
+        end do
         call check_count(self, labelled + size(values))
         if (allocated(self%failure)) return
         length = 0
         do i = 1, size(values)
             if (.not. ieee_is_finite(values(i))) then
-                call fail(self%failure, self%path//': row '//integer_text(self%rows)// &
-                          ', column '//self%columns(labelled + i)%text//': '// &
-                          real_text(values(i))//' is not a finite number')
+                call fail(self%failure, self%path//': row '//integer_text(self%rows)//', column '// &
+                          self%columns(labelled + i)%text//': '//real_text(values(i))//' is not a finite number')
                 return
             end if
             line(length + 1:length + WIDTH) = real_field(values(i))
             length = length + len_trim(line(length + 1:length + WIDTH)) + 1
             line(length:length) = ','
         end do
-        if (labelled == 0) then
-            call self%file%line(line(:length - 1))
-        else if (size(values) == 0) then
-            call self%file%line(label_text(labels))
-        else
-            call self%file%line(label_text(labels)//','//line(:length - 1))
-        end if
+        call self%file%line(before//line(:length - 1))
     end subroutine write_row
 
     pure integer function field_length(text) result(length)
@@ -149,31 +147,6 @@ contains
         field = text
         if (scan(text, SPECIAL) > 0) field = quoted_text(text, QUOTE)
     end function csv_field
-
-    pure integer function label_length(labels) result(length)
-        character(*), intent(in) :: labels(:)
-
-        integer :: i
-
-        length = size(labels) - 1
-        do i = 1, size(labels)
-            length = length + field_length(trim(labels(i)))
-        end do
-    end function label_length
-
-    pure function label_text(labels) result(text)
-        character(*), intent(in) :: labels(:)
-        character(label_length(labels)) :: text
-
-        integer :: i, n
-
-        n = 0
-        do i = 1, size(labels)
-            if (i > 1) text(n:n) = ','
-            text(n + 1:) = csv_field(trim(labels(i)))
-            n = n + field_length(trim(labels(i))) + 1
-        end do
-    end function label_text
 
     !> Completes the file, and what tells of it. After a failure there is no file, or still the older one of
     !> that name. What tells of an older file never stands beside a new one.

@@ -5,7 +5,7 @@ module gracecg_files_data_table
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, logical_text, real_text
+    use gracecg_base_text, only: string_t, append, split, integer_text, logical_text, real_text
     use gracecg_files_csv, only: csv_writer_t, csv_field
     use gracecg_files_json, only: json_writer_t
     use gracecg_files_units, only: unit_of_column
@@ -36,6 +36,7 @@ module gracecg_files_data_table
         !! Columns first, then row by row the values in the order of the columns
         private
         type(column_t), allocatable :: columns(:)
+        character(:), allocatable :: header     !! Names of the columns, with commas
         type(cell_t), allocatable :: cells(:)
         integer :: used = 0                     !! Cells
         type(error_t), allocatable :: failure   !! The first value that no file can hold
@@ -68,9 +69,13 @@ contains
         type(column_t), allocatable :: longer(:)
         integer :: n
 
-        if (.not. allocated(self%columns)) allocate (self%columns(0))
-        if (.not. allocated(self%cells)) allocate (self%cells(0))
+        if (.not. allocated(self%columns)) then
+            allocate (self%columns(0), self%cells(0))
+            self%header = ''
+        end if
         n = size(self%columns) + 1
+        if (n > 1) self%header = self%header//','
+        self%header = self%header//name
         allocate (longer(n))
         longer(:n - 1) = self%columns
         longer(n)%name = name
@@ -87,14 +92,12 @@ contains
         class(data_table_t), intent(inout) :: self
         character(*), intent(in) :: names       !! Separated by commas
 
-        integer :: first, comma
+        type(string_t), allocatable :: pieces(:)
+        integer :: i
 
-        first = 1
-        do
-            comma = index(names(first:)//',', ',')
-            call self%column(names(first:first + comma - 2))
-            first = first + comma
-            if (first > len(names)) exit
+        pieces = split(names, ',')
+        do i = 1, size(pieces)
+            call self%column(pieces(i)%text)
         end do
     end subroutine add_columns
 
@@ -183,11 +186,18 @@ contains
         call self%put(NUMBER, trim(logical_text(value)), merge(1.0_dp, 0.0_dp, value))
     end subroutine add_logical
 
-    !> Leaves a cell empty: nothing in CSV, null in JSON, a dash for people.
-    subroutine add_nothing(self)
+    !> Leaves cells empty: nothing in CSV, null in JSON, a dash for people.
+    subroutine add_nothing(self, cells)
         class(data_table_t), intent(inout) :: self
+        integer, intent(in), optional :: cells      !! How many; one when absent
+
+        integer :: i
 
         call self%put(NOTHING, '', 0.0_dp)
+        if (.not. present(cells)) return
+        do i = 2, cells
+            call self%put(NOTHING, '', 0.0_dp)
+        end do
     end subroutine add_nothing
 
     pure integer function row_count(self)
@@ -205,13 +215,14 @@ contains
 
         integer :: i, k, columns
 
-        allocate (lines(0))
         call check_whole(self, error)
-        if (allocated(error)) return
-        deallocate (lines)
+        if (allocated(error)) then
+            allocate (lines(0))
+            return
+        end if
         columns = size(self%columns)
         allocate (lines(self%row_count() + 1))
-        lines(1)%text = header_of(self)
+        lines(1)%text = self%header
         do i = 1, self%row_count()
             lines(i + 1)%text = csv_field(self%cells((i - 1)*columns + 1)%text)
             do k = 2, columns
@@ -228,34 +239,9 @@ contains
             error = self%failure
         else if (mod(self%used, size(self%columns)) /= 0) then
             call fail(error, 'the last row of a table has '//integer_text(mod(self%used, size(self%columns)))// &
-                      ' values, expected '//integer_text(size(self%columns))//': '//header_of(self))
+                      ' values, expected '//integer_text(size(self%columns))//': '//self%header)
         end if
     end subroutine check_whole
-
-    pure integer function header_length(self) result(length)
-        type(data_table_t), intent(in) :: self
-
-        integer :: i
-
-        length = size(self%columns) - 1
-        do i = 1, size(self%columns)
-            length = length + len(self%columns(i)%name)
-        end do
-    end function header_length
-
-    pure function header_of(self) result(header)
-        type(data_table_t), intent(in) :: self
-        character(header_length(self)) :: header
-
-        integer :: i, n
-
-        header = self%columns(1)%name
-        n = len(self%columns(1)%name)
-        do i = 2, size(self%columns)
-            header(n + 1:) = ','//self%columns(i)%name
-            n = n + 1 + len(self%columns(i)%name)
-        end do
-    end function header_of
 
     !> Writes a CSV file. Fails as `csv`, and when it cannot be written; there is then no file, or still an
     !> older one.
@@ -270,7 +256,7 @@ contains
         integer :: i, k, columns
 
         call check_whole(self, error)
-        if (.not. allocated(error)) call file%open(path, header_of(self), about, error)
+        if (.not. allocated(error)) call file%open(path, self%header, about, error)
         if (allocated(error)) then
             error%message = path//': '//error%message
             return
@@ -286,21 +272,27 @@ contains
         call file%commit(error)
     end subroutine write_file
 
-    !> The members `units` (of each column that has one) and `key`, an array with an object for each row.
-    subroutine to_json(self, json, key)
+    !> The members `key_units` (of each column that has one) and `key`, an array with an object for each row.
+    subroutine to_json(self, json, key, units)
         class(data_table_t), intent(in) :: self
         class(json_writer_t), intent(inout) :: json
         character(*), intent(in) :: key         !! Of the rows
+        logical, intent(in), optional :: units  !! With the units; yes when absent
 
+        logical :: told
         integer :: i, k, columns
 
         columns = size(self%columns)
-        call json%begin(key//'_units', on_one_line=.true.)
-        do k = 1, columns
-            if (unit_of_column(self%columns(k)%name) /= '') &
-                call json%member(self%columns(k)%name, trim(unit_of_column(self%columns(k)%name)))
-        end do
-        call json%end()
+        told = .true.
+        if (present(units)) told = units
+        if (told) then
+            call json%begin(key//'_units', on_one_line=.true.)
+            do k = 1, columns
+                if (unit_of_column(self%columns(k)%name) /= '') &
+                    call json%member(self%columns(k)%name, trim(unit_of_column(self%columns(k)%name)))
+            end do
+            call json%end()
+        end if
         call json%begin_array(key)
         do i = 1, self%row_count()
             call json%begin(on_one_line=.true.)

@@ -11,7 +11,8 @@ module gracecg_files_file
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device, is_unfinished
+    public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device, is_unfinished, &
+        without_slashes
     public :: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, input_stream_t
 
     character(*), parameter :: UNFINISHED = '.part'     !! Behind the name of a file that is being written, and a number
@@ -28,16 +29,21 @@ module gracecg_files_file
         procedure :: fail_at => fail_at_line    !! A failure at a line
     end type text_file_t
 
-    type :: input_stream_t
-        !! A file that is read in large pieces, for what is too long to be held whole
+    type :: stream_t
+        !! A file that is open, or none
         private
         character(:), allocatable :: path
         type(c_ptr) :: stream = c_null_ptr
     contains
+        procedure :: close => close_stream      !! Ends it; what was written stays
+        final :: finalise_stream
+    end type stream_t
+
+    type, extends(stream_t) :: input_stream_t
+        !! A file that is read in large pieces, for what is too long to be held whole
+    contains
         procedure :: open => open_input         !! Begins at its first byte
         procedure :: read => read_input         !! The next bytes
-        procedure :: close => close_input       !! Ends it
-        final :: finalise_input
     end type input_stream_t
 
     type :: output_file_t
@@ -57,17 +63,12 @@ module gracecg_files_file
         final :: finalise_output
     end type output_file_t
 
-    type :: appended_file_t
+    type, extends(stream_t) :: appended_file_t
         !! A text file that grows under its own name: each line is handed to the system at once, so that it is
         !! not lost when the program is killed, whatever the signal. Then at most the last line has no end.
-        private
-        character(:), allocatable :: path
-        type(c_ptr) :: stream = c_null_ptr
     contains
         procedure :: open => open_appended      !! Goes on at the end of a file
         procedure :: line => append_line        !! Appends a line
-        procedure :: close => close_appended    !! Ends it
-        final :: finalise_appended
     end type appended_file_t
 
     interface
@@ -188,7 +189,7 @@ contains
 
     !> The path without slashes at its end, but / itself.
     pure function without_slashes(path) result(shorter)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of a folder
         character(length_without_slashes(path)) :: shorter
 
         shorter = path
@@ -288,21 +289,20 @@ contains
     end subroutine read_input
 
     !> Ends it. Does nothing when none is open.
-    subroutine close_input(self)
-        class(input_stream_t), intent(inout) :: self
+    subroutine close_stream(self)
+        class(stream_t), intent(inout) :: self
 
         integer(c_int) :: status
 
-        if (.not. c_associated(self%stream)) return
-        status = c_fclose(self%stream)
+        if (c_associated(self%stream)) status = c_fclose(self%stream)
         self%stream = c_null_ptr
-    end subroutine close_input
+    end subroutine close_stream
 
-    subroutine finalise_input(self)
-        type(input_stream_t), intent(inout) :: self
+    subroutine finalise_stream(self)
+        type(stream_t), intent(inout) :: self
 
         call self%close()
-    end subroutine finalise_input
+    end subroutine finalise_stream
 
     !> Bytes of a file; 0 where that has no meaning.
     integer(i8) function size_of(path)
@@ -348,7 +348,7 @@ contains
         character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(text_file_t) :: file
 
-        integer :: i, n, begin
+        integer :: i, n, begin, end
 
         file%name = name
         file%text = text
@@ -365,33 +365,16 @@ contains
         allocate (file%first(n), file%last(n))
         begin = 1
         do i = 1, n
+            end = begin - 1 + index(file%text(begin:), LF)
+            if (end < begin) end = len(file%text) + 1
             file%first(i) = begin
-            begin = next_line(file%text, begin)
-            file%last(i) = end_of_line(file%text, file%first(i), begin - 1)
+            file%last(i) = end - 1
+            if (end > begin) then
+                if (file%text(end - 1:end - 1) == CR) file%last(i) = end - 2
+            end if
+            begin = end + 1
         end do
     end function text_file_of
-
-    !> Where the line after the one that begins at `begin` begins.
-    pure integer function next_line(text, begin) result(next)
-        character(*), intent(in) :: text
-        integer, intent(in) :: begin
-
-        do next = begin, len(text)
-            if (text(next:next) == LF) exit
-        end do
-        next = min(next, len(text)) + 1
-    end function next_line
-
-    !> The last character of text(first:last), never empty, without LF and CR.
-    pure integer function end_of_line(text, first, last) result(end)
-        character(*), intent(in) :: text
-        integer, intent(in) :: first, last
-
-        end = last
-        if (text(end:end) == LF) end = end - 1
-        if (end < first) return
-        if (text(end:end) == CR) end = end - 1
-    end function end_of_line
 
     pure integer function line_count(self)
         class(text_file_t), intent(in) :: self
@@ -599,23 +582,6 @@ contains
         if (.not. taken) call fail(error, self%path//': could not be written completely; check the free space of '// &
                                    'the disk')
     end subroutine append_line
-
-    !> Ends the file; what it has stays. Does nothing when none is open.
-    subroutine close_appended(self)
-        class(appended_file_t), intent(inout) :: self
-
-        integer(c_int) :: status
-
-        if (.not. c_associated(self%stream)) return
-        status = c_fclose(self%stream)
-        self%stream = c_null_ptr
-    end subroutine close_appended
-
-    subroutine finalise_appended(self)
-        type(appended_file_t), intent(inout) :: self
-
-        call self%close()
-    end subroutine finalise_appended
 
     subroutine finalise_output(self)
         type(output_file_t), intent(inout) :: self

@@ -7,7 +7,7 @@ module gracecg_files_folder
         c_associated
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append
-    use gracecg_files_file, only: directory_exists
+    use gracecg_files_file, only: directory_exists, without_slashes
     implicit none
     private
     public :: files_in_folder
@@ -60,7 +60,7 @@ contains
             call fail(error, trim(folder)//': no such folder')
             return
         end if
-        status = c_glob(escaped(without_slash(trim(folder)))//'/*'//c_null_char, 0_c_int, c_null_ptr, found)
+        status = c_glob(escaped(without_slashes(folder))//'/*'//c_null_char, 0_c_int, c_null_ptr, found)
         if (status == 0 .and. c_associated(found%paths)) then
             call c_f_pointer(found%paths, list, [found%count])
             do i = 1, size(list)
@@ -75,19 +75,6 @@ contains
         end if
         call c_globfree(found)
     end subroutine files_in_folder
-
-    pure integer function length_without_slash(path) result(length)
-        character(*), intent(in) :: path
-
-        length = max(1, verify(path, '/', back=.true.))
-    end function length_without_slash
-
-    pure function without_slash(path) result(shorter)
-        character(*), intent(in) :: path
-        character(length_without_slash(path)) :: shorter
-
-        shorter = path
-    end function without_slash
 
     pure integer function escaped_length(path) result(length)
         character(*), intent(in) :: path

@@ -1,5 +1,5 @@
-!> JSON (RFC 8259): a writer of objects, arrays and values, and a reader of the lists of texts that the
-!> program leaves beside its tables.
+!> JSON (RFC 8259): a writer of objects, arrays and values, and a reader of single members of what it wrote:
+!> saved estimates, and what stands beside tables. The reader does not check what it passes over.
 !>
 !> Numbers are written so that they read back exactly. JSON has no NaN and no infinity: such a number is a
 !> failure that `finish` reports with its key; what has no value is written by `nothing`, as null.
@@ -7,7 +7,7 @@ module gracecg_files_json
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, real_text, parse_real
+    use gracecg_base_text, only: string_t, append, split_words, integer_text, real_text, parse_real, logical_text
     implicit none
     private
     public :: json_writer_t, json_quoted, read_json_list, read_json_numbers, read_json_text
@@ -219,7 +219,7 @@ contains
         character(*), intent(in) :: key
         logical, intent(in) :: value
 
-        call self%raw(key, trim(merge('true ', 'false', value)))
+        call self%raw(key, trim(logical_text(value)))
     end subroutine logical_member
 
     !> A member without value.
@@ -311,265 +311,198 @@ contains
         json(n + 1:) = QUOTE
     end function json_quoted
 
-    !> The texts of the array that is the member `key` of the outermost object. Not ok: there is no such
-    !> array of texts.
-    subroutine read_json_list(text, key, list, ok)
+    !> The texts of a member that is an array of texts. Not ok: there is no such member.
+    subroutine read_json_list(text, path, list, ok)
         character(*), intent(in) :: text        !! A JSON text
-        character(*), intent(in) :: key         !! Of the list
+        character(*), intent(in) :: path        !! Keys from the outermost object on, with points: 'noise.level'
         type(string_t), allocatable, intent(out) :: list(:)
         logical, intent(out) :: ok              !! There is such a list
 
         character(:), allocatable :: piece
-        integer :: position, depth
-        logical :: found
+        integer :: at, last, end_of_list
 
         allocate (list(0))
-        ok = .false.
-        found = .false.
-        position = 1
-        depth = 0
-        do      ! to the array
-            call skip_spaces(text, position)
-            if (position > len(text)) return
-            select case (text(position:position))
-            case (QUOTE)
-                call read_quoted(text, position, piece, ok)
-                if (.not. ok) return
-                ok = .false.
-                call skip_spaces(text, position)
-                if (position > len(text)) return
-                found = depth == 1 .and. piece == key .and. text(position:position) == ':'
-                if (.not. found) cycle
-                position = position + 1
-                call skip_spaces(text, position)
-                exit
-            case ('{', '[')
-                depth = depth + 1
-            case ('}', ']')
-                depth = depth - 1
-            end select
-            position = position + 1
-        end do
-        if (text(min(position, len(text)):min(position, len(text))) /= '[') return
-        position = position + 1
-        do      ! its texts
-            call skip_spaces(text, position)
-            if (position > len(text)) return
-            if (text(position:position) == ']') exit
-            call read_quoted(text, position, piece, ok)
+        call find_member(text, path, at, end_of_list, ok)
+        if (ok) ok = text(at:at) == '['
+        if (.not. ok) return
+        at = next_place(text, at + 1)
+        do while (at < end_of_list)
+            last = end_of_value(text, at)
+            call unquote(text(at:last), piece, ok)
             if (.not. ok) return
-            ok = .false.
             call append(list, piece)
-            call skip_spaces(text, position)
-            if (position > len(text)) return
-            if (text(position:position) == ',') position = position + 1
+            at = next_place(text, last + 1)
+            ok = at == end_of_list .or. stands(text, at, ',')
+            if (.not. ok) return
+            if (at < end_of_list) at = next_place(text, at + 1)
         end do
-        ok = .true.
     end subroutine read_json_list
 
     !> All numbers of a member, row by row where it is an array of arrays. Not ok: there is no such member, or it holds
     !> something else.
     subroutine read_json_numbers(text, path, values, ok)
         character(*), intent(in) :: text        !! A JSON text
-        character(*), intent(in) :: path        !! Keys from the outermost object on, with points: 'noise.level'
-        real(dp), allocatable, intent(out) :: values(:)    !! The numbers; none when not ok
+        character(*), intent(in) :: path        !! As of read_json_list
+        real(dp), allocatable, intent(out) :: values(:)    !! The numbers
         logical, intent(out) :: ok              !! There are such numbers
 
-        real(dp), allocatable :: grown(:)
-        real(dp) :: value
-        integer :: position, first, last, start, count
+        type(string_t), allocatable :: words(:)
+        character(:), allocatable :: numbers
+        integer :: first, last, i
 
-        allocate (values(16))
-        count = 0
-        call find_json_member(text, path, first, last, ok)
-        position = first
-        do while (ok .and. position <= last)
-            if (index(SPACES//'[],', text(position:position)) > 0) then
-                position = position + 1
-                cycle
-            end if
-            start = position
-            do while (position <= last)
-                if (index(SPACES//'[],', text(position:position)) > 0) exit
-                position = position + 1
-            end do
-            call parse_real(text(start:position - 1), value, ok)
-            if (.not. ok) exit
-            if (count == size(values)) then
-                allocate (grown(2*count))
-                grown(:count) = values
-                call move_alloc(grown, values)
-            end if
-            count = count + 1
-            values(count) = value
+        allocate (values(0))
+        call find_member(text, path, first, last, ok)
+        if (.not. ok) return
+        numbers = text(first:last)
+        do i = 1, len(numbers)
+            if (index(SPACES//'[],', numbers(i:i)) > 0) numbers(i:i) = ' '
         end do
-        values = values(:count)
-        ok = ok .and. count > 0
+        words = split_words(numbers)
+        deallocate (values)
+        allocate (values(size(words)))
+        ok = size(words) > 0
+        do i = 1, size(words)
+            if (ok) call parse_real(words(i)%text, values(i), ok)
+        end do
     end subroutine read_json_numbers
 
     !> The text of a member. Not ok: there is no such member, or it is no text.
     subroutine read_json_text(text, path, value, ok)
         character(*), intent(in) :: text        !! A JSON text
-        character(*), intent(in) :: path        !! As of read_json_numbers
+        character(*), intent(in) :: path        !! As of read_json_list
         character(:), allocatable, intent(out) :: value    !! The text; empty when not ok
         logical, intent(out) :: ok              !! There is such a text
 
         integer :: first, last
 
         value = ''
-        call find_json_member(text, path, first, last, ok)
-        if (ok) call read_quoted(text, first, value, ok)
+        call find_member(text, path, first, last, ok)
+        if (ok) call unquote(text(first:last), value, ok)
     end subroutine read_json_text
 
-    !> Where the value of a member stands.
-    subroutine find_json_member(text, path, first, last, ok)
+    !> Where the value of a member stands: text(first:last).
+    pure subroutine find_member(text, path, first, last, ok)
         character(*), intent(in) :: text, path
-        integer, intent(out) :: first, last     !! In the text
-        logical, intent(out) :: ok              !! There is such a member
+        integer, intent(out) :: first, last
+        logical, intent(out) :: ok              !! There is such a member, and its value has an end
 
-        integer :: start, dot, begin, end
+        character(:), allocatable :: key
+        character(1) :: before
+        integer :: start, point
 
-        first = 1
-        last = len(text)
         start = 1
-        do
-            dot = start - 1 + index(path(start:)//'.', '.')
-            call find_key(text(first:last), path(start:dot - 1), begin, end, ok)
-            if (.not. ok) return
-            last = first - 1 + end
-            first = first - 1 + begin
-            if (dot > len(path)) return
-            start = dot + 1
+        first = next_place(text, 1)
+        do      ! over the keys of the path, each in the object that begins at `first`
+            point = start - 1 + index(path(start:)//'.', '.')
+            before = '{'
+            do      ! over the members
+                ok = stands(text, first, before)
+                if (.not. ok) return
+                before = ','
+                first = next_place(text, first + 1)
+                last = end_of_value(text, first)
+                call unquote(text(first:last), key, ok)
+                first = next_place(text, last + 1)
+                ok = ok .and. stands(text, first, ':')
+                if (.not. ok) return
+                first = next_place(text, first + 1)
+                last = end_of_value(text, first)
+                ok = last >= first
+                if (.not. ok) return
+                if (key == path(start:point - 1)) exit
+                first = next_place(text, last + 1)
+            end do
+            if (point > len(path)) return
+            start = point + 1
         end do
-    end subroutine find_json_member
+    end subroutine find_member
 
-    !> Where the value of a key of an object stands.
-    subroutine find_key(text, key, first, last, ok)
-        character(*), intent(in) :: text        !! The object
-        character(*), intent(in) :: key
-        integer, intent(out) :: first, last     !! In the text
-        logical, intent(out) :: ok              !! There is such a key
+    pure logical function stands(text, at, letter)
+        character(*), intent(in) :: text
+        integer, intent(in) :: at
+        character(1), intent(in) :: letter
 
-        character(:), allocatable :: found
+        stands = at <= len(text)
+        if (stands) stands = text(at:at) == letter
+    end function stands
 
-        ok = .false.
-        last = 0
-        first = 1
-        call skip_spaces(text, first)
-        if (.not. follows('{')) return
-        do
-            call skip_spaces(text, first)
-            if (first > len(text)) return
-            call read_quoted(text, first, found, ok)
-            if (.not. ok) return
-            ok = .false.
-            call skip_spaces(text, first)
-            if (.not. follows(':')) return
-            call skip_spaces(text, first)
-            last = end_of_value(text, first)
-            if (last > len(text) .or. last < first) return
-            ok = found == key
-            if (ok) return
-            first = last + 1
-            call skip_spaces(text, first)
-            if (.not. follows(',')) return
-        end do
-
-    contains
-
-        !> Passes a character that must come next.
-        logical function follows(character)
-            character(1), intent(in) :: character
-
-            follows = .false.
-            if (first <= len(text)) follows = text(first:first) == character
-            first = first + 1
-        end function follows
-    end subroutine find_key
-
-    !> The last character of the value that begins at a place; beyond the text if it does not end.
-    integer function end_of_value(text, first) result(last)
+    !> The first place from `first` on where something stands; behind the text if there is none.
+    pure integer function next_place(text, first) result(at)
         character(*), intent(in) :: text
         integer, intent(in) :: first
 
-        character(:), allocatable :: piece
-        integer :: depth, behind
-        logical :: ok
+        do at = first, len(text)
+            if (index(SPACES, text(at:at)) == 0) return
+        end do
+    end function next_place
+
+    !> The last character of the value that begins at a place; before it if the value does not end.
+    pure integer function end_of_value(text, first) result(last)
+        character(*), intent(in) :: text
+        integer, intent(in) :: first
+
+        integer :: depth
+        logical :: in_quotes
 
         depth = 0
+        in_quotes = .false.
         last = first
         do while (last <= len(text))
-            select case (text(last:last))
-            case (QUOTE)
-                behind = last
-                call read_quoted(text, behind, piece, ok)
-                last = behind - 1
-                if (.not. ok) last = len(text)
-                if (ok .and. depth == 0) return
-            case ('{', '[')
-                depth = depth + 1
-            case ('}', ']')
-                depth = depth - 1
-                if (depth == 0) return
-            case (',')
-                if (depth == 0) depth = -1
-            end select
-            if (depth < 0) then     ! the number or word before has ended
-                last = last - 1
-                return
+            if (in_quotes) then
+                if (text(last:last) == BACKSLASH) then
+                    last = last + 1         ! what it escapes is passed over
+                else
+                    in_quotes = text(last:last) /= QUOTE
+                end if
+                if (depth == 0 .and. .not. in_quotes) return
+            else
+                select case (text(last:last))
+                case (QUOTE)
+                    in_quotes = .true.
+                case ('{', '[')
+                    depth = depth + 1
+                case ('}', ']')
+                    depth = depth - 1
+                    if (depth == 0) return
+                case (',', ' ', achar(9), LF, achar(13))
+                    if (depth == 0) depth = -1
+                end select
+                if (depth < 0) exit         ! a number or word ended before
             end if
             last = last + 1
         end do
+        last = merge(last, first, depth < 0) - 1
     end function end_of_value
 
-    pure subroutine skip_spaces(text, position)
-        character(*), intent(in) :: text
-        integer, intent(inout) :: position
-
-        do while (position <= len(text))
-            if (index(SPACES, text(position:position)) == 0) exit
-            position = position + 1
-        end do
-    end subroutine skip_spaces
-
-    !> A text in quotes, from its first quote; `position` is then behind its last one. Escapes of control
-    !> characters and of ASCII are undone; of others there are none in what `quoted` writes.
-    subroutine read_quoted(text, position, piece, ok)
-        character(*), intent(in) :: text
-        integer, intent(inout) :: position
-        character(:), allocatable, intent(out) :: piece
-        logical, intent(out) :: ok
+    !> What stands in quotes, its escapes undone; of those by number ASCII alone, as json_quoted writes them.
+    pure subroutine unquote(quoted, text, ok)
+        character(*), intent(in) :: quoted
+        character(:), allocatable, intent(out) :: text
+        logical, intent(out) :: ok              !! It is such a text
 
         character(*), parameter :: ESCAPES = '"'//BACKSLASH//'/bfnrt', &
             MEANINGS = '"'//BACKSLASH//'/'//achar(8)//achar(12)//LF//achar(13)//achar(9)
-        integer :: kind, code, status
+        integer :: i, kind, code, status
 
-        piece = ''
-        ok = .false.
-        if (text(position:position) /= QUOTE) return
-        position = position + 1
-        do while (position <= len(text))
-            if (text(position:position) == QUOTE) then
-                position = position + 1
-                ok = .true.
-                return
-            else if (text(position:position) /= BACKSLASH) then
-                piece = piece//text(position:position)
-                position = position + 1
-                cycle
-            end if
-            if (position == len(text)) return
-            kind = index(ESCAPES, text(position + 1:position + 1))
-            if (kind > 0) then
-                piece = piece//MEANINGS(kind:kind)
-                position = position + 2
+        text = ''
+        ok = len(quoted) >= 2
+        if (ok) ok = quoted(1:1) == QUOTE
+        i = 2
+        do while (ok .and. i < len(quoted))
+            kind = index(ESCAPES, quoted(i + 1:i + 1))
+            if (quoted(i:i) /= BACKSLASH) then
+                text = text//quoted(i:i)
+                i = i + 1
+            else if (kind > 0) then
+                text = text//MEANINGS(kind:kind)
+                i = i + 2
             else
-                if (text(position + 1:position + 1) /= 'u' .or. position + 5 > len(text)) return
-                read (text(position + 2:position + 5), '(z4)', iostat=status) code
-                if (status /= 0 .or. code > 127) return
-                piece = piece//achar(code)
-                position = position + 6
+                read (quoted(i + 1:min(i + 5, len(quoted))), '(1x, z4)', iostat=status) code
+                ok = status == 0 .and. quoted(i + 1:i + 1) == 'u'
+                if (ok) ok = code >= 0 .and. code < 128
+                if (ok) text = text//achar(code)
+                i = i + 6
             end if
         end do
-    end subroutine read_quoted
+    end subroutine unquote
 end module gracecg_files_json

@@ -1,13 +1,14 @@
 !> Tables in text files: rows of fields between blanks or tabs, or, in a CSV file, between commas.
 !>
 !> Whatever reads a table takes its rows, fields and numbers from here, so that a number is always a
-!> finite one that fills its field, and every failure names file and line and shows the line.
+!> finite one that fills its field, and every failure names file and line and shows the line. What takes a row apart does
+!> nothing when `error` is set already: so a row is read first and the error asked for once, behind it.
 module gracecg_files_table
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_in_file
     use gracecg_base_text, only: string_t, append, split, split_words, integer_text, join, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_value, only: real_from_text
+    use gracecg_files_value, only: real_from_text, integer_from_text
     use gracecg_files_json, only: read_json_list
     use gracecg_files_csv, only: SIDE_ENDING, SIDE_COMMENTS
     implicit none
@@ -22,7 +23,7 @@ module gracecg_files_table
         type(text_file_t) :: text                       !! The whole file
         integer, allocatable :: line(:)                 !! Line number of each row
         type(string_t), allocatable :: comments(:)
-        !! Of a CSV file: those of FILE.meta.json or, of version 0.1, its first lines, without the #
+        !! Of a CSV file: those of FILE.meta.json or its first lines, without the #
         logical, private :: is_csv = .false.
         integer, private :: header = 0                  !! Number of the line with the columns' names
     contains
@@ -30,6 +31,7 @@ module gracecg_files_table
         procedure :: fields => fields_of_row    !! The fields of a row
         procedure :: get_fields                 !! The same, of a row that must have so many
         procedure :: get_real                   !! A number out of a field
+        procedure :: get_integer                !! An integer out of a field
         procedure :: check_numbers              !! Are fields that nobody uses numbers?
         procedure :: get_numbers                !! All fields of all rows as numbers
         procedure :: fail_at                    !! A failure at a row
@@ -71,31 +73,28 @@ contains
         if (has_fields) has_fields = text%text(i:i) /= COMMENT
     end function has_fields
 
-    !> Reads a CSV file: the line of the columns' names, which must be `columns`, and the rows; in files of
-    !> version 0.1 with lines that begin with # above. Fails when the header differs or, where rows are
-    !> needed, there is none. Lines may end as on Windows; blank lines are allowed at the end.
-    subroutine read_csv_rows(path, columns, file, error, rows_needed, former)
+    !> Reads a CSV file: the line of the columns' names, which must be `columns`, and the rows. Lines above that begin
+    !> with # are comments. Fails when the header differs or, where rows are needed, there is none. Lines may end as on
+    !> Windows; blank lines are allowed at the end.
+    subroutine read_csv_rows(path, columns, file, error)
         character(*), intent(in) :: path        !! Of the file
         character(*), intent(in) :: columns(:)  !! Names in the header, in their order
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: rows_needed    !! True when absent
-        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
 
         type(text_file_t) :: text
 
         call read_text_file(path, text, error)
-        if (.not. allocated(error)) call csv_of_text(text, columns, file, error, rows_needed, former)
+        if (.not. allocated(error)) call csv_of_text(text, columns, file, error)
     end subroutine read_csv_rows
 
     !> The same of a text in memory.
-    subroutine csv_of_text(text, columns, file, error, rows_needed, former)
+    subroutine csv_of_text(text, columns, file, error, rows_needed)
         type(text_file_t), intent(in) :: text
         character(*), intent(in) :: columns(:)  !! Names in the header, in their order
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: rows_needed    !! True when absent
-        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
 
         integer :: header, last, i
         logical :: needed
@@ -117,7 +116,7 @@ contains
                               'the columns '//join(columns, ','))
             return
         end if
-        call check_header(file%text, header, columns, error, former)
+        call check_header(file%text, header, columns, error)
         needed = .true.
         if (present(rows_needed)) needed = rows_needed
         if (.not. allocated(error) .and. needed .and. last == header) &
@@ -143,38 +142,31 @@ contains
     end subroutine find_comments
 
     !> All numbers of a CSV file. Fails as `read_csv_rows` and `get_numbers`.
-    subroutine read_csv_numbers(path, columns, numbers, error, comments, former)
+    subroutine read_csv_numbers(path, columns, numbers, error, comments)
         character(*), intent(in) :: path                                    !! Of the file
         character(*), intent(in) :: columns(:)                              !! Names in the header
         real(dp), allocatable, intent(out) :: numbers(:, :)                 !! (row, column)
         type(error_t), allocatable, intent(out) :: error
         type(string_t), allocatable, intent(out), optional :: comments(:)   !! Lines without the #
-        character(*), intent(in), optional :: former(:)                     !! As of read_csv_rows
 
         type(table_file_t) :: file
 
-        call read_csv_rows(path, columns, file, error, former=former)
-        if (.not. allocated(error)) call file%get_numbers(columns, numbers, error)
+        call read_csv_rows(path, columns, file, error)
+        call file%get_numbers(columns, numbers, error)
         if (present(comments)) call move_alloc(file%comments, comments)
     end subroutine read_csv_numbers
 
-    subroutine check_header(text, line_number, columns, error, former)
+    subroutine check_header(text, line_number, columns, error)
         type(text_file_t), intent(in) :: text
         integer, intent(in) :: line_number
         character(*), intent(in) :: columns(:)
         type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in), optional :: former(:)
 
         type(string_t), allocatable :: found(:)
         character(:), allocatable :: problem
         integer :: i
 
         allocate (found, source=split(text%line(line_number), COMMA))
-        if (present(former)) then
-            if (size(found) == size(former)) then
-                if (all([(trim(adjustl(found(i)%text)) == former(i), i=1, size(former))])) return
-            end if
-        end if
         do i = 1, min(size(found), size(columns))
             if (trim(adjustl(found(i)%text)) == columns(i)) cycle
             problem = 'column '//integer_text(i)//' is "'//trim(adjustl(found(i)%text))// &
@@ -260,13 +252,22 @@ contains
         integer, intent(in) :: row              !! Number of the row, from 1
         integer, intent(in) :: columns          !! How many fields it must have
         character(*), intent(in) :: meaning     !! What the columns are, for the message
-        type(string_t), allocatable, intent(out) :: fields(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(string_t), allocatable, intent(out) :: fields(:)  !! After a failure as many, empty
+        type(error_t), allocatable, intent(inout) :: error
 
-        fields = self%fields(row)
-        if (size(fields) /= columns) &
+        integer :: i
+
+        if (.not. allocated(error)) then
+            fields = self%fields(row)
+            if (size(fields) == columns) return
             call self%fail_at(row, 'has '//integer_text(size(fields))//' columns, expected '// &
                               integer_text(columns)//': '//meaning, error)
+            deallocate (fields)
+        end if
+        allocate (fields(columns))
+        do i = 1, columns
+            fields(i)%text = ''
+        end do
     end subroutine get_fields
 
     !> The number in a field of a row: finite and, with limits, within them (both ends included).
@@ -276,15 +277,35 @@ contains
         type(string_t), intent(in) :: field
         character(*), intent(in) :: name        !! Of the quantity, for the message
         real(dp), intent(out) :: value          !! In the file's unit
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: low, high !! Allowed range, in the file's unit
         character(*), intent(in), optional :: unit  !! Of the range, for the message
 
         character(:), allocatable :: problem
 
+        value = 0
+        if (allocated(error)) return
         call real_from_text(field%text, value, problem, low, high, unit)
         if (allocated(problem)) call self%fail_at(row, name//': '//problem, error)
     end subroutine get_real
+
+    !> The integer in a field of a row, with limits within them (both ends included).
+    subroutine get_integer(self, row, field, name, value, error, low, high)
+        class(table_file_t), intent(in) :: self
+        integer, intent(in) :: row              !! Number of the row, from 1
+        type(string_t), intent(in) :: field
+        character(*), intent(in) :: name        !! Of the quantity, for the message
+        integer, intent(out) :: value           !! 0 after a failure
+        type(error_t), allocatable, intent(inout) :: error
+        integer, intent(in), optional :: low, high      !! Allowed range
+
+        character(:), allocatable :: problem
+
+        value = 0
+        if (allocated(error)) return
+        call integer_from_text(field%text, value, problem, low, high)
+        if (allocated(problem)) call self%fail_at(row, name//': '//problem, error)
+    end subroutine get_integer
 
     !> Fails unless every field, which nobody uses, is a finite number: what is none there tells of a
     !> file that is not what it is taken for.
@@ -293,13 +314,14 @@ contains
         integer, intent(in) :: row                      !! Number of the row, from 1
         type(string_t), intent(in) :: fields(:)
         integer, intent(in) :: first                    !! Column of the first of them, for the message
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         logical, intent(in), optional :: or_nothing     !! A single - stands for no number
 
         real(dp) :: value
         logical :: ok
         integer :: i
 
+        if (allocated(error)) return
         do i = 1, size(fields)
             call parse_real(fields(i)%text, value, ok)
             if (.not. ok .and. present(or_nothing)) ok = or_nothing .and. fields(i)%text == NOTHING
@@ -310,60 +332,29 @@ contains
         end do
     end subroutine check_numbers
 
-    !> All fields of all rows as numbers. Fails, naming the column, when a row of a CSV file has too few
-    !> or too many, or one is not a finite number.
+    !> All fields of all rows as numbers. Fails, naming the column, when a row has too few or too many, or one is not a
+    !> finite number.
     subroutine get_numbers(self, columns, numbers, error)
         class(table_file_t), intent(in) :: self
         character(*), intent(in) :: columns(:)                  !! Their names
         real(dp), allocatable, intent(out) :: numbers(:, :)     !! (row, column)
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
 
-        integer :: row
+        type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: names
+        integer :: row, k
 
+        if (allocated(error)) return
         allocate (numbers(self%row_count(), size(columns)))
+        names = join(columns, ',')
         do row = 1, self%row_count()
-            call read_row(self, row, columns, numbers(row, :), error)
+            call self%get_fields(row, size(columns), names, fields, error)
+            do k = 1, size(columns)
+                call self%get_real(row, fields(k), 'column '//trim(columns(k)), numbers(row, k), error)
+            end do
             if (allocated(error)) return
         end do
     end subroutine get_numbers
-
-    subroutine read_row(file, row, columns, numbers, error)
-        type(table_file_t), intent(in) :: file
-        integer, intent(in) :: row
-        character(*), intent(in) :: columns(:)
-        real(dp), intent(out) :: numbers(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t), allocatable :: fields(:)
-        integer :: column, first, last, end
-        logical :: ok
-
-        first = file%text%first(file%line(row))
-        last = file%text%last(file%line(row))
-        column = 0
-        do
-            end = first
-            do while (end <= last)
-                if (file%text%text(end:end) == COMMA) exit
-                end = end + 1
-            end do
-            column = column + 1
-            if (column > size(numbers)) exit
-            call parse_real(file%text%text(first:end - 1), numbers(column), ok)
-            if (.not. ok) then
-                call file%fail_at(row, 'column '//trim(columns(column))//': "'// &
-                                  file%text%text(first:end - 1)//'" is not a finite number', error)
-                return
-            end if
-            if (end > last) exit
-            first = end + 1
-        end do
-        if (column /= size(numbers)) then
-            fields = file%fields(row)       ! within an expression, gfortran 12 would not free its texts
-            call file%fail_at(row, 'has '//integer_text(size(fields))//' columns, expected '// &
-                              integer_text(size(numbers))//': '//join(columns, ','), error)
-        end if
-    end subroutine read_row
 
     !> A failure at a row.
     subroutine fail_at(self, row, message, error)

@@ -6,6 +6,7 @@
 !> out, and `remove` waits until nobody is in.
 module gracecg_interface_handles
     use gracecg_base_kinds, only: i8
+    use gracecg_interface_items, only: items_t
     implicit none
     private
     public :: object_t, no_object_t, store, acquire, release, remove, live_objects, MAX_OBJECTS
@@ -15,6 +16,8 @@ module gracecg_interface_handles
 
     !> What a handle stands for.
     type, abstract :: object_t
+    contains
+        procedure :: tell => tell_nothing               !! Puts its items, of which one is wanted
     end type object_t
 
     !> Stands for the object of a handle that is none.
@@ -35,6 +38,14 @@ module gracecg_interface_handles
     integer, save :: alive = 0                          !! Objects
 
 contains
+
+    subroutine tell_nothing(self, items)
+        class(object_t), intent(in) :: self
+        type(items_t), intent(inout) :: items
+
+        associate (without => self, any => items)   ! as a model: it has none
+        end associate
+    end subroutine tell_nothing
 
     !> Takes an object over and gives its handle: 0 when there is no room, and the object is then still
     !> the caller's.

@@ -22,7 +22,7 @@ module gracecg_planning_leakage
         fly_manoeuvre
     implicit none
     private
-    public :: leakage_pair_t, leakage_sigmas, leakage_of_case, find_pair
+    public :: leakage_pair_t, leakage_of_case, find_pair
 
     integer, parameter :: PARAMETERS = 21           !! d; L and K of each axis and rod
     real(dp), parameter :: AROUND = 600, STEP = 60  !! Places about half a revolution that are tried, s
@@ -98,20 +98,6 @@ contains
         call solve_normal_equations(bounded, spread(0.0_dp, 1, PARAMETERS), x, covariance, condition, failure)
         if (.not. allocated(failure)) with = sqrt([(covariance(k, k), k=1, 3)])
     end subroutine sigmas_of
-
-    !> Standard deviations of d by one flight at a place, without leakage and with it estimated.
-    subroutine leakage_sigmas(arc, site, rods, without, with)
-        type(planned_arc_t), intent(in) :: arc
-        type(manoeuvre_site_t), intent(in) :: site
-        type(torque_rods_t), intent(in) :: rods         !! Times count from the start of the calibration
-        real(dp), intent(out) :: without(3), with(3)    !! m, body axes; huge: not determined
-
-        real(dp) :: normal(PARAMETERS, PARAMETERS)
-
-        call normal_matrix(arc, site, rods, normal)
-        call sigmas_of(normal, without, with)
-    end subroutine leakage_sigmas
-
     !> The pair of a case's own manoeuvre at its own place. Fails as the orbit does.
     subroutine leakage_of_case(case, pair, error)
         type(case_t), intent(in) :: case

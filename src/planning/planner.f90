@@ -21,7 +21,7 @@ module gracecg_planning_planner
     private
     public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE
     public :: plan_t, prepare_plan, find_manoeuvre, times_along, planned_calibration, take_design
-    public :: plan_manoeuvre, map_case, shortest_manoeuvre
+    public :: plan_manoeuvre, map_case
     public :: SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
 
     real(dp), parameter :: ORBIT_STEP = 10          !! Between the orbit's samples, s

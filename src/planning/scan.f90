@@ -47,7 +47,7 @@ module gracecg_planning_scan
         integer, allocatable :: times(:)                    !! s
         type(orbit_place_t), allocatable :: places(:)
     contains
-        procedure :: do_one => look_at_one
+        procedure :: do_one => look_at_place
     end type scan_t
 
 contains
@@ -81,15 +81,6 @@ contains
         call run_parallel(work, size(times), threads, error, progress)
         call move_alloc(work%places, places)
     end subroutine scan_orbit
-
-    subroutine look_at_one(self, i, error)
-        class(scan_t), intent(inout) :: self
-        integer, intent(in) :: i
-        type(error_t), allocatable, intent(out) :: error
-
-        call look_at_place(self%case, self%knowledge, self%options, self%orbit, self%times(i), self%places(i), error)
-        call add_context(error, 'calibration at '//integer_text(self%times(i))//' s')
-    end subroutine look_at_one
 
     !> Is the angular acceleration about x smaller than about y and z? There the report expects the
     !> best estimate of the x component (section 6.2).
@@ -125,33 +116,33 @@ contains
         if (.not. allocated(error)) call take_manoeuvre(chosen, rods)
     end subroutine rods_at_place
 
-    subroutine look_at_place(case, knowledge, options, orbit, time, place, error)
-        type(case_t), intent(in) :: case
-        type(operator_knowledge_t), intent(in) :: knowledge  !! What the operator knows of the case
-        type(estimation_options_t), intent(in) :: options
-        type(nominal_orbit_t), intent(in) :: orbit
-        integer, intent(in) :: time                     !! s
-        type(orbit_place_t), intent(out) :: place
+    subroutine look_at_place(self, i, error)
+        class(scan_t), intent(inout) :: self
+        integer, intent(in) :: i
         type(error_t), allocatable, intent(out) :: error
 
         type(loads_t) :: acting
         type(torque_rods_t) :: rods
         integer :: k
 
-        k = nint(time/ORBIT_INTERVAL)
-        place%time = time
-        call orbit%geodetic_place(k, place%latitude, place%longitude)
-        call orbit%dynamics%loads(real(time, dp), orbit%state(:, k), acting)
-        place%field = acting%field
-        place%pattern = rod_pattern(case%pattern_rule, place%field)
-        place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
-                                        cross(ROD_AMPLITUDE*place%pattern, place%field)))
-        call new_harmonic_manoeuvre(rods, place%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
-                                    real(time, dp), time + knowledge%duration, error)
-        if (allocated(error)) return
-        call predict_sigma(knowledge, options, case%angular_velocity, &
-                           magnetic_torque(knowledge, rods, time, measured_field(case, orbit, rods, k)), &
-                           place%sigma, error)
+        associate (place => self%places(i), time => self%times(i), case => self%case, orbit => self%orbit, &
+                   knowledge => self%knowledge)
+            k = nint(time/ORBIT_INTERVAL)
+            place%time = time
+            call orbit%geodetic_place(k, place%latitude, place%longitude)
+            call orbit%dynamics%loads(real(time, dp), orbit%state(:, k), acting)
+            place%field = acting%field
+            place%pattern = rod_pattern(case%pattern_rule, place%field)
+            place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
+                                            cross(ROD_AMPLITUDE*place%pattern, place%field)))
+            call new_harmonic_manoeuvre(rods, place%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+                                        real(time, dp), time + knowledge%duration, error)
+            if (.not. allocated(error)) &
+                call predict_sigma(knowledge, self%options, case%angular_velocity, &
+                                   magnetic_torque(knowledge, rods, time, measured_field(case, orbit, rods, k)), &
+                                   place%sigma, error)
+            call add_context(error, 'calibration at '//integer_text(time)//' s')
+        end associate
     end subroutine look_at_place
 
     !> The field that the magnetometer shows, without noise, during a calibration that starts at

@@ -13,7 +13,7 @@ module gracecg_studies_campaign
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, run_recorder_t, error_statistics_t, &
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, some_runs, run_monte_carlo, run_recorder_t, error_statistics_t, &
         statistics_of, prediction_t, predict_errors
     use gracecg_studies_published_case, only: built_in_calibration, settings_checksum
     use gracecg_studies_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
@@ -31,17 +31,13 @@ module gracecg_studies_campaign
         character(16) :: published = ''             !! Which case of the report it is; empty: none
     end type campaign_case_t
 
-    !> One case with one algorithm.
-    type :: campaign_entry_t
-        integer, allocatable :: run(:)              !! Numbers of the runs, increasing
-        real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), mm
-        logical, allocatable :: converged(:)        !! (runs)
-        real(dp), allocatable :: normalised_run(:)
-        !! Error squared in units of the estimate's own covariance, (runs); 0: it has none, -1: not known
+    !> One case with one algorithm: its estimates, mm, in the order of their runs, and what is made of them. Of a run that
+    !> was read from a file `normalised` may be -1: not known.
+    type, extends(monte_carlo_t) :: campaign_entry_t
         type(error_statistics_t) :: statistics      !! mm
         real(dp) :: predicted(3) = 0                !! RMS error by theory, mm
         real(dp) :: published(3) = 0                !! RMS error in the report, mm; 0: none
-        real(dp) :: normalised = 0
+        real(dp) :: mean_normalised = 0
         !! Mean error squared in units of the estimates' own covariances; 0: not known or none
     end type campaign_entry_t
 
@@ -53,7 +49,6 @@ module gracecg_studies_campaign
         character(16), allocatable :: algorithms(:) !! Each one of ESTIMATOR_NAMES
         type(campaign_case_t), allocatable :: cases(:)  !! The cases, in the order of the tables
         type(campaign_entry_t), allocatable :: entries(:, :)    !! (algorithm, case)
-        character(8) :: version = ''                !! Of the program whose file it comes from; blank: of none
     end type campaign_t
 
     !> How a campaign, theory and the published values agree.
@@ -75,30 +70,20 @@ contains
         integer, intent(in) :: runs, shard, shards    !! As the components of the same names
         type(campaign_t) :: campaign
 
+        integer :: a, i
+
         campaign%seed = seed
         campaign%runs = runs
         campaign%shard = shard
         campaign%shards = shards
         campaign%algorithms = algorithms
         allocate (campaign%cases(cases), campaign%entries(size(algorithms), cases))
-        call empty_entries(campaign)
-    end function new_campaign
-
-    !> Gives the entries that have no runs arrays of size 0.
-    subroutine empty_entries(campaign)
-        type(campaign_t), intent(inout) :: campaign
-
-        integer :: a, i
-
-        do i = 1, size(campaign%entries, 2)
-            do a = 1, size(campaign%entries, 1)
-                associate (entry => campaign%entries(a, i))
-                    if (.not. allocated(entry%run)) allocate (entry%run(0), entry%offset(3, 0), entry%converged(0), &
-                                                              entry%normalised_run(0))
-                end associate
+        do i = 1, cases
+            do a = 1, size(algorithms)
+                campaign%entries(a, i)%monte_carlo_t = some_runs([integer ::])
             end do
         end do
-    end subroutine empty_entries
+    end function new_campaign
 
     !> The runs of a shard: those of 1 to `runs` with mod(run - 1, shards) = shard - 1.
     pure function shard_runs(campaign) result(runs)
@@ -211,18 +196,13 @@ contains
         integer, intent(in) :: n                        !! At most the runs there are
         type(campaign_t) :: first
 
-        integer :: a, i
+        integer :: a, i, k
 
         first = campaign
         first%runs = n
         do i = 1, size(first%cases)
             do a = 1, size(first%algorithms)
-                associate (entry => first%entries(a, i))
-                    entry%run = entry%run(:n)
-                    entry%offset = entry%offset(:, :n)
-                    entry%converged = entry%converged(:n)
-                    entry%normalised_run = entry%normalised_run(:n)
-                end associate
+                call first%entries(a, i)%keep([(k, k=1, n)])
                 call summarise(first, a, i)
             end do
         end do
@@ -264,30 +244,10 @@ contains
                              missing_runs(campaign, a, i), threads, results, error, progress=progress, &
                              recorder=recorder)
         if (allocated(error) .and. .not. is_stopped(progress)) return
-        call take_results(results, campaign%entries(a, i))
+        results%offset = results%offset/MILLIMETRE
+        call campaign%entries(a, i)%add(results)
         call summarise(campaign, a, i)
     end subroutine run_entry
-
-    !> Puts runs among those that an entry has, in the order of their numbers.
-    subroutine take_results(results, entry)
-        type(monte_carlo_t), intent(in) :: results
-        type(campaign_entry_t), intent(inout) :: entry
-
-        integer, allocatable :: order(:), number(:)
-        integer :: i
-
-        number = [entry%run, results%run]
-        allocate (order(maxval([0, number])), source=0)
-        order(number) = [(i, i=1, size(number))]
-        order = pack(order, order > 0)
-        entry%run = number(order)
-        entry%offset = reshape([entry%offset, results%offset/MILLIMETRE], [3, size(number)])
-        entry%offset = entry%offset(:, order)
-        entry%converged = [entry%converged, results%converged]
-        entry%converged = entry%converged(order)
-        entry%normalised_run = [entry%normalised_run, results%normalised]
-        entry%normalised_run = entry%normalised_run(order)
-    end subroutine take_results
 
     !> Statistics of an entry whose estimates are there, and its published values.
     subroutine summarise(campaign, a, i)
@@ -295,10 +255,10 @@ contains
         integer, intent(in) :: a, i !! Numbers of algorithm and case
 
         associate (entry => campaign%entries(a, i), case => campaign%cases(i))
-            entry%normalised = 0
+            entry%mean_normalised = 0
             if (size(entry%run) > 0) entry%statistics = statistics_of(entry%offset, case%offset)
-            if (size(entry%run) > 0 .and. all(entry%normalised_run >= 0)) &
-                entry%normalised = sum(entry%normalised_run)/size(entry%run)
+            if (size(entry%run) > 0 .and. all(entry%normalised >= 0)) &
+                entry%mean_normalised = sum(entry%normalised)/size(entry%run)
             entry%published = published_rms(trim(case%published), trim(campaign%algorithms(a)))
         end associate
     end subroutine summarise

@@ -1,8 +1,7 @@
 !> The files of a Monte Carlo campaign: the table of its statistics, and the estimates of every run,
 !> which can be read back.
 !>
-!> What FILE.meta.json tells of a runs file, in this order; in files of version 0.1 these are comment lines
-!> of the file itself:
+!> What FILE.meta.json tells of a runs file, in this order:
 !>
 !>     gracecg VERSION COMMAND
 !>     seed S, runs 1 to N
@@ -24,10 +23,10 @@ module gracecg_studies_campaign_files
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, &
         remove_file
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_csv, only: csv_writer_t, csv_field
+    use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_table, only: table_file_t, csv_of_text
     use gracecg_studies_campaign, only: campaign_t, campaign_case_t
-    use gracecg_studies_monte_carlo, only: run_recorder_t
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, some_runs, run_recorder_t
     use gracecg_studies_published_case, only: built_in_calibration
     implicit none
     private
@@ -35,13 +34,12 @@ module gracecg_studies_campaign_files
 
     character(*), parameter :: TABLE_COLUMNS = &
         'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
-    character(9), parameter :: RUNS_COLUMNS(7) = [character(9) :: &
-        'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', 'converged']
-    character(*), parameter :: JOURNAL_COLUMN = 'normalised'
-    !! Of a journal, behind RUNS_COLUMNS: as in monte_carlo_t; -1: not known
+    character(10), parameter :: JOURNAL_COLUMNS(8) = [character(10) :: &
+        'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', 'converged', 'normalised']
+    !! The last one of a journal alone: as in monte_carlo_t; -1: not known
+    integer, parameter :: RUNS_COLUMNS = 7      !! That a runs file has of them
     character(*), parameter :: SHARD_COMMENT = 'shard ', CASE_COMMENT = 'case ', PREDICTED_COMMENT = 'predicted '
     !! How they begin
-    character(8), parameter :: VERSIONS(2) = [character(8) :: '0.1.0', VERSION]     !! Whose files are read
     integer, parameter :: COMMENT_LENGTH = 200
     real(dp), parameter :: LARGEST_OFFSET = 1e9_dp
     !! Of a run, mm: beyond what an estimate that diverged leaves, and far from where its statistics would overflow
@@ -125,30 +123,51 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
-        type(string_t) :: fields(7)
-        integer :: a, i, k, axis
+        type(string_t) :: fields(size(JOURNAL_COLUMNS))
+        integer :: a, i, k
 
-        call file%open(path, join(RUNS_COLUMNS, ','), [settings_comments(campaign, command), &
-                                                       case_comments(campaign)], error)
+        call file%open(path, join(JOURNAL_COLUMNS(:RUNS_COLUMNS), ','), all_comments(campaign, command), error)
         if (allocated(error)) return
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                fields(1)%text = trim(campaign%cases(i)%name)
-                fields(2)%text = trim(campaign%algorithms(a))
-                associate (entry => campaign%entries(a, i))
-                    do k = 1, size(entry%run)
-                        fields(3)%text = integer_text(entry%run(k))
-                        do axis = 1, 3
-                            fields(3 + axis)%text = real_text(entry%offset(axis, k))
-                        end do
-                        fields(7)%text = trim(logical_text(entry%converged(k)))
-                        call file%fields(fields)
-                    end do
-                end associate
+                do k = 1, size(campaign%entries(a, i)%run)
+                    fields = row_of(campaign, a, i, k)
+                    call file%fields(fields(:RUNS_COLUMNS))
+                end do
             end do
         end do
         call file%commit(error)
     end subroutine write_runs
+
+    !> The fields of a run that an entry has.
+    function row_of(campaign, a, i, k) result(fields)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: a, i, k      !! Numbers of algorithm and case; place of the run
+        type(string_t) :: fields(size(JOURNAL_COLUMNS))
+
+        fields(1)%text = trim(campaign%cases(i)%name)
+        fields(2)%text = trim(campaign%algorithms(a))
+        associate (entry => campaign%entries(a, i))
+            fields(3:) = estimate_fields(entry%run(k), entry%offset(:, k), entry%converged(k), entry%normalised(k))
+        end associate
+    end function row_of
+
+    function estimate_fields(run, offset, converged, normalised) result(fields)
+        integer, intent(in) :: run
+        real(dp), intent(in) :: offset(3)       !! mm
+        logical, intent(in) :: converged
+        real(dp), intent(in) :: normalised
+        type(string_t) :: fields(size(JOURNAL_COLUMNS) - 2)
+
+        integer :: axis
+
+        fields(1)%text = integer_text(run)
+        do axis = 1, 3
+            fields(1 + axis)%text = real_text(offset(axis))
+        end do
+        fields(5)%text = trim(logical_text(converged))
+        fields(6)%text = real_text(merge(normalised, -1.0_dp, ieee_is_finite(normalised)))
+    end function estimate_fields
 
     !> Where the runs are kept while the file with them is not complete.
     pure function journal_path(path) result(journal)
@@ -174,19 +193,16 @@ contains
         self%path = path
         call file%open(path, error)
         if (allocated(error)) return
-        comments = [settings_comments(campaign, command), case_comments(campaign)]
+        comments = all_comments(campaign, command)
         do i = 1, size(comments)
             call file%line('# '//trim(comments(i)))
         end do
-        call file%line(join(RUNS_COLUMNS, ',')//','//JOURNAL_COLUMN)
+        call file%line(join(JOURNAL_COLUMNS, ','))
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                associate (entry => campaign%entries(a, i))
-                    do k = 1, size(entry%run)
-                        call file%line(entry_text(campaign, a, i)//trim(run_text( &
-                                       entry%run(k), entry%offset(:, k), entry%converged(k), entry%normalised_run(k))))
-                    end do
-                end associate
+                do k = 1, size(campaign%entries(a, i)%run)
+                    call file%line(join(padded(row_of(campaign, a, i, k)), ','))
+                end do
             end do
         end do
         call file%commit(error)
@@ -198,16 +214,8 @@ contains
         type(campaign_t), intent(in) :: campaign
         integer, intent(in) :: a, i             !! Numbers of algorithm and case
 
-        self%entry = entry_text(campaign, a, i)
+        self%entry = trim(campaign%cases(i)%name)//','//trim(campaign%algorithms(a))//','
     end subroutine begin_entry
-
-    function entry_text(campaign, a, i) result(text)
-        type(campaign_t), intent(in) :: campaign
-        integer, intent(in) :: a, i
-        character(len(csv_field(trim(campaign%cases(i)%name))) + len_trim(campaign%algorithms(a)) + 2) :: text
-
-        text = csv_field(trim(campaign%cases(i)%name))//','//trim(campaign%algorithms(a))//','
-    end function entry_text
 
     subroutine record_run(self, run, offset, converged, normalised, error)
         class(journal_t), intent(inout) :: self
@@ -218,26 +226,12 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         if (all(ieee_is_finite(offset))) then
-            call self%file%line(self%entry//trim(run_text(run, offset/MILLIMETRE, converged, normalised)), error)
+            call self%file%line(self%entry//join(padded(estimate_fields(run, offset/MILLIMETRE, converged, normalised)), &
+                                                 ','), error)
         else
             call fail(error, 'run '//integer_text(run)//': the estimate is not a finite number')
         end if
     end subroutine record_run
-
-    function run_text(run, offset, converged, normalised) result(text)
-        integer, intent(in) :: run
-        real(dp), intent(in) :: offset(3)       !! mm
-        logical, intent(in) :: converged
-        real(dp), intent(in) :: normalised
-        character(160) :: text
-
-        real(dp) :: known
-
-        known = -1
-        if (ieee_is_finite(normalised)) known = normalised
-        text = integer_text(run)//','//real_text(offset(1))//','//real_text(offset(2))//','//real_text(offset(3))// &
-               ','//trim(logical_text(converged))//','//real_text(known)
-    end function run_text
 
     subroutine remove(self)
         class(journal_t), intent(inout) :: self
@@ -246,28 +240,24 @@ contains
         call remove_file(self%path)
     end subroutine remove
 
-    !> What merging needs beside the estimates: true offsets and predictions.
-    function case_comments(campaign) result(comments)
+    !> What is told of a campaign: settings, and what merging needs beside the estimates, true offsets and predictions.
+    function all_comments(campaign, command) result(comments)
         type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command
         character(COMMENT_LENGTH), allocatable :: comments(:)
 
-        integer :: a, i, n
+        integer :: a, i
 
-        allocate (comments(size(campaign%cases)*(1 + size(campaign%algorithms))))
-        n = 0
+        comments = settings_comments(campaign, command)
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
-                n = n + 1
-                comments(n) = comment(CASE_COMMENT//trim(case%name)//' checksum '// &
-                                      integer_text(case%checksum)//' offset_mm', case%offset)
-                do a = 1, size(campaign%algorithms)
-                    n = n + 1
-                    comments(n) = comment(PREDICTED_COMMENT//trim(case%name)//' '// &
-                                          trim(campaign%algorithms(a)), campaign%entries(a, i)%predicted)
-                end do
+                comments = [comments, comment(CASE_COMMENT//trim(case%name)//' checksum '//integer_text(case%checksum)// &
+                                              ' offset_mm', case%offset)]
+                comments = [comments, (comment(PREDICTED_COMMENT//trim(case%name)//' '//trim(campaign%algorithms(a)), &
+                                               campaign%entries(a, i)%predicted), a=1, size(campaign%algorithms))]
             end associate
         end do
-    end function case_comments
+    end function all_comments
 
     function comment(text, values) result(line)
         character(*), intent(in) :: text
@@ -288,21 +278,19 @@ contains
 
         type(text_file_t) :: text
         type(table_file_t) :: file
-        logical :: is_journal
+        integer :: columns
 
         call read_text_file(path, text, error)
         if (allocated(error)) return
-        is_journal = index(text%text, LF//join(RUNS_COLUMNS, ',')//','//JOURNAL_COLUMN//LF) > 0
-        if (is_journal) then
+        columns = RUNS_COLUMNS
+        if (index(text%text, LF//join(JOURNAL_COLUMNS, ',')//LF) > 0) then
+            columns = size(JOURNAL_COLUMNS)
             text = text_file_of(text%text(:index(text%text, LF, back=.true.)), path)
-            call csv_of_text(text, [character(len(JOURNAL_COLUMN)) :: RUNS_COLUMNS, JOURNAL_COLUMN], file, error, &
-                             rows_needed=.false.)
-        else
-            call csv_of_text(text, RUNS_COLUMNS, file, error, rows_needed=.false.)
         end if
+        call csv_of_text(text, JOURNAL_COLUMNS(:columns), file, error, rows_needed=.false.)
         if (.not. allocated(error)) call read_settings(file, campaign, error)
         if (.not. allocated(error)) call read_cases(file, campaign, error)
-        if (.not. allocated(error)) call read_rows(file, is_journal, campaign, error)
+        if (.not. allocated(error)) call read_rows(file, columns, campaign, error)
     end subroutine read_runs
 
     !> The first two comments.
@@ -313,17 +301,13 @@ contains
 
         type(string_t), allocatable :: words(:)
         logical :: ok(2)
-        integer :: i
 
         if (size(file%comments) < 2) then
             call file%fail_at_comment(0, 'what tells of version, seed and cases is missing: it stands in this '// &
                                       'file, which belongs beside the one with the runs', error)
             return
         end if
-        do i = 1, size(VERSIONS)
-            if (index(file%comments(1)%text, 'gracecg '//trim(VERSIONS(i))//' ') == 1) campaign%version = VERSIONS(i)
-        end do
-        if (campaign%version == '') then
+        if (index(file%comments(1)%text, 'gracecg '//VERSION//' ') /= 1) then
             call file%fail_at_comment(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
             return
         end if
@@ -348,51 +332,46 @@ contains
 
         type(string_t), allocatable :: algorithms(:)
         type(campaign_case_t), allocatable :: cases(:)
-        character(64) :: name
-        character(16) :: label
+        character(16) :: algorithm
         real(dp) :: values(3)
-        integer, allocatable :: predicted(:)
-        integer :: i, n
+        real(dp), allocatable :: predicted(:, :)        ! (3, predictions)
+        integer :: i, a
         logical :: ok
 
-        allocate (algorithms(0), cases(0), predicted(0))
+        allocate (algorithms(0), cases(0), predicted(3, 0))
         do i = 3, size(file%comments)
-            ok = .true.
-            if (index(file%comments(i)%text, SHARD_COMMENT) == 1) then
-                call read_shard_comment(file%comments(i)%text, campaign, ok)
-            else if (index(file%comments(i)%text, CASE_COMMENT) == 1) then
-                cases = [cases, campaign_case_t()]
-                call read_case_comment(file%comments(i)%text, cases(size(cases)), ok)
-            else if (index(file%comments(i)%text, PREDICTED_COMMENT) == 1) then
-                call read_predicted_comment(file%comments(i)%text, name, label, values, ok)
-                predicted = [predicted, i]
-                if (size(cases) == 1) call append(algorithms, trim(label))
-            end if
+            associate (line => file%comments(i)%text)
+                ok = .false.
+                if (index(line, SHARD_COMMENT) == 1) then
+                    call read_shard_comment(line, campaign, ok)
+                else if (index(line, CASE_COMMENT) == 1) then
+                    cases = [cases, campaign_case_t()]
+                    call read_case_comment(line, cases(size(cases)), ok)
+                else if (index(line, PREDICTED_COMMENT) == 1 .and. size(cases) > 0) then
+                    call read_predicted_comment(line, trim(cases(size(cases))%name), algorithm, values, ok)
+                    if (size(cases) == 1 .and. ok) call append(algorithms, trim(algorithm))
+                    a = size(predicted, 2) + 1 - (size(cases) - 1)*size(algorithms)
+                    if (ok) predicted = reshape([predicted, values], [3, size(predicted, 2) + 1])
+                    if (ok .and. size(cases) > 1) ok = a >= 1 .and. a <= size(algorithms)
+                    if (ok) ok = algorithm == algorithms(a)%text
+                end if
+            end associate
             if (.not. ok) then
-                call file%fail_at_comment(i, 'expected "case NAME checksum C offset_mm X Y Z" or '// &
-                                          '"predicted NAME ALGORITHM X Y Z"', error)
+                call file%fail_at_comment(i, 'expected "case NAME checksum C offset_mm X Y Z", or "predicted NAME '// &
+                                          'ALGORITHM X Y Z" for each algorithm of the case above', error)
                 return
             end if
         end do
-        if (size(cases) == 0 .or. size(predicted) /= size(cases)*size(algorithms)) then
+        if (size(cases) == 0 .or. size(predicted, 2) /= size(cases)*size(algorithms)) then
             call file%fail_at_comment(0, 'the comments must have each case and a prediction of each '// &
                                       'algorithm', error)
             return
         end if
         campaign%cases = cases
-        allocate (campaign%algorithms(size(algorithms)))
+        allocate (campaign%algorithms(size(algorithms)), campaign%entries(size(algorithms), size(cases)))
         campaign%algorithms = padded(algorithms)
-        allocate (campaign%entries(size(algorithms), size(cases)))
-        do n = 1, size(predicted)
-            call read_predicted_comment(file%comments(predicted(n))%text, name, label, values, ok)
-            associate (a => mod(n - 1, size(algorithms)) + 1, k => (n - 1)/size(algorithms) + 1)
-                if (name /= cases(k)%name .or. label /= campaign%algorithms(a)) then
-                    call file%fail_at_comment(predicted(n), 'expected the prediction of '// &
-                                              trim(cases(k)%name)//', '//trim(campaign%algorithms(a)), error)
-                    return
-                end if
-                campaign%entries(a, k)%predicted = values
-            end associate
+        do i = 1, size(predicted, 2)
+            campaign%entries(1 + mod(i - 1, size(algorithms)), 1 + (i - 1)/size(algorithms))%predicted = predicted(:, i)
         end do
     end subroutine read_cases
 
@@ -420,42 +399,37 @@ contains
         logical, intent(out) :: ok
 
         type(string_t), allocatable :: words(:)
-        integer :: n, last
+        integer :: n
 
         words = split_words(line)
         n = size(words)
         ok = n >= 8
+        if (ok) ok = words(n - 3)%text == 'offset_mm' .and. words(n - 5)%text == 'checksum'
+        if (ok) call read_three(words(n - 2:), case%offset, ok)
+        if (ok) call parse_integer(words(n - 4)%text, case%checksum, ok)
         if (.not. ok) return
-        call read_three(words(n - 2:), case%offset, ok)
-        if (.not. ok) return
-        last = index(line, ' checksum ', back=.true.)
-        ok = last > 0 .and. words(n - 3)%text == 'offset_mm' .and. words(n - 5)%text == 'checksum'
-        if (.not. ok) return
-        case%name = line(len(CASE_COMMENT) + 1:last - 1)
-        call parse_integer(words(n - 4)%text, case%checksum, ok)
-        if (ok) call built_in_calibration(trim(case%name), case%checksum, case%published)
+        case%name = line(len(CASE_COMMENT) + 1:index(line, ' checksum ', back=.true.) - 1)
+        call built_in_calibration(trim(case%name), case%checksum, case%published)
     end subroutine read_case_comment
 
-    !> "predicted NAME ALGORITHM X Y Z"
+    !> "predicted NAME ALGORITHM X Y Z" of a case
     subroutine read_predicted_comment(line, name, algorithm, values, ok)
-        character(*), intent(in) :: line
-        character(*), intent(out) :: name, algorithm
+        character(*), intent(in) :: line, name
+        character(*), intent(out) :: algorithm
         real(dp), intent(out) :: values(3)
         logical, intent(out) :: ok
 
         type(string_t), allocatable :: words(:)
-        integer :: n
 
-        name = ''
         algorithm = ''
         values = 0
-        words = split_words(line)
-        n = size(words)
-        ok = n >= 6
+        ok = index(line, PREDICTED_COMMENT//name//' ') == 1
         if (.not. ok) return
-        algorithm = words(n - 3)%text
-        name = line(len(PREDICTED_COMMENT) + 1:index(line, ' '//trim(algorithm)//' ', back=.true.) - 1)
-        call read_three(words(n - 2:), values, ok)
+        words = split_words(line(len(PREDICTED_COMMENT) + len(name) + 2:))
+        ok = size(words) == 4
+        if (.not. ok) return
+        algorithm = words(1)%text
+        call read_three(words(2:), values, ok)
     end subroutine read_predicted_comment
 
     subroutine read_three(words, values, ok)
@@ -473,63 +447,50 @@ contains
     end subroutine read_three
 
     !> The estimates. Rows of an entry stand together, in increasing order of the runs; those of a journal in any.
-    subroutine read_rows(file, is_journal, campaign, error)
+    subroutine read_rows(file, columns, campaign, error)
         type(table_file_t), intent(in) :: file
-        logical, intent(in) :: is_journal
+        integer, intent(in) :: columns              !! Of the file: RUNS_COLUMNS, or those of a journal
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
-        integer, allocatable :: entry_of(:), run(:), row_of(:)
-        real(dp), allocatable :: offset(:, :), normalised(:)
-        logical, allocatable :: converged(:)
-        integer :: rows, i, a, k
+        type(monte_carlo_t) :: rows, own
+        integer, allocatable :: entry_of(:)
+        integer :: i, a, k, e
+        logical :: found(campaign%runs, size(campaign%entries))
 
-        rows = file%row_count()
-        allocate (entry_of(rows), run(rows), offset(3, rows), converged(rows), normalised(rows))
-        do i = 1, rows
-            call read_row(file, i, is_journal, campaign, entry_of(i), run(i), offset(:, i), converged(i), &
-                          normalised(i), error)
+        found = .false.
+        rows = some_runs([(0, i=1, file%row_count())])
+        allocate (entry_of(file%row_count()))
+        do i = 1, file%row_count()
+            call read_row(file, i, columns, campaign, entry_of(i), rows, error)
             if (allocated(error)) return
-            if (i == 1 .or. is_journal) cycle
-            if (entry_of(i) < entry_of(i - 1) .or. (entry_of(i) == entry_of(i - 1) .and. &
-                                                    run(i) <= run(i - 1))) then
-                call file%fail_at(i, 'the rows are not in the order of case, algorithm and run', error)
-                return
+            if (found(rows%run(i), entry_of(i))) &
+                call file%fail_at(i, 'this run of this case and algorithm stands above already', error)
+            if (i > 1 .and. columns == RUNS_COLUMNS) then
+                if (entry_of(i) < entry_of(i - 1) .or. (entry_of(i) == entry_of(i - 1) .and. &
+                                                        rows%run(i) <= rows%run(i - 1))) &
+                    call file%fail_at(i, 'the rows are not in the order of case, algorithm and run', error)
             end if
+            if (allocated(error)) return
+            found(rows%run(i), entry_of(i)) = .true.
         end do
-        allocate (row_of(campaign%runs))
         do k = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                row_of = 0
-                do i = 1, rows
-                    if (entry_of(i) /= a + (k - 1)*size(campaign%algorithms)) cycle
-                    if (row_of(run(i)) > 0) then
-                        call file%fail_at(i, 'this run of this case and algorithm stands above already', error)
-                        return
-                    end if
-                    row_of(run(i)) = i
-                end do
-                associate (entry => campaign%entries(a, k))
-                    entry%run = pack(row_of, row_of > 0)
-                    entry%converged = converged(entry%run)
-                    entry%offset = offset(:, entry%run)
-                    entry%normalised_run = normalised(entry%run)
-                    entry%run = run(entry%run)
-                end associate
+                e = a + (k - 1)*size(campaign%algorithms)
+                own = rows
+                call own%keep(pack([(i, i=1, size(entry_of))], entry_of == e))
+                campaign%entries(a, k)%monte_carlo_t = some_runs([integer ::])
+                call campaign%entries(a, k)%add(own)
             end do
         end do
     end subroutine read_rows
 
-    subroutine read_row(file, row, is_journal, campaign, entry, run, offset, converged, normalised, error)
+    subroutine read_row(file, row, columns, campaign, entry, rows, error)
         type(table_file_t), intent(in) :: file
-        integer, intent(in) :: row
-        logical, intent(in) :: is_journal
+        integer, intent(in) :: row, columns
         type(campaign_t), intent(in) :: campaign
-        integer, intent(out) :: entry               !! Number of case and algorithm
-        integer, intent(out) :: run
-        real(dp), intent(out) :: offset(3)          !! mm
-        logical, intent(out) :: converged
-        real(dp), intent(out) :: normalised         !! -1: not known
+        integer, intent(out) :: entry                   !! Number of case and algorithm
+        type(monte_carlo_t), intent(inout) :: rows      !! Gets this one; mm
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
@@ -537,16 +498,7 @@ contains
         logical :: ok
 
         entry = 0
-        run = 0
-        offset = 0
-        converged = .false.
-        normalised = -1
-        if (is_journal) then
-            call file%get_fields(row, size(RUNS_COLUMNS) + 1, join(RUNS_COLUMNS, ',')//','//JOURNAL_COLUMN, fields, &
-                                 error)
-        else
-            call file%get_fields(row, size(RUNS_COLUMNS), join(RUNS_COLUMNS, ','), fields, error)
-        end if
+        call file%get_fields(row, columns, join(JOURNAL_COLUMNS(:columns), ','), fields, error)
         if (allocated(error)) return
         k = findloc(campaign%cases%name == fields(1)%text, .true., 1)
         a = findloc(campaign%algorithms == fields(2)%text, .true., 1)
@@ -555,23 +507,24 @@ contains
             return
         end if
         entry = a + (k - 1)*size(campaign%algorithms)
-        call parse_integer(fields(3)%text, run, ok)
-        if (ok) ok = run >= 1 .and. run <= campaign%runs
+        call parse_integer(fields(3)%text, rows%run(row), ok)
+        if (ok) ok = rows%run(row) >= 1 .and. rows%run(row) <= campaign%runs
         if (.not. ok) then
             call file%fail_at(row, 'column run: a whole number from 1 to '// &
                               integer_text(campaign%runs)//' is expected', error)
             return
         end if
-        call read_three(fields(4:6), offset, ok)
-        if (ok) ok = all(abs(offset) <= LARGEST_OFFSET)
+        call read_three(fields(4:6), rows%offset(:, row), ok)
+        if (ok) ok = all(abs(rows%offset(:, row)) <= LARGEST_OFFSET)
         if (.not. ok) then
             call file%fail_at(row, 'columns dx_mm, dy_mm, dz_mm must be finite numbers from -1e9 to 1e9 mm', error)
             return
         end if
-        call parse_logical(fields(7)%text, converged, ok)
+        call parse_logical(fields(7)%text, rows%converged(row), ok)
         if (.not. ok) call file%fail_at(row, 'column converged: true or false is expected', error)
-        if (.not. is_journal .or. allocated(error)) return
-        call parse_real(fields(8)%text, normalised, ok)
-        if (.not. ok) call file%fail_at(row, 'column '//JOURNAL_COLUMN//': a finite number is expected', error)
+        rows%normalised(row) = -1
+        if (columns == RUNS_COLUMNS .or. allocated(error)) return
+        call parse_real(fields(8)%text, rows%normalised(row), ok)
+        if (.not. ok) call file%fail_at(row, 'column normalised: a finite number is expected', error)
     end subroutine read_row
 end module gracecg_studies_campaign_files

@@ -55,10 +55,7 @@ contains
 
         integer :: i
 
-        if (first%version /= other%version) then
-            call fail(error, files//' are of different versions: gracecg '//trim(first%version)//' and '// &
-                      trim(other%version)//'; make them with one of them')
-        else if (first%seed /= other%seed) then
+        if (first%seed /= other%seed) then
             call fail(error, files//' have different seeds: '//integer_text(first%seed)//' and '// &
                       integer_text(other%seed))
         else if (first%runs /= other%runs) then
@@ -106,44 +103,38 @@ contains
         type(campaign_t), intent(inout) :: whole
         type(error_t), allocatable, intent(out) :: error
 
-        integer, allocatable :: source(:)           ! the part that has the run; 0: none
-        real(dp), allocatable :: offset(:, :), normalised(:)
-        logical, allocatable :: converged(:)
+        type(campaign_entry_t) :: new
+        integer, dimension(whole%runs) :: source, place     ! the part that has a run, and where it stands in it; 0: none
         integer :: p, k
 
-        allocate (source(whole%runs), source=0)
-        allocate (offset(3, whole%runs), converged(whole%runs), normalised(whole%runs))
+        source = 0
         do p = 1, size(parts)
-            associate (entry => parts(p)%entries(a, i))
-                do k = 1, size(entry%run)
-                    associate (run => entry%run(k))
-                        if (source(run) == 0) then
-                            source(run) = p
-                            offset(:, run) = entry%offset(:, k)
-                            converged(run) = entry%converged(k)
-                            normalised(run) = entry%normalised_run(k)
-                        else if (.not. all(agree(offset(:, run), entry%offset(:, k))) .or. &
-                                 (converged(run) .neqv. entry%converged(k))) then
-                            call fail(error, trim(names(source(run)))//' and '//trim(names(p))// &
-                                      ' contradict each other: '//trim(whole%cases(i)%name)//', '// &
-                                      trim(whole%algorithms(a))//', run '//integer_text(run))
-                            return
-                        end if
-                    end associate
-                end do
-            end associate
+            new = parts(p)%entries(a, i)
+            do k = 1, size(new%run)
+                associate (run => new%run(k))
+                    if (source(run) == 0) then
+                        source(run) = p
+                        place(run) = k
+                    else if (.not. same_estimate(parts(source(run))%entries(a, i), place(run), new, k)) then
+                        call fail(error, trim(names(source(run)))//' and '//trim(names(p))// &
+                                  ' contradict each other: '//trim(whole%cases(i)%name)//', '// &
+                                  trim(whole%algorithms(a))//', run '//integer_text(run))
+                        return
+                    end if
+                end associate
+            end do
+            call new%keep(pack([(k, k=1, size(new%run))], source(new%run) == p))
+            call whole%entries(a, i)%add(new)
         end do
-        if (all(source == 0)) then
-            call fail(error, 'no file has a run of '//trim(whole%cases(i)%name)//', '// &
-                      trim(whole%algorithms(a)))
-            return
-        end if
-        associate (entry => whole%entries(a, i))
-            entry%run = pack([(k, k=1, whole%runs)], source > 0)
-            entry%offset = offset(:, entry%run)
-            entry%converged = converged(entry%run)
-            entry%normalised_run = normalised(entry%run)
-            entry%predicted = parts(1)%entries(a, i)%predicted
-        end associate
+        if (all(source == 0)) &
+            call fail(error, 'no file has a run of '//trim(whole%cases(i)%name)//', '//trim(whole%algorithms(a)))
+        whole%entries(a, i)%predicted = parts(1)%entries(a, i)%predicted
     end subroutine merge_entry
+
+    pure logical function same_estimate(first, i, other, k) result(same)
+        type(campaign_entry_t), intent(in) :: first, other
+        integer, intent(in) :: i, k         !! Places of the run in them
+
+        same = all(agree(first%offset(:, i), other%offset(:, k))) .and. (first%converged(i) .eqv. other%converged(k))
+    end function same_estimate
 end module gracecg_studies_campaign_merge

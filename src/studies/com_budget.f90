@@ -2,58 +2,56 @@
 !> and in flight, which is why the offset is calibrated.
 module gracecg_studies_com_budget
     use gracecg_base_kinds, only: dp
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_table_com_budget, only: BUDGET_TABLE, BUDGET_EFFECT, BUDGET_X, BUDGET_Y, BUDGET_Z
     implicit none
     private
-    public :: com_budget_t, com_budget, is_stated
-
-    character(*), parameter :: RSS = 'rss', REQUIREMENT = 'requirement'      !! The last rows of a table
-
-    !> One of the tables, mm.
-    type :: com_budget_t
-        character(len(BUDGET_EFFECT)), allocatable :: effect(:)    !! Names of the effects
-        real(dp), allocatable :: error(:, :)        !! (axis, effect); see is_stated
-        real(dp) :: printed_rss(3) = 0              !! As the report has it
-        real(dp) :: requirement(3) = 0    !! Along x, y, z
-        real(dp) :: rss(3) = 0                      !! Root of the sum of the squares of the effects
-    end type com_budget_t
+    public :: com_budget_table, rss_of_effects
 
 contains
 
-    !> The table of a number; without an effect when there is none of that number.
-    pure function com_budget(table) result(budget)
-        character(*), intent(in) :: table           !! '1.1' or '1.2'
-        type(com_budget_t) :: budget
+    !> Both tables as printed, each effect, their root of the sum of squares ('rss') and the requirement; and behind
+    !> each 'rss' that of the printed effects. What is printed "---" stays empty.
+    function com_budget_table() result(table)
+        type(data_table_t) :: table
 
-        logical :: in_table(size(BUDGET_TABLE))
-        real(dp) :: values(3)
-        integer :: i, n
+        integer :: i
 
-        in_table = BUDGET_TABLE == table
-        n = count(in_table .and. BUDGET_EFFECT /= RSS .and. BUDGET_EFFECT /= REQUIREMENT)
-        allocate (budget%effect(n), budget%error(3, n))
-        n = 0
+        call table%columns_of('table,effect,dx_mm,dy_mm,dz_mm')
         do i = 1, size(BUDGET_TABLE)
-            if (.not. in_table(i)) cycle
-            values = [BUDGET_X(i), BUDGET_Y(i), BUDGET_Z(i)]
-            select case (BUDGET_EFFECT(i))
-            case (RSS)
-                budget%printed_rss = values
-            case (REQUIREMENT)
-                budget%requirement = values
-            case default
-                n = n + 1
-                budget%effect(n) = BUDGET_EFFECT(i)
-                budget%error(:, n) = values
-            end select
+            call add_row(BUDGET_EFFECT(i), [BUDGET_X(i), BUDGET_Y(i), BUDGET_Z(i)])
+            if (BUDGET_EFFECT(i) == 'rss') call add_row('rss of the effects', rss_of_effects(BUDGET_TABLE(i)))
         end do
-        budget%rss = sqrt(sum(merge(budget%error, 0.0_dp, is_stated(budget%error))**2, 2))
-    end function com_budget
 
-    !> Whether the report states an error there; else it prints "---".
-    elemental logical function is_stated(error)
-        real(dp), intent(in) :: error       !! mm
+    contains
 
-        is_stated = error >= 0
-    end function is_stated
+        subroutine add_row(effect, values)
+            character(*), intent(in) :: effect
+            real(dp), intent(in) :: values(3)       ! mm; negative: not stated
+
+            integer :: axis
+
+            call table%add(BUDGET_TABLE(i))
+            call table%add(effect)
+            do axis = 1, 3
+                if (values(axis) >= 0) then
+                    call table%add(values(axis))
+                else
+                    call table%add_nothing()
+                end if
+            end do
+        end subroutine add_row
+    end function com_budget_table
+
+    !> Root of the sum of the squares of a table's effects along x, y, z, mm.
+    pure function rss_of_effects(table) result(rss)
+        character(*), intent(in) :: table           !! '1.1' or '1.2'
+        real(dp) :: rss(3)
+
+        logical :: effects(size(BUDGET_TABLE))
+
+        effects = BUDGET_TABLE == table .and. BUDGET_EFFECT /= 'rss' .and. BUDGET_EFFECT /= 'requirement'
+        rss = sqrt([sum(BUDGET_X**2, effects .and. BUDGET_X >= 0), sum(BUDGET_Y**2, effects .and. BUDGET_Y >= 0), &
+                    sum(BUDGET_Z**2, effects .and. BUDGET_Z >= 0)])
+    end function rss_of_effects
 end module gracecg_studies_com_budget

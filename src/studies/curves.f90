@@ -4,8 +4,8 @@ module gracecg_studies_curves
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_units, only: unit_of_column
     use gracecg_environment_time, only: time_tag
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA
@@ -19,8 +19,8 @@ module gracecg_studies_curves
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
-    public :: write_curves, curves_file_name, curve_column
-    public :: CURVE_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
+    public :: curves_table, curves_file_name, curve_column, add_window_rows
+    public :: CURVE_NAMES, WINDOW_COLUMNS, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
     !> Names of the curves, in the order of their second index in `verification_t`
     character(20), parameter :: CURVE_NAMES(15) = [character(20) :: &
@@ -75,6 +75,8 @@ module gracecg_studies_curves
     end type window_counts_t
 
     character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
+    character(*), parameter :: WINDOW_COLUMNS = 'case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,'// &
+        'on_ticks,automatic,attitude_only,excess,near_centre,centre_difference'     !! Of the table of curves and windows
 
 contains
 
@@ -220,32 +222,51 @@ contains
         end do
     end function curves_file_name
 
-    !> The curves of Figures 5.2-5.8 of a case.
-    subroutine write_curves(path, command, case_name, verification, error)
-        character(*), intent(in) :: path    !! The file
-        character(*), intent(in) :: command         !! That computed them, for the comments
-        character(*), intent(in) :: case_name    !! For the comments
+    !> The curves of Figures 5.2-5.8 of a case, body axes: a row each epoch.
+    function curves_table(verification) result(table)
         type(verification_t), intent(in) :: verification
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
-        character(:), allocatable :: header
         integer :: curve, axis, k
 
-        header = 'time_s'
+        call table%column('time_s')
         do curve = 1, size(CURVE_NAMES)
             do axis = 1, size(AXES)
-                header = header//','//trim(curve_column(CURVE_NAMES(curve), AXES(axis)))
+                call table%column(trim(curve_column(CURVE_NAMES(curve), AXES(axis))))
             end do
         end do
-        call file%open(path, header, file_comments(command, 'case '//trim(case_name)// &
-                                                 '; body axes'), error)
-        if (allocated(error)) return
         do k = lbound(verification%time, 1), ubound(verification%time, 1)
-            call file%row([verification%time(k), verification%curve(:, :, k)])
+            call table%add([verification%time(k), verification%curve(:, :, k)])
         end do
-        call file%commit(error)
-    end subroutine write_curves
+    end function curves_table
+
+    !> The curves of a case against their windows as rows of WINDOW_COLUMNS.
+    subroutine add_window_rows(case_name, checks, table)
+        character(*), intent(in) :: case_name
+        type(window_check_t), intent(in) :: checks(:)
+        type(data_table_t), intent(inout) :: table
+
+        integer :: i
+
+        do i = 1, size(checks)
+            associate (c => checks(i))
+                call table%add(case_name)
+                call table%add(c%quantity)
+                call table%add(c%axis)
+                call table%add(unit_of_column(trim(curve_column(c%quantity, c%axis))))
+                call table%add([c%least, c%greatest, c%mean])
+                call table%add(c%figure)
+                call table%add([c%low, c%high, c%fill])
+                call table%add(c%inside)
+                call table%add(c%on_ticks)
+                call table%add(c%automatic)
+                call table%add(c%attitude_only)
+                call table%add(c%excess)
+                call table%add(c%near_centre)
+                call table%add(c%centre_difference)
+            end associate
+        end do
+    end subroutine add_window_rows
 
     !> The name of a curve's column: drag_x_m_s2.
     pure function curve_column(curve, axis) result(column)

@@ -7,6 +7,7 @@
 module gracecg_studies_estimate_windows
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MILLIMETRE
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_studies_axis_ticks, only: limits_on_ticks, automatic_limits, same_limits, share_covered
     use gracecg_studies_campaign, only: campaign_t
@@ -14,7 +15,7 @@ module gracecg_studies_estimate_windows
     use gracecg_studies_published_axes, only: published_axis_limits, published_axis_step
     implicit none
     private
-    public :: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, count_estimate_windows
+    public :: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, count_estimate_windows, estimate_windows_table
     public :: LEAST_SHARE_INSIDE, POINTS_OF_CASE
 
     integer, parameter :: POINTS_OF_CASE = 15           !! Runs in each of these figures
@@ -137,4 +138,29 @@ contains
         counts%fill = minval(windows%fill)
         counts%met = counts%inside >= LEAST_SHARE_INSIDE*counts%points
     end function count_estimate_windows
+
+    !> The panels of Figures 6.2, 6.3 and 6.6, a row each.
+    function estimate_windows_table(windows) result(table)
+        type(estimate_window_t), intent(in) :: windows(:)
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,'// &
+                              'on_ticks,automatic')
+        do i = 1, size(windows)
+            associate (w => windows(i))
+                call table%add(w%figure)
+                call table%add(w%satellite)
+                call table%add(w%algorithm)
+                call table%add(w%axis)
+                call table%add([w%low, w%high, w%least, w%greatest]/MILLIMETRE)
+                call table%add(w%fill)
+                call table%add(w%points)
+                call table%add(w%inside)
+                call table%add(w%on_ticks)
+                call table%add(w%automatic)
+            end associate
+        end do
+    end function estimate_windows_table
 end module gracecg_studies_estimate_windows

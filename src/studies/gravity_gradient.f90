@@ -4,17 +4,15 @@
 module gracecg_studies_gravity_gradient
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_error, only: error_t
-    use gracecg_base_version, only: file_comments
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: rotation_matrix
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_environment_geopotential, only: gravity_model_t, geopotential_t, point_mass_gravity_t
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
     implicit none
     private
-    public :: gradient_sample_t, gradient_along_orbit, largest_components, write_gradient
+    public :: gradient_sample_t, gradient_along_orbit, gradient_table
 
     !> At one place of the orbit, in the radial, transverse (in the plane of the orbit, forward) and normal
     !> direction.
@@ -42,21 +40,6 @@ contains
             samples(i) = sample_at(orbit, central, offset, i*step)
         end do
     end function gradient_along_orbit
-
-    !> The largest component of each of the two, by magnitude.
-    pure subroutine largest_components(samples, central, others)
-        type(gradient_sample_t), intent(in) :: samples(:)
-        real(dp), intent(out) :: central, others    !! By the central term and by all others, m/s^2
-
-        integer :: i
-
-        central = 0
-        others = 0
-        do i = 1, size(samples)
-            central = max(central, maxval(abs(samples(i)%central)))
-            others = max(others, maxval(abs(samples(i)%others)))
-        end do
-    end subroutine largest_components
 
     pure function sample_at(orbit, central, offset, k) result(sample)
         type(nominal_orbit_t), intent(in) :: orbit
@@ -114,24 +97,16 @@ contains
         end select
     end function gm_of
 
-    !> Figure 3.1: the gravity gradient along an orbit.
-    subroutine write_gradient(path, command, settings, samples, error)
-        character(*), intent(in) :: path, command
-        !! The file; the command that computed it, for the comments
-        character(*), intent(in) :: settings        !! Of the study, for the comments
+    !> Figure 3.1: the gravity gradient along an orbit; radial, transverse, normal.
+    function gradient_table(samples) result(table)
         type(gradient_sample_t), intent(in) :: samples(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
         integer :: i
 
-        call file%open(path, 'time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,others_r_m_s2,'// &
-                       'others_t_m_s2,others_n_m_s2', &
-                       file_comments(command, settings//'; radial, transverse, normal'), error)
-        if (allocated(error)) return
+        call table%columns_of('time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,others_r_m_s2,others_t_m_s2,others_n_m_s2')
         do i = 1, size(samples)
-            call file%row([samples(i)%time, samples(i)%central, samples(i)%others])
+            call table%add([samples(i)%time, samples(i)%central, samples(i)%others])
         end do
-        call file%commit(error)
-    end subroutine write_gradient
+    end function gradient_table
 end module gracecg_studies_gravity_gradient

@@ -6,9 +6,7 @@ module gracecg_studies_limit
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
@@ -17,7 +15,7 @@ module gracecg_studies_limit
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     implicit none
     private
-    public :: limit_study_t, study_limit, relative_error, at_the_bound, detectable_excess, write_limits
+    public :: limit_study_t, study_limit, relative_error, at_the_bound, detectable_excess, limits_table
 
     integer, parameter :: ALGORITHMS = size(ESTIMATOR_NAMES)
     real(dp), parameter :: SIGMAS = 3               !! Of the sampling error: so far the bound counts as reached
@@ -97,34 +95,29 @@ contains
         excess = (SIGMAS + POWER_SIGMAS)*sampling_error(runs)
     end function detectable_excess
 
-    !> The studies as CSV: a row a case, estimator and axis.
-    subroutine write_limits(path, command, seed, studies, error)
-        character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
-        integer(i8), intent(in) :: seed                     !! Of the random numbers
+    !> A row a case, estimator and axis; `sampling_error`: one sigma of the ratio.
+    function limits_table(studies) result(table)
         type(limit_study_t), intent(in) :: studies(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
-        character(64) :: labels(3)
         integer :: i, a, axis
 
-        call file%open(path, 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
-                       file_comments(command, 'seed '//integer_text(seed)// &
-                                     '; systematic errors off; sampling_error: one sigma of the ratio'), error)
-        if (allocated(error)) return
+        call table%columns_of('case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error,at_the_bound,not_converged')
         do i = 1, size(studies)
-            labels(1) = studies(i)%case_name
             do a = 1, ALGORITHMS
-                labels(2) = ESTIMATOR_NAMES(a)
                 do axis = 1, 3
-                    labels(3) = AXES(axis)
                     associate (study => studies(i), ratio => relative_error(studies(i), a, axis))
-                        call file%row([real(study%runs(a), dp), study%rms(axis, a)/MILLIMETRE, &
-                                       study%bound(axis)/MILLIMETRE, ratio, ratio*sampling_error(study%runs(a))], labels)
+                        call table%add(study%case_name)
+                        call table%add(ESTIMATOR_NAMES(a))
+                        call table%add(AXES(axis))
+                        call table%add(study%runs(a))
+                        call table%add([study%rms(axis, a)/MILLIMETRE, study%bound(axis)/MILLIMETRE, ratio, &
+                                        ratio*sampling_error(study%runs(a))])
+                        call table%add(at_the_bound(ratio, study%runs(a)))
+                        call table%add(study%not_converged(a))
                     end associate
                 end do
             end do
         end do
-        call file%commit(error)
-    end subroutine write_limits
+    end function limits_table
 end module gracecg_studies_limit

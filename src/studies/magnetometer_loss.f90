@@ -9,8 +9,6 @@ module gracecg_studies_magnetometer_loss
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_data_table, only: data_table_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -27,7 +25,7 @@ module gracecg_studies_magnetometer_loss
     private
     public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
     public :: study_magnetometer_loss, study_loss_of_cases, names_of_loss_cases, LOSS_ALGORITHMS, LOSS_STUDIES
-    public :: field_table, write_field_studies, write_field_runs
+    public :: field_table, field_runs_table, field_settings
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
@@ -254,16 +252,12 @@ contains
         type(field_study_t), intent(in) :: studies(:)
         type(data_table_t) :: table
 
-        character(64) :: labels(3)
-        integer :: i, k, axis
+        integer :: i, axis
 
         call table%columns_of('case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm')
         do i = 1, size(studies)
-            labels = labels_of(studies(i))
             do axis = 1, 3
-                do k = 1, 3
-                    call table%add(labels(k))
-                end do
+                call add_labels(studies(i), table)
                 call table%add(AXES(axis))
                 call table%add(size(studies(i)%run))
                 call table%add([studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE)
@@ -271,61 +265,40 @@ contains
         end do
     end function field_table
 
-    !> The same as a CSV file.
-    subroutine write_field_studies(path, command, seed, deviation, studies, error)
-        character(*), intent(in) :: path, command
-        !! The file; the command that computed it, for what tells of it
-        integer(i8), intent(in) :: seed    !! Of the runs
-        real(dp), intent(in) :: deviation           !! Of the model's error, T
+    !> The estimates of every run with measured and with modelled field.
+    function field_runs_table(studies) result(table)
         type(field_study_t), intent(in) :: studies(:)
-        type(error_t), allocatable, intent(out) :: error
-
         type(data_table_t) :: table
 
-        table = field_table(studies)
-        call table%write(path, field_comments(command, seed, deviation), error)
-    end subroutine write_field_studies
-
-    !> The estimates of every run with measured and with modelled field.
-    subroutine write_field_runs(path, command, seed, deviation, studies, error)
-        character(*), intent(in) :: path, command
-        !! The file; the command that computed it, for the comments
-        integer(i8), intent(in) :: seed    !! Of the runs
-        real(dp), intent(in) :: deviation           !! Of the model's error, T
-        type(field_study_t), intent(in) :: studies(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(csv_writer_t) :: file
         integer :: i, k
 
-        call file%open(path, 'case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm', &
-                       field_comments(command, seed, deviation), error)
-        if (allocated(error)) return
+        call table%columns_of('case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm')
         do i = 1, size(studies)
             do k = 1, size(studies(i)%run)
-                call file%row([real(studies(i)%run(k), dp), studies(i)%offset(:, k)/MILLIMETRE], &
-                              labels_of(studies(i)))
+                call add_labels(studies(i), table)
+                call table%add(studies(i)%run(k))
+                call table%add(studies(i)%offset(:, k)/MILLIMETRE)
             end do
         end do
-        call file%commit(error)
-    end subroutine write_field_runs
+    end function field_runs_table
 
-    pure function labels_of(study) result(labels)
+    !> Case, algorithm and source of the field.
+    subroutine add_labels(study, table)
         type(field_study_t), intent(in) :: study
-        character(64) :: labels(3)
+        type(data_table_t), intent(inout) :: table
 
-        labels(1) = study%case_name
-        labels(2) = study%algorithm
-        labels(3) = FIELD_SOURCES(merge(2, 1, study%with_model))
-    end function labels_of
+        call table%add(study%case_name)
+        call table%add(study%algorithm)
+        call table%add(FIELD_SOURCES(merge(2, 1, study%with_model)))
+    end subroutine add_labels
 
-    function field_comments(command, seed, deviation) result(comments)
-        character(*), intent(in) :: command
-        integer(i8), intent(in) :: seed
-        real(dp), intent(in) :: deviation           !! T
-        character(200) :: comments(2)
+    !> What the studies were made with, in words.
+    function field_settings(seed, deviation) result(text)
+        integer(i8), intent(in) :: seed             !! Of the runs
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        character(:), allocatable :: text
 
-        comments = file_comments(command, 'seed '//integer_text(seed)//', error of the field model '// &
-                               real_text(anint(deviation/NANOTESLA*1e6_dp)/1e6_dp)//' nT')
-    end function field_comments
+        text = 'seed '//integer_text(seed)//', error of the field model '// &
+               real_text(anint(deviation/NANOTESLA*1e6_dp)/1e6_dp)//' nT'
+    end function field_settings
 end module gracecg_studies_magnetometer_loss

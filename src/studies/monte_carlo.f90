@@ -16,17 +16,20 @@ module gracecg_studies_monte_carlo
     use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise
     implicit none
     private
-    public :: monte_carlo_t, run_monte_carlo, alteration_t, run_recorder_t, error_statistics_t, statistics_of
+    public :: monte_carlo_t, some_runs, run_monte_carlo, alteration_t, run_recorder_t, error_statistics_t, statistics_of
     public :: prediction_t, predict_errors
 
-    !> The estimates of all runs of one case and algorithm.
+    !> The estimates of runs of one case and algorithm.
     type :: monte_carlo_t
         integer, allocatable :: run(:)              !! Numbers of the runs
-        real(dp), allocatable :: offset(:, :)       !! (3, runs), m
+        real(dp), allocatable :: offset(:, :)       !! (3, runs), m; a campaign's are in mm
         logical, allocatable :: converged(:)        !! (runs)
         real(dp), allocatable :: normalised(:)
         !! Error squared in units of the estimate's own covariance: a chi-square with 3 degrees of freedom
         !! if that is honest. (runs); 0 where the algorithm gives no covariance with the estimate
+    contains
+        procedure :: keep       !! Leaves some of the runs, in a given order
+        procedure :: add        !! Takes others in, in the order of their numbers
     end type monte_carlo_t
 
     !> Statistics of the errors of the offset, mm.
@@ -129,28 +132,46 @@ contains
         work%options = options
         work%options%covariance = .false.
         work%seed = seed
-        work%results%run = runs
-        allocate (work%results%offset(3, size(runs)), work%results%converged(size(runs)), &
-                  work%results%normalised(size(runs)))
+        work%results = some_runs(runs)
         allocate (work%done(size(runs)), source=.false.)
         call run_parallel(work, size(runs), threads, error, progress)
-        if (all(work%done)) then
-            results = work%results
-        else
-            results = done_only(work%results, pack([(i, i=1, size(runs))], work%done))
-        end if
+        results = work%results
+        call results%keep(pack([(i, i=1, size(runs))], work%done))
     end subroutine run_monte_carlo
 
-    function done_only(all, done) result(some)
-        type(monte_carlo_t), intent(in) :: all
-        integer, intent(in) :: done(:)      !! Places in `all`
-        type(monte_carlo_t) :: some
+    !> Runs that are still to be estimated.
+    pure type(monte_carlo_t) function some_runs(numbers) result(runs)
+        integer, intent(in) :: numbers(:)
 
-        some%run = all%run(done)
-        some%offset = all%offset(:, done)
-        some%converged = all%converged(done)
-        some%normalised = all%normalised(done)
-    end function done_only
+        runs%run = numbers
+        allocate (runs%offset(3, size(numbers)), runs%converged(size(numbers)), runs%normalised(size(numbers)))
+    end function some_runs
+
+    pure subroutine keep(self, places)
+        class(monte_carlo_t), intent(inout) :: self
+        integer, intent(in) :: places(:)        !! Of those that stay
+
+        self%run = self%run(places)
+        self%offset = self%offset(:, places)
+        self%converged = self%converged(places)
+        self%normalised = self%normalised(places)
+    end subroutine keep
+
+    pure subroutine add(self, others)
+        class(monte_carlo_t), intent(inout) :: self
+        class(monte_carlo_t), intent(in) :: others      !! Other runs than these
+
+        integer :: i
+        integer, allocatable :: place_of(:)
+
+        self%run = [self%run, others%run]
+        self%offset = reshape([self%offset, others%offset], [3, size(self%run)])
+        self%converged = [self%converged, others%converged]
+        self%normalised = [self%normalised, others%normalised]
+        allocate (place_of(maxval([0, self%run])), source=0)
+        place_of(self%run) = [(i, i=1, size(self%run))]
+        call self%keep(pack(place_of, place_of > 0))
+    end subroutine add
 
     subroutine do_run(self, i, error)
         class(runs_t), intent(inout) :: self

@@ -1,11 +1,12 @@
 !> The limits of the axes that CSR-TM-00-01 prints in its Figures 6.1-6.6.
 module gracecg_studies_published_axes
     use gracecg_base_kinds, only: dp
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_SATELLITE, LIMIT_PANEL, LIMIT_AXIS, LIMIT_LOW, &
         LIMIT_HIGH, LIMIT_STEP
     implicit none
     private
-    public :: published_axis_limits, published_axis_step
+    public :: published_axis_limits, published_axis_step, published_axes_table
 
 contains
 
@@ -42,4 +43,20 @@ contains
         i = findloc(LIMIT_FIGURE == figure .and. LIMIT_SATELLITE == satellite .and. LIMIT_PANEL == panel .and. &
                     LIMIT_AXIS == axis, .true., 1)
     end function place_of
+
+    !> All panels: nT in Figure 6.1, rad/s^2 in 6.4, m in the others.
+    function published_axes_table() result(table)
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%columns_of('figure,satellite,panel,axis,low,high,step')
+        do i = 1, size(LIMIT_LOW)
+            call table%add(LIMIT_FIGURE(i))
+            call table%add(LIMIT_SATELLITE(i))
+            call table%add(LIMIT_PANEL(i))
+            call table%add(LIMIT_AXIS(i))
+            call table%add([LIMIT_LOW(i), LIMIT_HIGH(i), LIMIT_STEP(i)])
+        end do
+    end function published_axes_table
 end module gracecg_studies_published_axes

@@ -9,7 +9,6 @@ module gracecg_studies_statements
     use gracecg_base_quaternion, only: normalised
     use gracecg_base_text, only: integer_text, join
     use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_base_version, only: file_comments
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_value, only: did_you_mean
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -34,7 +33,7 @@ module gracecg_studies_statements
         prediction_t, predict_errors
     implicit none
     private
-    public :: statement_t, statement_row_t, examine_statement, statement_table, write_statements, STATEMENT_NAMES
+    public :: statement_t, statement_row_t, examine_statement, statement_table, STATEMENT_NAMES
     public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
 
     !> The statements, as on the command line
@@ -924,17 +923,4 @@ contains
             end do
         end subroutine add_known
     end function statement_table
-
-    !> The rows of statements as CSV.
-    subroutine write_statements(path, command, seed, statements, error)
-        character(*), intent(in) :: path, command   !! The file; the command that computed it
-        integer(i8), intent(in) :: seed             !! Of the random numbers
-        type(statement_t), intent(in) :: statements(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(data_table_t) :: table
-
-        table = statement_table(statements)
-        call table%write(path, file_comments(command, 'seed '//integer_text(seed)//'; 0 runs: theory alone'), error)
-    end subroutine write_statements
 end module gracecg_studies_statements

@@ -4,15 +4,14 @@ module gracecg_studies_window_sensitivity
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, check_windows, window_counts_t, &
         count_windows
     implicit none
     private
-    public :: variation_t, study_window_sensitivity, write_variations, VARIATIONS
+    public :: variation_t, study_window_sensitivity, variations_table, VARIATIONS
 
     integer, parameter :: VARIATIONS = 14           !! The first is the case as it is
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
@@ -97,26 +96,20 @@ contains
         case%satellite%offset = variation%offset*case%satellite%offset
     end subroutine apply
 
-    !> The variations as CSV.
-    subroutine write_variations(path, command, variation, error)
-        character(*), intent(in) :: path, command   !! The file; the command that computed it, for the comments
+    !> The variations, and the windows of the attitude dynamics that each meets.
+    function variations_table(variation) result(table)
         type(variation_t), intent(in) :: variation(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
-        character(64) :: label(1)
         integer :: i
 
-        call file%open(path, 'change,attitude_windows,inside,on_ticks,by_rule,least_fill', &
-                       file_comments(command, 'front-1 and back-1, windows of Figures 5.4 to 5.8'), error)
-        if (allocated(error)) return
+        call table%columns_of('change,attitude_windows,inside,on_ticks,by_rule,least_fill')
         do i = 1, size(variation)
-            label(1) = variation(i)%name
             associate (c => variation(i)%counts)
-                call file%row([real(c%attitude, dp), real(c%attitude_inside, dp), real(c%attitude_on_ticks, dp), &
-                               real(c%attitude_automatic, dp), c%attitude_fill], label)
+                call table%add(variation(i)%name)
+                call table%add(real([c%attitude, c%attitude_inside, c%attitude_on_ticks, c%attitude_automatic], dp))
+                call table%add(c%attitude_fill)
             end associate
         end do
-        call file%commit(error)
-    end subroutine write_variations
+    end function variations_table
 end module gracecg_studies_window_sensitivity

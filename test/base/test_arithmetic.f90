@@ -2,7 +2,8 @@
 module test_arithmetic
     use gracecg_base_error, only: error_t
     use gracecg_base_arithmetic, only: check_arithmetic
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_arithmetic

@@ -3,7 +3,8 @@ module test_fourier
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_fourier, only: fourier_sums
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_fourier
@@ -52,7 +53,6 @@ contains
                 expected = [(direct(x, LENGTHS(l), 7*l + j), j=0, 52)]
                 call check(error, maxval(abs(sums - expected)), 0.0_dp, &
                            thr=2e-14_dp*sqrt(sum(x**2)*SAMPLES(n)))
-                if (allocated(error)) return
             end do
         end do
     end subroutine test_direct
@@ -77,7 +77,6 @@ contains
         call fourier_sums(x, real(N, dp), 0, sums)
         do k = 1, size(TONES)
             call check(error, abs(sums(TONES(k))), k*N/2.0_dp, thr=1e-12_dp, rel=.true.)
-            if (allocated(error)) return
             sums(TONES(k)) = 0
         end do
         call check(error, maxval(abs(sums))/N, 0.0_dp, thr=1e-12_dp)

@@ -5,7 +5,8 @@ module test_lanes
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES, lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, total_of
     use gracecg_base_random, only: random_stream_t, new_stream
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_lanes
@@ -104,12 +105,10 @@ contains
             call filter_plainly(places, kept, .true., output, gain, inverse_deviation, transition, plain)
             call lanes_filter(places, kept, .true., output, gain, inverse_deviation, on, series)
             call check(error, close_to(pack(series, .true.), pack(plain, .true.)), 'predicted')
-            if (allocated(error)) return
             call filter_plainly(places, kept, .false., output, gain, inverse_deviation, transition, plain)
             series(2, 30) = ieee_value(1.0_dp, ieee_quiet_nan)
             call lanes_filter(places, kept, .false., output, gain, inverse_deviation, on, series)
             call check(error, close_to(pack(series, .true.), pack(plain, .true.)), 'left out')
-            if (allocated(error)) return
         end do
     end subroutine test_filter
 
@@ -230,18 +229,15 @@ contains
             do lane = 1, LANES
                 angle = TWO_PI*(turns(lane) - anint(turns(lane)))
                 call check(error, abs(sines(lane) - sin(angle)) < NEAR .and. abs(cosines(lane) - cos(angle)) < NEAR)
-                if (allocated(error)) return
             end do
             lane = 1 + modulo(i, LANES)
             turns(lane) = ieee_value(angle, ieee_quiet_nan)
             call lanes_sines_cosines(turns, again, other)
             call check(error, ieee_is_nan(again(lane)) .and. ieee_is_nan(other(lane)) .and. &
                        count(abs(again - sines) <= 0 .and. abs(other - cosines) <= 0) == LANES - 1)
-            if (allocated(error)) return
         end do
         call lanes_sines_cosines(all_turns(:, 2), sines, cosines)
         call check(error, abs(sines(1)) + abs(cosines(1) - 1) <= 0)
-        if (allocated(error)) return
         call check(error, sines(2), TWO_PI*1e-9_dp, thr=1e-23_dp)
     end subroutine test_sines
 
@@ -257,7 +253,6 @@ contains
         do i = 1, LANES
             x = cshift(x, 1)
             call check(error, abs(total_of(x) - (2.0_dp**(LANES + 1) - 2)) <= 0)
-            if (allocated(error)) return
         end do
         x = [1e16_dp, 1.0_dp, 0.0_dp, 0.0_dp, -1e16_dp, 1.0_dp, 0.0_dp, 0.0_dp]
         call check(error, abs(total_of(x) - 2) <= 0)

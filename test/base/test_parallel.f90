@@ -6,7 +6,8 @@ module test_parallel
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_parallel
@@ -77,7 +78,7 @@ contains
         sums = new_sums(1000, [integer ::])
         call run_parallel(sums, 1000, 4, failure)
         call check(error, .not. allocated(failure), 'failed')
-        if (.not. allocated(error)) call check(error, all(sums%times_done == 1), 'not every piece once')
+        call check(error, all(sums%times_done == 1), 'not every piece once')
     end subroutine test_once
 
     subroutine test_threads(error)
@@ -94,7 +95,6 @@ contains
             call run_parallel(other, 300, threads, failure)
             call check(error, all(.not. abs(one%sums - other%sums) > 0), 'another result with '// &
                        integer_text(threads)//' threads')
-            if (allocated(error)) return
         end do
     end subroutine test_threads
 
@@ -113,10 +113,8 @@ contains
                 call check(error, allocated(failure), 'no failure')
                 if (allocated(error)) return
                 call check(error, failure%message, 'piece 17')
-                if (allocated(error)) return
                 call check(error, all(sums%times_done(:17) == 1) .and. all(sums%times_done <= 1), &
                            'a piece before the failure was not done once')
-                if (allocated(error)) return
             end do
         end do
     end subroutine test_failure
@@ -165,9 +163,7 @@ contains
             if (allocated(error)) return
             call check(error, sum(sums%times_done) >= 20 .and. sum(sums%times_done) < 20 + threads, &
                        integer_text(sum(sums%times_done)))
-            if (allocated(error)) return
             call check(error, failure%message, 'stopped: '//integer_text(sum(sums%times_done))//' of 500 are done')
-            if (allocated(error)) return
         end do
     end subroutine test_stop
 
@@ -182,11 +178,9 @@ contains
 
         call tell(listener, 'the orbit')
         call check(error, trim(listener%latest), 'the orbit')
-        if (allocated(error)) return
         call expect_pieces(listener, 8, 'runs', done=2)
         call tell(listener, 'front-1')
         call check(error, trim(listener%latest), '2/8 runs, 25 %: front-1')
-        if (allocated(error)) return
         call listener%expect_parts(4, 'chapters')
         call listener%next_part()
         call expect_pieces(listener, 10, 'runs')
@@ -195,13 +189,11 @@ contains
         end do
         call tell(listener, 'front-1')
         call check(error, trim(listener%latest), '2/4 chapters, 5/10 runs, 37 %: front-1')
-        if (allocated(error)) return
         sums = new_sums(2000, [integer ::])
         listener%told = 0
         call expect_pieces(listener, 2000, 'sums')
         call run_parallel(sums, 2000, 2, failure, listener)
         call check(error, listener%told < 200, integer_text(listener%told))
-        if (allocated(error)) return
         call tell(listener, 'sums')
         call check(error, index(listener%latest, '2000/2000 sums, 50 %') > 0, listener%latest)
     end subroutine test_line

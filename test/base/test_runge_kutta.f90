@@ -4,7 +4,8 @@ module test_runge_kutta
     use gracecg_base_constants, only: PI
     use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
     use gracecg_base_table_rkf78
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_runge_kutta
@@ -58,11 +59,9 @@ contains
 
         do i = 1, STAGES
             call check(error, sum(COEFFICIENTS(FIRST(i):FIRST(i + 1) - 1)), NODES(i), thr=1e-14_dp)
-            if (allocated(error)) return
         end do
         do k = 0, 7
             call check(error, sum(WEIGHTS_8*NODES**k), 1/(k + 1.0_dp), thr=1e-15_dp)
-            if (allocated(error)) return
             if (k < 7) call check(error, sum(WEIGHTS_7*NODES**k), 1/(k + 1.0_dp), thr=1e-15_dp)
             if (allocated(error)) return
         end do
@@ -79,7 +78,6 @@ contains
             system%p = p
             call rkf78_step(system, 1.0_dp, [1.0_dp], 1.0_dp, y)
             call check(error, y(1), 2.0_dp**p, thr=1e-14_dp, rel=.true.)
-            if (allocated(error)) return
         end do
         system%p = 10
         call rkf78_step(system, 1.0_dp, [1.0_dp], 1.0_dp, y)
@@ -122,12 +120,10 @@ contains
         call rkf78_step(system, 0.0_dp, START, 0.1_dp, next, fine)
         order = log(norm2(coarse)/norm2(fine))/log(2.0_dp)
         call check(error, order > 7.3_dp .and. order < 8.7_dp)
-        if (allocated(error)) return
 
         ! what leaves out a derivative gives the same bits
         call rkf78_step(system, 0.0_dp, START, 0.1_dp, alone)
         call check(error, all(abs(alone - next) <= 0))
-        if (allocated(error)) return
         call system%rate(0.0_dp, START, slope)
         call rkf78_step(system, 0.0_dp, START, 0.1_dp, alone, slope=slope)
         call check(error, all(abs(alone - next) <= 0))

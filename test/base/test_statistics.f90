@@ -1,9 +1,10 @@
-!> The median.
+!> The median, and the tail of the chi-square distribution.
 module test_statistics
     use gracecg_base_kinds, only: dp
-    use gracecg_base_statistics, only: median_of
+    use gracecg_base_statistics, only: median_of, chi_square_tail
     use gracecg_base_random, only: random_stream_t, new_stream
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_statistics
@@ -15,16 +16,15 @@ contains
 
         testsuite = [ &
                     new_unittest('few-numbers', test_few), &
-                    new_unittest('halves-many-numbers', test_many)]
+                    new_unittest('halves-many-numbers', test_many), &
+                    new_unittest('chi-square-tail', test_tail)]
     end subroutine collect_statistics
 
     subroutine test_few(error)
         type(error_type), allocatable, intent(out) :: error
 
         call check(error, median_of([5.0_dp, -1.0_dp, 3.0_dp]), 3.0_dp)
-        if (allocated(error)) return
         call check(error, median_of([4.0_dp, 1.0_dp, 1e9_dp, 2.0_dp]), 3.0_dp)
-        if (allocated(error)) return
         call check(error, median_of([7.0_dp]), 7.0_dp)
     end subroutine test_few
 
@@ -40,4 +40,16 @@ contains
         median = median_of(values)
         call check(error, count(values < median) == 500 .and. count(values > median) == 500, 'not the middle')
     end subroutine test_many
+
+    !> Tables of the chi-square distribution (Abramowitz and Stegun, Table 26.8).
+    subroutine test_tail(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, chi_square_tail(3.84146_dp, 1), 0.05_dp, thr=1e-6_dp)
+        call check(error, chi_square_tail(9.21034_dp, 2), 0.01_dp, thr=1e-7_dp)
+        call check(error, chi_square_tail(16.2662_dp, 3), 0.001_dp, thr=1e-7_dp)
+        call check(error, chi_square_tail(18.3070_dp, 10), 0.05_dp, thr=1e-6_dp)
+        call check(error, chi_square_tail(124.342_dp, 100), 0.05_dp, thr=1e-6_dp)
+        call check(error, chi_square_tail(0.0_dp, 7), 1.0_dp, thr=1e-15_dp)
+    end subroutine test_tail
 end module test_statistics

@@ -2,15 +2,15 @@
 module test_bound_command
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t, split, split_words
+    use gracecg_base_text, only: string_t, split
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use fixture, only: FOLDER, make_folder, make_file, check_fails
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use command_fixture, only: run, refused
+    use fixture, only: check, FOLDER, make_folder, make_file, check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_bound_command
@@ -30,21 +30,6 @@ contains
                     new_unittest('montecarlo-without-systematic-errors', test_montecarlo)]
     end subroutine collect_bound_command
 
-    subroutine run(line, status, output, messages)
-        character(*), intent(in) :: line
-        integer, intent(out) :: status
-        character(:), allocatable, intent(out) :: output, messages
-
-        type(console_t) :: console
-
-        console%captured = .true.
-        console%output = ''
-        console%messages = ''
-        call run_command_line(split_words(line), console, status)
-        output = console%output
-        messages = console%messages
-    end subroutine run
-
     subroutine test_csv(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -58,24 +43,19 @@ contains
 
         call run('bound front-3 back-1 --format csv', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         rows = split(output, LF)
         call check(error, rows(1)%text, &
                    'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,'// &
                    'consider_x_mm,consider_y_mm,consider_z_mm')
-        if (allocated(error)) return
         fields = split(rows(3)%text, ',')
         call check(error, fields(1)%text, 'back-1')
-        if (allocated(error)) return
         do i = 1, 7
             read (fields(i + 1)%text, *) values(i)
         end do
         call report_case('back-1', case, failure)
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call check(error, maxval(abs(values(1:3) - 1e3_dp*bound%sigma)) < 1e-12_dp)
-        if (allocated(error)) return
         call check(error, norm2(values(5:7)), 1.0_dp, thr=1e-12_dp)
-        if (allocated(error)) return
         ! along the worst direction the covariance has the worst variance
         call check(error, sqrt(dot_product(values(5:7), matmul(bound%covariance, values(5:7))))*1e3_dp, values(4), &
                    thr=1e-9_dp)
@@ -90,19 +70,14 @@ contains
 
         call run('bound front-1', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         call check_fails(error, output, [character(24) :: 'front-1', 'Cramer-Rao', 'scale factors', 'rod gain', &
                                          'magnetometer bias', 'inertia', 'unmodelled torque', 'worst direction'])
-        if (allocated(error)) return
         call check(error, index(output, 'estimated, too') == 0)
-        if (allocated(error)) return
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, FLAG) + len(FLAG)
         call make_file(error, 'scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
-        if (allocated(error)) return
         call run('bound '//FOLDER//'scaled.nml', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         call check_fails(error, output, [character(58) :: 'a-priori sigmas of scale factors, which are estimated, too', &
                                          'adds by rod gain'])
     end subroutine test_text
@@ -115,21 +90,16 @@ contains
 
         call run('bound front-9', status, output, messages)
         call check(error, status /= STATUS_DONE)
-        if (allocated(error)) return
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, 'noise_level')
         last = first + index(case_text(first:), LF) - 2
         call make_file(error, 'negative.nml', case_text(:first - 1)//'noise_level = -1e-20, 1e-18, 1e-20'// &
                        case_text(last + 1:))
-        if (allocated(error)) return
         call run('bound '//FOLDER//'negative.nml', status, output, messages)
         call check(error, status, STATUS_FAILED)
-        if (allocated(error)) return
         call check_fails(error, messages, [character(12) :: 'negative.nml', 'noise_level', '-1'])
-        if (allocated(error)) return
         call run('montecarlo --without sunlight', status, output, messages)
         call check(error, status, STATUS_MISUSED)
-        if (allocated(error)) return
         call check_fails(error, messages, [character(13) :: '--without', 'sunlight', 'scale-factors'])
     end subroutine test_wrong
 
@@ -140,16 +110,12 @@ contains
         integer :: status
 
         call make_folder(error)
-        if (allocated(error)) return
         call run('simulate front-1 --out '//FOLDER//'optimal-run', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         call run('estimate '//FOLDER//'optimal-run --algorithm optimal', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         call check_fails(error, output, [character(18) :: 'optimal', 'variance factor', 'noise level', 'torque_x', &
                                          'wave_sin'])
-        if (allocated(error)) return
         call check_fails(error, messages, ['a wave of period'])
     end subroutine test_files
 
@@ -162,7 +128,6 @@ contains
         call run('montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', status, output, &
                  messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         call check_fails(error, output, [character(29) :: 'switched off here: systematic', 'own covariances'])
     end subroutine test_montecarlo
 end module test_bound_command

@@ -3,7 +3,8 @@ module test_launcher
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use gracecg_base_text, only: integer_text
     use gracecg_cli_launcher, only: find_place
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_launcher
@@ -72,30 +73,29 @@ contains
             'SLURM_ARRAY_TASK_STEP=2'
 
         call check(error, place_of('OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=4', 0), '1/4')
-        if (.not. allocated(error)) call check(error, place_of('PMI_RANK=3 PMI_SIZE=4', 0), '4/4')
-        if (.not. allocated(error)) call check(error, place_of('SLURM_PROCID=1 SLURM_STEP_NUM_TASKS=20', 0), '2/20')
-        if (.not. allocated(error)) call check(error, place_of(ARRAY, 0), '3/4')
-        if (.not. allocated(error)) call check(error, place_of(ARRAY, 4), '3/4')
-        if (.not. allocated(error)) &
-            call check(error, place_of('SGE_TASK_ID=5 SGE_TASK_FIRST=1 SGE_TASK_LAST=20 SGE_TASK_STEPSIZE=1', 0), '5/20')
-        if (.not. allocated(error)) call check(error, place_of('PBS_ARRAY_INDEX=5', 20), '5/20')
-        if (.not. allocated(error)) call check(error, place_of('PBS_ARRAYID=20', 20), '20/20')
+        call check(error, place_of('PMI_RANK=3 PMI_SIZE=4', 0), '4/4')
+        call check(error, place_of('SLURM_PROCID=1 SLURM_STEP_NUM_TASKS=20', 0), '2/20')
+        call check(error, place_of(ARRAY, 0), '3/4')
+        call check(error, place_of(ARRAY, 4), '3/4')
+        call check(error, place_of('SGE_TASK_ID=5 SGE_TASK_FIRST=1 SGE_TASK_LAST=20 SGE_TASK_STEPSIZE=1', 0), '5/20')
+        call check(error, place_of('PBS_ARRAY_INDEX=5', 20), '5/20')
+        call check(error, place_of('PBS_ARRAYID=20', 20), '20/20')
         ! An array of jobs with two processes each
-        if (.not. allocated(error)) call check(error, place_of(ARRAY//' SLURM_PROCID=1 SLURM_STEP_NUM_TASKS=2', 0), '6/8')
+        call check(error, place_of(ARRAY//' SLURM_PROCID=1 SLURM_STEP_NUM_TASKS=2', 0), '6/8')
         ! A batch script that Slurm gave several tasks is one process: srun has not started them
-        if (.not. allocated(error)) call check(error, place_of('SLURM_PROCID=0 SLURM_NTASKS=8', 0), '')
+        call check(error, place_of('SLURM_PROCID=0 SLURM_NTASKS=8', 0), '')
         ! SGE outside an array
-        if (.not. allocated(error)) call check(error, place_of('SGE_TASK_ID=undefined PMI_RANK=1 PMI_SIZE=2', 0), '2/2')
+        call check(error, place_of('SGE_TASK_ID=undefined PMI_RANK=1 PMI_SIZE=2', 0), '2/2')
     end subroutine test_places
 
     subroutine test_problems(error)
         type(error_type), allocatable, intent(out) :: error
 
         call check(error, place_of('', 0), '')
-        if (.not. allocated(error)) call check(error, place_of('', 20), '')
-        if (.not. allocated(error)) call check(error, place_of('PBS_ARRAY_INDEX=5', 0), '')
-        if (.not. allocated(error)) call check(error, place_of('PBS_ARRAY_INDEX=21', 20), '')
-        if (.not. allocated(error)) call check(error, place_of('PMI_RANK=4 PMI_SIZE=4', 0), '')
-        if (.not. allocated(error)) call check(error, place_of('SGE_TASK_ID=5 SGE_TASK_FIRST=6 SGE_TASK_LAST=20', 0), '')
+        call check(error, place_of('', 20), '')
+        call check(error, place_of('PBS_ARRAY_INDEX=5', 0), '')
+        call check(error, place_of('PBS_ARRAY_INDEX=21', 20), '')
+        call check(error, place_of('PMI_RANK=4 PMI_SIZE=4', 0), '')
+        call check(error, place_of('SGE_TASK_ID=5 SGE_TASK_FIRST=6 SGE_TASK_LAST=20', 0), '')
     end subroutine test_problems
 end module test_launcher

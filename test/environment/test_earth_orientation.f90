@@ -7,8 +7,7 @@ module test_earth_orientation
     use gracecg_environment_time, only: utc_t, parse_utc, utc_plus
     use gracecg_environment_earth_orientation
     use gracecg_environment_iers_file, only: read_earth_parameters
-    use gracecg_interface_c_support, only: c_utc_t, STATUS_OK
-    use gracecg_interface_c_general, only: c_earth_parameters, c_earth_orientation
+    use c_library, only: utc_struct, gracecg_earth_parameters, gracecg_earth_orientation
     use gracecg_simulation_case, only: case_t, case_from_text, case_text, earth_orientation_name
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -235,20 +234,20 @@ contains
 
         type(earth_orientation_t) :: earth
         real(dp) :: rows(3, 3), ut1, pole(2)
-        type(c_utc_t) :: epoch
+        type(utc_struct) :: epoch
 
-        epoch = c_utc_t(61100, 0.0_dp)
-        call check(error, c_earth_parameters(FIXTURES//'eopc04_20.txt'//achar(0), epoch, ut1, pole) == STATUS_OK)
+        epoch = utc_struct(61100, 0.0_dp)
+        call check(error, gracecg_earth_parameters(FIXTURES//'eopc04_20.txt'//achar(0), epoch, ut1, pole) == 0)
         if (allocated(error)) return
-        call check(error, c_earth_orientation(epoch, ut1, pole, 600.0_dp, rows) == STATUS_OK)
+        call check(error, gracecg_earth_orientation(epoch, ut1, pole, 600.0_dp, rows) == 0)
         if (allocated(error)) return
         earth = iau_orientation(utc_t(61100, 0.0_dp), earth_parameters_t(ut1, 0.0_dp, pole))
         call check(error, maxval(abs(transpose(rows) - earth%from_inertial(600.0_dp))) < 1e-15_dp)
         if (allocated(error)) return
-        call check(error, c_earth_orientation(epoch, 3.0_dp, pole, 0.0_dp, rows) /= STATUS_OK .and. &
-                   c_earth_orientation(epoch, 0.0_dp, [1.0_dp, 0.0_dp], 0.0_dp, rows) /= STATUS_OK .and. &
-                   c_earth_orientation(epoch, 0.0_dp, pole, 0.0_dp) /= STATUS_OK .and. &
-                   c_earth_parameters(utc=epoch) /= STATUS_OK)
+        call check(error, gracecg_earth_orientation(epoch, 3.0_dp, pole, 0.0_dp, rows) /= 0 .and. &
+                   gracecg_earth_orientation(epoch, 0.0_dp, [1.0_dp, 0.0_dp], 0.0_dp, rows) /= 0 .and. &
+                   gracecg_earth_orientation(epoch, 0.0_dp, pole, 0.0_dp) /= 0 .and. &
+                   gracecg_earth_parameters(utc=epoch) /= 0)
     end subroutine test_c
 
     subroutine make_case(date, earth, case, failure)

@@ -5,7 +5,8 @@ module test_sun
         WGS84_SEMI_MAJOR_AXIS
     use gracecg_base_vectors, only: cross
     use gracecg_environment_sun, only: sun_position, conical_shadow
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_sun
@@ -48,7 +49,7 @@ contains
 
     !> The error has to be the one the formula is known to have, not only below its bound.
     subroutine check_position(error, julian_date, expected, error_arcseconds, error_distance)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: julian_date, expected(3), error_arcseconds, error_distance
 
         real(dp) :: position(3), angle
@@ -56,7 +57,6 @@ contains
         position = sun_position((julian_date - 2451545)/36525)
         angle = atan2(norm2(cross(position, expected)), dot_product(position, expected))
         call check(error, angle/ARCSECOND, error_arcseconds, thr=0.06_dp)
-        if (allocated(error)) return
         call check(error, norm2(position) - norm2(expected), error_distance, thr=1e3_dp)
     end subroutine check_position
 
@@ -72,12 +72,9 @@ contains
             now = sun_position(-0.11_dp + i*SIDEREAL_YEAR/12)
             later = sun_position(-0.11_dp + (i + 12)*SIDEREAL_YEAR/12)
             call check(error, norm2(later - now)/norm2(now) < 60*ARCSECOND)
-            if (allocated(error)) return
             call check(error, abs(norm2(now)/ASTRONOMICAL_UNIT - 1) < 0.0169_dp)
-            if (allocated(error)) return
             later = sun_position(-0.11_dp + (i + 6)*SIDEREAL_YEAR/12)
             call check(error, dot_product(now, later)/(norm2(now)*norm2(later)) < -0.997_dp)
-            if (allocated(error)) return
         end do
     end subroutine test_yearly_motion
 
@@ -85,9 +82,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call check(error, conical_shadow([ORBIT, 0.0_dp, 0.0_dp], SUN), 1.0_dp)
-        if (allocated(error)) return
         call check(error, conical_shadow([0.0_dp, 0.0_dp, ORBIT], SUN), 1.0_dp)
-        if (allocated(error)) return
         call check(error, conical_shadow([-ORBIT, 0.0_dp, 0.0_dp], SUN), 0.0_dp)
     end subroutine test_day_and_night
 
@@ -104,7 +99,6 @@ contains
         do i = -600, 600
             light = shadow_at(limb + i*STEP)
             call check(error, light <= previous .and. previous - light < 1.5e-3_dp)
-            if (allocated(error)) return
             if (i == -600) call check(error, light, 1.0_dp)
             if (i == 0) call check(error, light, 0.5_dp, thr=2e-2_dp)
             if (allocated(error)) return
@@ -140,7 +134,6 @@ contains
                           sqrt(min(a**2 - x**2, max(0.0_dp, b**2 - (x + c)**2)))
             end do
             call check(error, conical_shadow(position, SUN), 1 - covered/(PI*a**2), thr=1e-5_dp)
-            if (allocated(error)) return
         end do
     end subroutine test_area
 

@@ -1,27 +1,39 @@
-!> The batch processor on problems of known answer.
+!> The batch processor and the iteration of `optimal` on a problem of known answer, and against each other.
 module test_batch_processor
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_estimation_batch_problem, only: batch_problem_t, batch_solution_t
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_estimation_iteration, only: iteration_t, rms_of
+    use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t
+    use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
+    use fixture, only: check, check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_batch_processor
 
-    !> y = a exp(b t), t = 0 .. 1; residuals of size `disturbance` alternate in sign.
-    type, extends(batch_problem_t) :: decay_t
+    !> y = a exp(b t), t = 0 .. 1, with an error of alternating sign and the sigma 0.01. No satellite is in it.
+    type, extends(whitened_problem_t) :: decay_t
         real(dp) :: a, b
         real(dp) :: disturbance = 0
-        logical :: blind = .false.          !! The observations do not depend on b
+        real(dp) :: slope = 0               !! Of the weights
+        logical :: inherits = .false.       !! Partials of a = 1.5, b = -1
+        logical :: blind = .false.          !! Its partials do not depend on b
+        logical :: blind_before = .false.   !! Nor do those that it inherits
         logical :: poison = .false.
+        integer :: linearised = 0           !! So often it was
     contains
         procedure :: linearise => linearise_decay
+        procedure :: compare => compare_decay
+        procedure :: inherit => inherit_decay
         procedure :: correct => correct_decay
+        procedure :: describe_residuals => residuals_of_decay
+        procedure :: describe_state => state_of_decay
     end type decay_t
 
-    real(dp), parameter :: TRUE_A = 2, TRUE_B = -1.5_dp
+    real(dp), parameter :: TRUE_A = 2, TRUE_B = -1.5_dp, SIGMA = 0.01_dp
 
 contains
 
@@ -32,6 +44,10 @@ contains
                     new_unittest('converges-to-truth', test_truth), &
                     new_unittest('optimality-and-covariance', test_optimality), &
                     new_unittest('linear-problem-in-one-iteration', test_linear), &
+                    new_unittest('iterations-agree', test_same), &
+                    new_unittest('partials-are-kept', test_kept), &
+                    new_unittest('inherited-partials', test_inherited), &
+                    new_unittest('history-has-every-step', test_history), &
                     new_unittest('not-converged-is-said', test_not_converged), &
                     new_unittest('singular-names-the-parameter', test_singular), &
                     new_unittest('too-few-observations', test_too_few), &
@@ -44,8 +60,10 @@ contains
         problem%names = [character(12) :: 'a', 'b']
         problem%scales = [1.0_dp, 1.0_dp]
         problem%observations = 21
+        problem%groups = reshape([1, 21, 2, 2, 20, 2], [3, 2])
         problem%a = 1
         problem%b = 0
+        problem%disturbance = 0.01_dp
     end function example
 
     subroutine linearise_decay(self, partials, residuals, weights, error)
@@ -59,13 +77,47 @@ contains
 
         do i = 1, self%observations
             t = (i - 1)/20.0_dp
-            partials(:, i) = [exp(self%b*t), self%a*t*exp(self%b*t)]
-            residuals(i) = TRUE_A*exp(TRUE_B*t) + self%disturbance*(-1)**i - self%a*exp(self%b*t)
-            weights(i) = 1 + t
+            partials(:, i) = [exp(self%b*t), self%a*t*exp(self%b*t)]/SIGMA
+            weights(i) = 1 + self%slope*t
         end do
         if (self%blind) partials(2, :) = 0
-        if (self%poison) residuals(5) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call self%compare(residuals)
+        self%linearised = self%linearised + 1
     end subroutine linearise_decay
+
+    subroutine compare_decay(self, residuals)
+        class(decay_t), intent(inout) :: self
+        real(dp), intent(out) :: residuals(:)
+
+        real(dp) :: t
+        integer :: i
+
+        do i = 1, self%observations
+            t = (i - 1)/20.0_dp
+            residuals(i) = (TRUE_A*exp(TRUE_B*t) + self%disturbance*(-1)**i - self%a*exp(self%b*t))/SIGMA
+        end do
+        if (self%poison) residuals(5) = ieee_value(1.0_dp, ieee_quiet_nan)
+    end subroutine compare_decay
+
+    subroutine inherit_decay(self, partials, residuals, inherited)
+        class(decay_t), intent(inout) :: self
+        real(dp), contiguous, intent(inout) :: partials(:, :)
+        real(dp), intent(inout) :: residuals(:)
+        logical, intent(out) :: inherited
+
+        type(decay_t) :: before
+        real(dp) :: weights(size(residuals))
+        type(error_t), allocatable :: error
+
+        inherited = self%inherits
+        if (.not. inherited) return
+        before = self
+        before%a = 1.5_dp
+        before%b = -1
+        before%blind = self%blind_before
+        call before%linearise(partials, residuals, weights, error)
+        call self%compare(residuals)
+    end subroutine inherit_decay
 
     subroutine correct_decay(self, correction)
         class(decay_t), intent(inout) :: self
@@ -75,6 +127,23 @@ contains
         self%b = self%b + correction(2)
     end subroutine correct_decay
 
+    subroutine residuals_of_decay(self, residuals, note)
+        class(decay_t), intent(in) :: self
+        real(dp), intent(in) :: residuals(:)
+        type(iteration_t), intent(inout) :: note
+
+        note%residual_names = self%names(:1)
+        note%residual_rms = [rms_of(residuals)]
+    end subroutine residuals_of_decay
+
+    subroutine state_of_decay(self, note)
+        class(decay_t), intent(in) :: self
+        type(iteration_t), intent(inout) :: note
+
+        note%state_names = self%names
+        note%state = [self%a, self%b]
+    end subroutine state_of_decay
+
     subroutine test_truth(error)
         type(error_type), allocatable, intent(out) :: error
         type(decay_t) :: problem
@@ -82,12 +151,12 @@ contains
         type(error_t), allocatable :: failure
 
         problem = example()
+        problem%disturbance = 0
         call process_batch(problem, batch_settings_t(), solution, failure)
         call check(error,.not. allocated(failure) .and. solution%converged)
         if (allocated(error)) return
         call check(error, abs(problem%a - TRUE_A) + abs(problem%b - TRUE_B) < 1e-12_dp)
-        if (allocated(error)) return
-        call check(error, solution%iterations > 2 .and. maxval(abs(solution%residuals)) < 1e-12_dp)
+        call check(error, solution%iterations > 2 .and. maxval(abs(solution%residuals)) < 1e-12_dp/SIGMA)
     end subroutine test_truth
 
     !> At the minimum the residuals are orthogonal to the partials in the metric of the weights, and
@@ -100,13 +169,11 @@ contains
         real(dp) :: partials(2, 21), residuals(21), weights(21), product(2, 2)
 
         problem = example()
-        problem%disturbance = 0.1_dp
+        problem%slope = 1
         call process_batch(problem, batch_settings_t(), solution, failure)
         call problem%linearise(partials, residuals, weights, failure)
-        call check(error, maxval(abs(matmul(partials, weights*residuals))) < 1e-7_dp)
-        if (allocated(error)) return
-        call check(error, maxval(abs(solution%residuals - residuals)) < 1e-8_dp)
-        if (allocated(error)) return
+        call check(error, maxval(abs(matmul(partials, weights*residuals))) < 1e-7_dp/SIGMA**2)
+        call check(error, maxval(abs(solution%residuals - residuals)) < 1e-8_dp/SIGMA)
         product = matmul(solution%inverse, matmul(solution%gain, transpose(partials)))
         call check(error, abs(product(1, 1) - 1) + abs(product(2, 2) - 1) + abs(product(1, 2)) < 1e-6_dp)
     end subroutine test_optimality
@@ -121,58 +188,175 @@ contains
         problem%linear = .true.
         call process_batch(problem, batch_settings_t(), solution, failure)
         call check(error, solution%iterations, 1)
-        if (allocated(error)) return
         call check(error, solution%converged)
     end subroutine test_linear
+
+    !> The minimum does not depend on the way to it: estimate, covariance, gain and residuals are those of Figure 4.1.
+    subroutine test_same(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(decay_t) :: problem, other
+        type(batch_solution_t) :: solution, expected
+        type(error_t), allocatable :: failure
+
+        other = example()
+        call process_batch(other, batch_settings_t(), expected, failure)
+        if (.not. allocated(failure)) then
+            problem = example()
+            call simplified_newton(problem, newton_settings_t(), solution, failure)
+        end if
+        call check(error, .not. allocated(failure) .and. solution%converged .and. expected%converged)
+        if (allocated(error)) return
+        call check(error, abs(other%a - problem%a) < 1e-6_dp*sqrt(expected%inverse(1, 1)) .and. &
+                   abs(other%b - problem%b) < 1e-6_dp*sqrt(expected%inverse(2, 2)), 'estimate')
+        call check(error, maxval(abs(solution%inverse - expected%inverse)) < 1e-5_dp*maxval(abs(expected%inverse)), &
+                   'covariance')
+        call check(error, maxval(abs(solution%residuals - expected%residuals)) < 1e-6_dp, 'residuals')
+        call check(error, maxval(abs(solution%gain - expected%gain)) < 1e-5_dp*maxval(abs(expected%gain)), 'gain')
+    end subroutine test_same
+
+    !> Not every step takes new partials, and a rough fit takes fewer.
+    subroutine test_kept(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(decay_t) :: problem, rough
+        type(batch_solution_t) :: solution
+        type(newton_settings_t) :: settings
+        type(error_t), allocatable :: failure
+
+        problem = example()
+        call simplified_newton(problem, settings, solution, failure)
+        call check(error, problem%linearised < solution%iterations, 'kept')
+        settings%rough = .true.
+        settings%tolerance = 0.01_dp
+        rough = example()
+        call simplified_newton(rough, settings, solution, failure)
+        call check(error, solution%converged .and. rough%linearised < problem%linearised, 'rough')
+        call check(error, abs(rough%a - problem%a) < 0.02_dp*sqrt(solution%inverse(1, 1)) .and. &
+                   abs(rough%b - problem%b) < 0.02_dp*sqrt(solution%inverse(2, 2)), 'near enough')
+    end subroutine test_kept
+
+    !> A fit that begins with the partials of another state ends where it would without, with its own; partials that
+    !> determine nothing are not used.
+    subroutine test_inherited(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(decay_t) :: problem, other
+        type(batch_solution_t) :: solution, expected
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        problem = example()
+        call simplified_newton(problem, newton_settings_t(), expected, failure)
+        call check(error, .not. allocated(failure) .and. expected%converged, 'without')
+        if (allocated(error)) return
+        do i = 1, 2
+            other = example()
+            other%inherits = .true.
+            other%blind_before = i == 2
+            call simplified_newton(other, newton_settings_t(), solution, failure)
+            call check(error, .not. allocated(failure) .and. solution%converged, 'with')
+            if (allocated(error)) return
+            call check(error, abs(other%a - problem%a) + abs(other%b - problem%b) < 1e-6_dp, 'solution')
+            call check(error, maxval(abs(solution%inverse - expected%inverse)) < 1e-5_dp*maxval(abs(expected%inverse)), &
+                       'covariance')
+        end do
+    end subroutine test_inherited
+
+    !> The corrections lead from the first guess to the estimate, one of them for each iteration.
+    subroutine test_history(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(decay_t) :: problem
+        type(batch_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: way(2)
+        integer :: i
+
+        problem = example()
+        call simplified_newton(problem, newton_settings_t(history='decay'), solution, failure)
+        call check(error, size(solution%history), solution%iterations)
+        if (allocated(error)) return
+        way = [1, 0]
+        do i = 1, size(solution%history)
+            way = way + solution%history(i)%correction
+            call check(error, solution%history(i)%number == i .and. solution%history(i)%fit == 'decay' .and. &
+                       all(abs(way - solution%history(i)%state) < 1e-14_dp))
+        end do
+        call check(error, solution%history(1)%residual_rms(1) > 10*solution%history(i - 1)%residual_rms(1))
+    end subroutine test_history
+
+    !> Each of the two in turn.
+    subroutine solve(newton, problem, solution, failure, most_iterations)
+        logical, intent(in) :: newton           !! That of `optimal`
+        type(decay_t), intent(inout) :: problem
+        type(batch_solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: failure
+        integer, intent(in), optional :: most_iterations
+
+        type(batch_settings_t) :: settings
+        type(newton_settings_t) :: newton_settings
+
+        if (present(most_iterations)) then
+            settings%most_iterations = most_iterations
+            newton_settings%most_iterations = most_iterations
+        end if
+        if (newton) call simplified_newton(problem, newton_settings, solution, failure)
+        if (.not. newton) call process_batch(problem, settings, solution, failure)
+    end subroutine solve
 
     subroutine test_not_converged(error)
         type(error_type), allocatable, intent(out) :: error
         type(decay_t) :: problem
         type(batch_solution_t) :: solution
         type(error_t), allocatable :: failure
+        integer :: i
 
-        problem = example()
-        call process_batch(problem, batch_settings_t(most_iterations=2), solution, failure)
-        call check(error,.not. allocated(failure) .and. .not. solution%converged)
-        if (allocated(error)) return
-        call check(error, solution%iterations, 2)
+        do i = 1, 2
+            problem = example()
+            call solve(i == 2, problem, solution, failure, most_iterations=2)
+            call check(error, .not. allocated(failure) .and. .not. solution%converged .and. solution%iterations == 2)
+        end do
     end subroutine test_not_converged
 
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error
         type(decay_t) :: problem
-        type(batch_solution_t) :: solution
-        type(error_t), allocatable :: failure
 
         problem = example()
         problem%blind = .true.
-        call process_batch(problem, batch_settings_t(), solution, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
-        call check(error, index(failure%message, 'singular') > 0 .and. index(failure%message, ' b (') > 0)
+        call refused(error, problem, [character(12) :: 'singular', ' b ('])
     end subroutine test_singular
 
     subroutine test_too_few(error)
         type(error_type), allocatable, intent(out) :: error
         type(decay_t) :: problem
-        type(batch_solution_t) :: solution
-        type(error_t), allocatable :: failure
 
         problem = example()
         problem%observations = 1
-        call process_batch(problem, batch_settings_t(), solution, failure)
-        call check(error, allocated(failure))
+        call refused(error, problem, [character(12) :: '1 observ'])
     end subroutine test_too_few
 
     subroutine test_nan(error)
         type(error_type), allocatable, intent(out) :: error
         type(decay_t) :: problem
-        type(batch_solution_t) :: solution
-        type(error_t), allocatable :: failure
 
         problem = example()
         problem%poison = .true.
-        call process_batch(problem, batch_settings_t(), solution, failure)
-        call check(error, allocated(failure))
+        call refused(error, problem, [character(12) :: 'NaN'])
     end subroutine test_nan
+
+    !> By both.
+    subroutine refused(error, problem, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        type(decay_t), intent(in) :: problem
+        character(*), intent(in) :: parts(:)    !! Of the message
+
+        type(decay_t) :: own
+        type(batch_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        do i = 1, 2
+            own = problem
+            call solve(i == 2, own, solution, failure)
+            call check_fails(error, message_of(failure), parts)
+        end do
+    end subroutine refused
 end module test_batch_processor

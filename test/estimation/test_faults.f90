@@ -25,8 +25,8 @@ module test_faults
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
-    use testdrive, only: new_unittest, unittest_type, error_type, check
-    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
+    use fixture, only: check, check_fails, check_passes
     implicit none
     private
     public :: collect_faults
@@ -61,10 +61,7 @@ contains
                     new_unittest('magnetometer-lost-without-remedy', test_no_remedy), &
                     new_unittest('model-field-is-right', test_model_field), &
                     new_unittest('accelerometer-samples-missing', test_missing_samples), &
-                    new_unittest('not-a-number', test_nan), &
                     new_unittest('repeated-samples', test_repeated), &
-                    new_unittest('contradictory-samples', test_contradictory), &
-                    new_unittest('time-goes-back', test_time_goes_back), &
                     new_unittest('silent-rods', test_silent_rods), &
                     new_unittest('weak-rods', test_weak_rods), &
                     new_unittest('rods-off-in-the-setup', test_rods_off), &
@@ -80,7 +77,7 @@ contains
     !> The observations without a fault.
     subroutine fault_free(observations, error)
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(error_t), allocatable :: failure
@@ -105,14 +102,6 @@ contains
         observations = reference%observations
     end subroutine fault_free
 
-    pure function sigmas(solution) result(sigma)
-        type(solution_t), intent(in) :: solution
-        real(dp) :: sigma(3)
-        integer :: i
-
-        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
-    end function sigmas
-
     !> The answer is right, the sigmas are at most `growth` times those without the fault and hardly
     !> smaller, and a warning has every one of the parts.
     subroutine survived(error, observations, growth, parts)
@@ -125,35 +114,33 @@ contains
         type(error_t), allocatable :: failure
         character(200) :: found
         real(dp) :: ratio(3)
-        integer :: i
+        integer :: i, k
 
         do i = 1, size(ALGORITHMS)
             if (allocated(error)) return
             call estimate_offset(trim(ALGORITHMS(i)), observations, estimation_options_t(), solution, failure)
             call check_passes(error, message_of(failure))
-            if (allocated(error)) return
             call check(error, solution%converged, 'no convergence')
-            if (allocated(error)) return
-            ratio = sigmas(solution)/sigmas(reference%solution(i))
+            ratio = [(sqrt(solution%covariance(k, k)/reference%solution(i)%covariance(k, k)), k=1, 3)]
             write (found, '(2a, 3es10.2, a, 3f7.3)') trim(ALGORITHMS(i)), ': errors', &
                 solution%offset - reference%simulator%case%satellite%offset, ' m, sigmas times', ratio
             call check(error, all(abs(solution%offset - reference%simulator%case%satellite%offset) < &
                                   4*reference%prediction(i)%rms*max(1.0_dp, ratio)), trim(found))
-            if (allocated(error)) return
             call check(error, all(ratio < growth .and. ratio > 1/NEARLY), trim(found))
-            if (.not. allocated(error)) call warned(error, solution%warnings, parts)
+            call warned(error, solution%warnings, parts)
         end do
     end subroutine survived
 
     !> One of the warnings has every one of the parts.
     subroutine warned(error, warnings, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(string_t), intent(in) :: warnings(:)
+        type(error_type), allocatable, intent(inout) :: error
+        type(string_t), intent(in), allocatable :: warnings(:)      !! Of a solution; not allocated after a failure
         character(*), intent(in) :: parts(:)
 
         character(:), allocatable :: all_texts
         integer :: i, k
 
+        if (allocated(error)) return
         all_texts = ''
         do i = 1, size(warnings)
             if (all([(index(warnings(i)%text, trim(parts(k))) > 0, k=1, size(parts))])) return
@@ -179,11 +166,12 @@ contains
         end do
     end subroutine refused
 
-    !> Leaves out the star-camera samples of a head (0: of both) that lie strictly between two times.
-    subroutine lose_stars(observations, head, from, to)
-        type(observation_set_t), intent(inout) :: observations
+    !> Without the star-camera samples of a head (0: of both) that lie strictly between two times.
+    pure function without_stars(observations, head, from, to) result(left)
+        type(observation_set_t), intent(in) :: observations
         integer, intent(in) :: head
         real(dp), intent(in) :: from, to        !! s
+        type(observation_set_t) :: left
 
         integer, allocatable :: kept(:)
         integer :: i
@@ -192,16 +180,25 @@ contains
             kept = pack([(i, i=1, size(times))], .not. (times > from .and. times < to .and. &
                         (head == 0 .or. observations%star_camera_head == head)))
         end associate
-        observations%star_camera_time = observations%star_camera_time(kept)
-        observations%star_camera_head = observations%star_camera_head(kept)
-        observations%quaternion = observations%quaternion(:, kept)
-    end subroutine lose_stars
+        left = observations
+        left%star_camera_time = observations%star_camera_time(kept)
+        left%star_camera_head = observations%star_camera_head(kept)
+        left%quaternion = observations%quaternion(:, kept)
+    end function without_stars
 
-    subroutine lose_orbit(observations)
-        type(observation_set_t), intent(inout) :: observations
+    !> Without the magnetometer's samples from a time on.
+    pure function without_field(observations, from) result(left)
+        type(observation_set_t), intent(in) :: observations
+        real(dp), intent(in) :: from            !! s; 0: all are lost
+        type(observation_set_t) :: left
 
-        deallocate (observations%orbit_time, observations%orbit_position)
-    end subroutine lose_orbit
+        integer :: kept
+
+        left = observations
+        kept = count(observations%magnetometer_time < from)
+        left%magnetometer_time = observations%magnetometer_time(:kept)
+        left%field = observations%field(:, :kept)
+    end function without_field
 
     !> One accelerometer sample is wrong by more than the satellite can accelerate.
     subroutine test_spike(error)
@@ -231,11 +228,9 @@ contains
         call refuse_implausible(solution, options%largest_offset, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'CG offset on z would be -', 'not plausible', &
                                                       'largest_offset_mm'])
-        if (allocated(error)) return
         call refuse_implausible(solution, 1.0_dp, failure)
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call warned(error, solution%warnings, &
-                                                [character(W) :: 'residuals of axis z', 'check the unit'])
+        call warned(error, solution%warnings, [character(W) :: 'residuals of axis z', 'check the unit'])
     end subroutine test_wrong_unit
 
     !> One attitude of another place in the sky: the message tells of the star camera too.
@@ -259,22 +254,16 @@ contains
     !> The rods fire at 0.1 Hz, but the setup of case 1 says 0.2 Hz.
     subroutine test_wrong_frequency(error)
         type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
-        call check_passes(error, message_of(failure))
+        call rods_differ('front-1', 1.0_dp, observations, error)
         if (allocated(error)) return
         observations%knowledge%rods%activations%frequency = 2*observations%knowledge%rods%activations%frequency
         call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure)
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call warned(error, solution%warnings, &
-                                                [character(W) :: 'star camera are off the fit', 'rods'])
+        call warned(error, solution%warnings, [character(W) :: 'star camera are off the fit', 'rods'])
     end subroutine test_wrong_frequency
 
     subroutine test_no_fault(error)
@@ -292,25 +281,18 @@ contains
     !> Both heads blind: attitudes are missing. The used head blind: the other one stands in.
     subroutine test_star_gaps(error)
         type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: good, bad
+        type(observation_set_t) :: good
 
         call fault_free(good, error)
-        bad = good
-        call lose_stars(bad, 0, 20.0_dp, 22.0_dp)
-        call survived(error, bad, NEARLY, [character(W) :: 'star camera', 'from 20 s to 22 s', 'left out'])
-        bad = good
-        call lose_stars(bad, 0, 20.0_dp, 30.0_dp)
-        call survived(error, bad, NEARLY, [character(W) :: 'star camera', 'from 20 s to 30 s', 'left out'])
-        bad = good
-        call lose_stars(bad, 0, -1.0_dp, 10.0_dp)
-        call survived(error, bad, NEARLY, [character(W) :: 'star camera', 'from 0 s to 10 s', 'left out'])
-        bad = good
-        call lose_stars(bad, 1, 20.0_dp, 22.0_dp)
-        call survived(error, bad, NEARLY, &
+        call survived(error, without_stars(good, 0, 20.0_dp, 22.0_dp), NEARLY, &
+                      [character(W) :: 'star camera', 'from 20 s to 22 s', 'left out'])
+        call survived(error, without_stars(good, 0, 20.0_dp, 30.0_dp), NEARLY, &
+                      [character(W) :: 'star camera', 'from 20 s to 30 s', 'left out'])
+        call survived(error, without_stars(good, 0, -1.0_dp, 10.0_dp), NEARLY, &
+                      [character(W) :: 'star camera', 'from 0 s to 10 s', 'left out'])
+        call survived(error, without_stars(good, 1, 20.0_dp, 22.0_dp), NEARLY, &
                       [character(W) :: 'head 2 stands in for head 1 from 20.5 s to 21.5 s'])
-        bad = good
-        call lose_stars(bad, 1, 20.0_dp, 30.0_dp)
-        call survived(error, bad, NEARLY, &
+        call survived(error, without_stars(good, 1, 20.0_dp, 30.0_dp), NEARLY, &
                       [character(W) :: 'head 2 stands in for head 1 from 20.5 s to 29.5 s'])
     end subroutine test_star_gaps
 
@@ -322,14 +304,10 @@ contains
         type(error_t), allocatable :: failure
 
         call fault_free(good, error)
-        bad = good
-        call lose_stars(bad, 1, 30.0_dp, 61.0_dp)
-        call survived(error, bad, NEARLY, &
+        call survived(error, without_stars(good, 1, 30.0_dp, 61.0_dp), NEARLY, &
                       [character(W) :: 'head 2 stands in for head 1 from 31 s to 60 s'])
-        bad = good
-        call lose_stars(bad, 1, -1.0_dp, 61.0_dp)
-        call survived(error, bad, NEARLY, &
-                      [character(W) :: 'head 2 stands in for head 1 from 0.5 s to 60 s'])
+        bad = without_stars(good, 1, -1.0_dp, 61.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: 'head 2 stands in for head 1 from 0.5 s to 60 s'])
         if (allocated(error)) return
         ! the same as if the setup had named the other head
         call estimate_offset('assest-fde', bad, estimation_options_t(), alone, failure)
@@ -337,7 +315,6 @@ contains
         call estimate_offset('assest-fde', good, estimation_options_t(), named, failure)
         call check(error, maxval(abs(alone%offset - named%offset)) + &
                    maxval(abs(alone%covariance - named%covariance)), 0.0_dp)
-        if (allocated(error)) return
         call check(error, size(named%warnings), 0)
     end subroutine test_one_head
 
@@ -347,11 +324,9 @@ contains
         type(observation_set_t) :: observations
 
         call fault_free(observations, error)
-        call lose_stars(observations, 0, 20.0_dp, 40.0_dp)
-        call survived(error, observations, 1.3_dp, &
+        call survived(error, without_stars(observations, 0, 20.0_dp, 40.0_dp), 1.3_dp, &
                       [character(W) :: 'star camera', 'from 20 s to 40 s', 'left out'])
-        call lose_stars(observations, 0, 0.7_dp, 61.0_dp)
-        call refused(error, observations, [character(W) :: 'star camera', 'too few samples'])
+        call refused(error, without_stars(observations, 0, 0.7_dp, 61.0_dp), [character(W) :: 'star camera', 'too few samples'])
     end subroutine test_both_heads
 
     subroutine test_magnetometer_lost(error)
@@ -359,15 +334,12 @@ contains
         type(observation_set_t) :: good, bad
 
         call fault_free(good, error)
-        bad = good
-        call lose_magnetometer(bad, 20.0_dp)
+        bad = without_field(good, 20.0_dp)
         call check(error, size(bad%magnetometer_time), 19)
         ! the offset of the model is the magnetometer's bias of 50, -30, 25 nT and some noise
-        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '40 epochs', '21 s to 60 s', &
-                      'igrf95', 'nT from 19 samples'])
-        call lose_magnetometer(bad, 2.0_dp)
-        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '59 epochs', 'igrf95'])
-        call lose_magnetometer(bad, 0.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: '40 epochs', '21 s to 60 s', 'igrf95', 'nT from 19 samples'])
+        call survived(error, without_field(good, 2.0_dp), NEARLY, [character(W) :: 'magnetometer', '59 epochs', 'igrf95'])
+        bad = without_field(good, 0.0_dp)
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf95'])
         bad%knowledge%field_model = 'igrf14'
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf14'])
@@ -388,8 +360,7 @@ contains
         kept = [(i, i=1, 25), (i, i=32, 55)]
         bad%magnetometer_time = bad%magnetometer_time(kept)
         bad%field = bad%field(:, kept)
-        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '10 epochs', '26 s to 60 s', &
-                      'nT from 49 samples'])
+        call survived(error, bad, NEARLY, [character(W) :: '10 epochs', '26 s to 60 s', 'nT from 49 samples'])
     end subroutine test_magnetometer_gap
 
     !> No orbit, no model, or an orbit or attitude that does not reach.
@@ -398,28 +369,22 @@ contains
         type(observation_set_t) :: good, bad
 
         call fault_free(good, error)
-        bad = good
-        call lose_orbit(bad)
-        call lose_magnetometer(bad, 20.0_dp)
+        bad = without_field(good, 20.0_dp)
+        deallocate (bad%orbit_time, bad%orbit_position)
         call refused(error, bad, [character(W) :: 'magnetometer: no samples near 20', 'orbit', 'model'])
-        call lose_magnetometer(bad, 0.0_dp)
-        call refused(error, bad, [character(W) :: 'magnetometer', 'fewer than two', 'no orbit'])
-        bad = good
-        call lose_magnetometer(bad, 20.0_dp)
+        call refused(error, without_field(bad, 0.0_dp), [character(W) :: 'magnetometer', 'fewer than two', 'no orbit'])
+        bad = without_field(good, 20.0_dp)
         bad%knowledge%field_model = 'none'
         call refused(error, bad, [character(W) :: 'magnetometer', 'names no geomagnetic field model'])
         bad%knowledge%field_model = 'igrf95'
         bad%orbit_time = bad%orbit_time(:31)
         bad%orbit_position = bad%orbit_position(:, :31)
         call refused(error, bad, [character(W) :: 'magnetometer', 'orbit: no positions around 31 s'])
-        bad = good
-        call lose_magnetometer(bad, 20.0_dp)
+        bad = without_field(good, 20.0_dp)
         bad%knowledge%epoch = utc_plus(bad%knowledge%epoch, 20*365.25_dp*86400)
         call refused(error, bad, [character(W) :: 'magnetometer', 'igrf95', '1985 to 2000', 'igrf14'])
-        bad = good
-        call lose_magnetometer(bad, 20.0_dp)
-        call lose_stars(bad, 0, 15.0_dp, 50.0_dp)
-        call refused(error, bad, [character(W) :: 'magnetometer', 'star camera: no attitude near 21 s'])
+        call refused(error, without_stars(without_field(good, 20.0_dp), 0, 15.0_dp, 50.0_dp), &
+                     [character(W) :: 'magnetometer', 'star camera: no attitude near 21 s'])
         bad = good
         bad%orbit_position(2, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
         call refused(error, bad, [character(W) :: 'orbit', '16 s', 'NaN'])
@@ -448,21 +413,17 @@ contains
         bad%orbit_position = clean%orbit_position(:, 1::20)
         call take_star_attitude(bad, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], stars, warnings)
         call check(error, size(warnings), 0)
-        if (allocated(error)) return
-        call lose_magnetometer(bad, 20.0_dp)
+        bad = without_field(bad, 20.0_dp)
         call complete_field(bad, stars, times, field, warnings, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(times), 59)      ! 20 s is left to interpolation
-        if (allocated(error)) return
         call check(error, maxval(abs(field - clean%field(:, nint(times)))), 0.0_dp, thr=1e-11_dp)
-        if (allocated(error)) return
-        call lose_magnetometer(bad, 0.0_dp)
+        bad = without_field(bad, 0.0_dp)
         call complete_field(bad, stars, times, field, warnings, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(times - [(i, i=1, 60)])), 0.0_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(field + spread(BIAS, 2, 60) - clean%field)), 0.0_dp, thr=1e-11_dp)
     end subroutine test_model_field
 
@@ -474,38 +435,13 @@ contains
         integer :: i
 
         call fault_free(observations, error)
-        allocate (kept(0))
-        do i = 1, 600
-            if (mod(i*i + i/7, 10) /= 1) kept = [kept, i]
-        end do
+        kept = pack([(i, i=1, 600)], [(mod(i*i + i/7, 10) /= 1, i=1, 600)])
         observations%accelerometer_time = observations%accelerometer_time(kept)
         observations%acceleration = observations%acceleration(:, kept)
         call check(error, size(kept) > 450 .and. size(kept) < 560, 'another share is missing')
         call survived(error, observations, NEARLY*sqrt(600.0_dp/size(kept)), &
                       [character(W) :: 'accelerometer', 'of 600 samples are missing'])
     end subroutine test_missing_samples
-
-    !> A sample that is not a number is refused, in memory as in files: it has to be left out.
-    subroutine test_nan(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: good, bad
-        real(dp) :: nan
-
-        call fault_free(good, error)
-        nan = ieee_value(1.0_dp, ieee_quiet_nan)
-        bad = good
-        bad%acceleration(2, 17) = nan
-        call refused(error, bad, [character(W) :: 'accelerometer', 'at 1.7 s', 'NaN', 'leave it out'])
-        bad = good
-        bad%quaternion(3, 4) = nan
-        call refused(error, bad, [character(W) :: 'star camera 2', 'at 1 s', 'NaN'])
-        bad = good
-        bad%field(1, 60) = nan
-        call refused(error, bad, [character(W) :: 'magnetometer', 'at 60 s', 'NaN'])
-        bad = good
-        bad%accelerometer_time(3) = nan
-        call refused(error, bad, [character(W) :: 'accelerometer', 'time tag 3', 'NaN'])
-    end subroutine test_nan
 
     !> The estimate is the same to the last bit.
     subroutine test_repeated(error)
@@ -535,61 +471,18 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(solution%offset - reference%solution(1)%offset)), 0.0_dp)
-        if (allocated(error)) return
         call warned(error, solution%warnings, [character(W) :: 'accelerometer: repeated', ': 2,', 'at 10 s'])
-        if (.not. allocated(error)) &
-            call warned(error, solution%warnings, [character(W) :: 'magnetometer: repeated', ': 1,', 'at 1 s'])
-        if (.not. allocated(error)) &
-            call warned(error, solution%warnings, [character(W) :: 'star camera: repeated', ': 2,', 'at 20 s'])
-        if (.not. allocated(error)) &
-            call warned(error, solution%warnings, [character(W) :: 'orbit: repeated', ': 1,', 'at 60 s'])
+        call warned(error, solution%warnings, [character(W) :: 'magnetometer: repeated', ': 1,', 'at 1 s'])
+        call warned(error, solution%warnings, [character(W) :: 'star camera: repeated', ': 2,', 'at 20 s'])
+        call warned(error, solution%warnings, [character(W) :: 'orbit: repeated', ': 1,', 'at 60 s'])
     end subroutine test_repeated
-
-    !> Two samples of one time that differ.
-    subroutine test_contradictory(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: good, bad
-
-        call fault_free(good, error)
-        bad = good
-        bad%accelerometer_time(100) = bad%accelerometer_time(99)
-        call refused(error, bad, [character(W) :: 'accelerometer', '9.9 s follows 9.9 s', 'another value'])
-        bad = good
-        bad%star_camera_time(9) = bad%star_camera_time(7)
-        call refused(error, bad, [character(W) :: 'star camera 1', '2 s follows 2 s', 'another value'])
-        bad = good
-        bad%star_camera_time(10) = bad%star_camera_time(8)
-        call refused(error, bad, [character(W) :: 'star camera 2', '2 s follows 2 s', 'another value'])
-        bad = good
-        bad%magnetometer_time(2) = 1
-        call refused(error, bad, [character(W) :: 'magnetometer', '1 s follows 1 s', 'another value'])
-    end subroutine test_contradictory
-
-    subroutine test_time_goes_back(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: good, bad
-
-        call fault_free(good, error)
-        bad = good
-        bad%accelerometer_time(300:) = bad%accelerometer_time(300:) - 1
-        call refused(error, bad, [character(W) :: 'accelerometer', 'must increase', '29 s follows 29.9 s'])
-        bad = good
-        bad%star_camera_time(122:) = bad%star_camera_time(122:) - 10
-        call refused(error, bad, [character(W) :: 'star camera', 'must increase', 's follows 30'])
-        bad = good
-        bad%magnetometer_time(30:) = bad%magnetometer_time(30:) - 1.5_dp
-        call refused(error, bad, [character(W) :: 'magnetometer', 'must increase', '28.5 s follows 29 s'])
-        bad = good
-        bad%orbit_time(30:) = bad%orbit_time(30:) - 1.5_dp
-        call refused(error, bad, [character(W) :: 'orbit', 'must increase', '27.5 s follows 28 s'])
-    end subroutine test_time_goes_back
 
     !> Observations of a satellite whose rods had `share` of the moment that the setup names.
     subroutine rods_differ(name, share, observations, error)
         character(*), intent(in) :: name
         real(dp), intent(in) :: share
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(simulator_t) :: simulator
@@ -608,17 +501,15 @@ contains
     !> The rods did not fire, or with the wrong sign: the star camera shows it.
     subroutine test_silent_rods(error)
         type(error_type), allocatable, intent(out) :: error
-        character(7), parameter :: CASES(3) = ['front-1', 'front-2', 'front-3']
+        character(7), parameter :: CASES(4) = ['front-1', 'front-2', 'front-3', 'front-3']
+        real(dp), parameter :: SHARES(4) = [0, 0, 0, -1]
         type(observation_set_t) :: observations
         integer :: i
 
         do i = 1, size(CASES)
-            call rods_differ(CASES(i), 0.0_dp, observations, error)
+            call rods_differ(CASES(i), SHARES(i), observations, error)
             call refused(error, observations, [character(W) :: 'did the rods fire'])
-            if (allocated(error)) return
         end do
-        call rods_differ('front-3', -1.0_dp, observations, error)
-        call refused(error, observations, [character(W) :: 'did the rods fire'])
     end subroutine test_silent_rods
 
     !> Four fifths of the moment: a warning that names the factor.
@@ -632,7 +523,6 @@ contains
         if (allocated(error)) return
         call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call warned(error, solution%warnings, [character(W) :: 'the rods were 0.8', 'off by as much'])
     end subroutine test_weak_rods
 
@@ -672,7 +562,6 @@ contains
             end do
         end associate
         call check(error, abs(turn - 2.5e-3_dp) < 1e-6_dp)
-        if (allocated(error)) return
         observations%knowledge%duration = 1.001_dp*longest
         call refused(error, observations, [character(W) :: 'too long', 'without state noise', 'sigma_torque', &
                                            '0.143 deg', 'optimal takes such a run in arcs'])
@@ -687,8 +576,7 @@ contains
         do axis = 1, 3
             bad = good
             bad%acceleration(axis, :) = 2e-6_dp
-            call refused(error, bad, [character(W) :: 'accelerometer', 'axis '//AXES(axis), &
-                                      'does not measure'])
+            call refused(error, bad, [character(W) :: 'accelerometer', 'axis '//AXES(axis), 'does not measure'])
         end do
     end subroutine test_stuck_axis
 
@@ -707,16 +595,4 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'case front-3', 'head 1 at 0.5 s', 'stars', 'at least 2'])
     end subroutine test_too_few_stars
-
-    !> The magnetometer fails at a time: its samples from then on are gone.
-    pure subroutine lose_magnetometer(observations, from_time)
-        type(observation_set_t), intent(inout) :: observations
-        real(dp), intent(in) :: from_time           !! s; 0: all samples are lost
-
-        integer :: kept
-
-        kept = count(observations%magnetometer_time < from_time)
-        observations%magnetometer_time = observations%magnetometer_time(:kept)
-        observations%field = observations%field(:, :kept)
-    end subroutine lose_magnetometer
 end module test_faults

@@ -22,8 +22,8 @@ module test_fit_diagnostics
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use statistics, only: Z_999
-    use fixture, only: check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check, test_failed, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_fit_diagnostics
@@ -71,7 +71,6 @@ contains
         do k = 1, 3
             if (allocated(error)) return
             call check(error, abs(dot_product(ellipsoid%direction(:, k), axes(:, k))), 1.0_dp, thr=1e-12_dp)
-            if (allocated(error)) return
             associate (v => ellipsoid%direction(:, k))
                 call check(error, v(maxloc(abs(v), 1)) > 0, 'the largest component is not positive')
             end associate
@@ -121,7 +120,6 @@ contains
         if (allocated(error)) return
         expected = inverse_3x3(inverse(:3, :3))
         call check(error, maxval(abs(total - expected)), 0.0_dp, thr=1e-8_dp*maxval(abs(expected)))
-        if (allocated(error)) return
         ! white noise of variance 1: the partials without their straight line
         expected = information_by_axis(epoch, partials(1, :, :))
         call check(error, maxval(abs(expected - information_by_axis(epoch, partials(1, :, :) + &
@@ -134,7 +132,7 @@ contains
         character(*), intent(in) :: name
         logical, intent(in) :: quiet        !! Without the density wave and scale factors
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(simulator_t) :: simulator
@@ -172,31 +170,23 @@ contains
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, maxval(abs(solution%offset - alone%offset)), 0.0_dp, name)
-            if (allocated(error)) return
             call check(error, maxval(abs(solution%covariance - alone%covariance)), 0.0_dp, name, &
                        thr=1e-12_dp*maxval(abs(alone%covariance)))
-            if (allocated(error)) return
             call check(error, size(record%epoch) == n .and. all(shape(record%residual) == [3, n]) .and. &
                        all(shape(record%partials) == [3, 3, n]) .and. &
                        all(shape(record%angular_acceleration) == [3, n]) .and. &
                        all(shape(record%covariance) == size(record%names)), name)
             if (allocated(error)) return
             call check(error, all(record%names(:3) == [character(12) :: 'd_x', 'd_y', 'd_z']), name)
-            if (allocated(error)) return
             call check(error, maxval(abs(norm2(record%residual, 2)/sqrt(real(n, dp))/solution%residual_rms - 1)), &
                        0.0_dp, name, thr=1e-10_dp)
-            if (allocated(error)) return
             call check(error, maxval(abs(record%covariance(:3, :3) - solution%covariance)), 0.0_dp, name, &
                        thr=1e-12_dp*maxval(abs(solution%covariance)))
-            if (allocated(error)) return
             call check(error, maxval(abs(sum(record%covariance_by_source, 3) - solution%covariance)), 0.0_dp, &
                        name, thr=1e-10_dp*maxval(abs(solution%covariance)))
-            if (allocated(error)) return
             call check(error, record%torque_checked .and. abs(record%torque_factor - 1) < &
                        4*record%torque_sigma, name)
-            if (allocated(error)) return
             call check_shares(diagnostics, name, error)
-            if (allocated(error)) return
         end do
     end subroutine test_record
 
@@ -205,19 +195,15 @@ contains
     subroutine check_shares(diagnostics, name, error)
         type(fit_diagnostics_t), intent(in) :: diagnostics
         character(*), intent(in) :: name
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         integer :: i
 
         call check(error, maxval(abs(sum(diagnostics%source_share, 2) - 1)), 0.0_dp, name, thr=1e-10_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(sum(diagnostics%information_share, 2) - 1)), 0.0_dp, name, thr=1e-12_dp)
-        if (allocated(error)) return
         call check(error, all(diagnostics%information_share >= 0) .and. &
                    all([(diagnostics%information_share(i, i), i=1, 3)] < 0.01_dp), name)
-        if (allocated(error)) return
         call check(error, diagnostics%bound_known .and. all(diagnostics%sigma > 0.999_dp*diagnostics%bound), name)
-        if (allocated(error)) return
         call check(error, all(abs(diagnostics%parameter_correlation) < 1), name)
     end subroutine check_shares
 
@@ -251,10 +237,8 @@ contains
         ! the constant that is taken out leaves N - 1 degrees of freedom, of which N - 3 are counted
         call check(error, maxval(abs(ratios - 1)) < Z_999*1.1_dp*found%ratio_sigma .and. &
                    abs(sum(ratios)/RUNS - 1) < Z_999*found%ratio_sigma/sqrt(real(RUNS, dp)) + 2.0_dp/N, 'ratio')
-        if (allocated(error)) return
         call check(error, minval(probabilities) > 1e-4_dp .and. abs(sum(probabilities)/RUNS - 0.5_dp) < &
                    Z_999/sqrt(12.0_dp*RUNS), 'probabilities are not uniform')
-        if (allocated(error)) return
         call check(error, sqrt(power)/found%expected_rms, 1.0_dp, 'expected RMS', thr=0.05_dp)
     end subroutine test_known_noise
 
@@ -280,7 +264,6 @@ contains
         ! in x the drag bends a little, which its whiteness tells
         call check(error, .not. any(d%residuals%peak_counts) .and. all(d%residuals(2:)%probability > 1e-3_dp) .and. &
                    all(abs(d%residuals%ratio - 1) < 4*d%residuals%ratio_sigma), 'noise alone')
-        if (allocated(error)) return
         ratio = d%residuals(3)%ratio
 
         record%residual(3, :) = 2*record%residual(3, :)
@@ -290,13 +273,9 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, d%residuals(3)%ratio, 2*ratio, thr=1e-10_dp)
-        if (allocated(error)) return
         call check(error, d%residuals(2)%autocorrelation(1), 0.5_dp, thr=0.15_dp)
-        if (allocated(error)) return
         call check(error, d%residuals(2)%probability < 1e-6_dp)
-        if (allocated(error)) return
         call check(error, d%residuals(1)%peak_counts .and. abs(d%residuals(1)%peak_frequency - 1/12.0_dp) < 1e-12_dp)
-        if (allocated(error)) return
         ! the line's peak over the level: 2/3 of A^2 T/4
         call check(error, d%residuals(1)%peak_ratio, 2/3.0_dp*(3e-10_dp)**2*60/4/1.06e-20_dp, 'peak', &
                    thr=25.0_dp)
@@ -323,13 +302,11 @@ contains
         if (allocated(error)) return
         call check(error, .not. any(d%residuals%noise_known) .and. d%bound_known .and. all(d%bound > 5e-6_dp) .and. &
                    all(d%bound < 5e-5_dp), 'bound')
-        if (allocated(error)) return
         call check(error, maxval(abs(sum(d%information_share, 2) - 1)), 0.0_dp, thr=1e-12_dp)
-        if (allocated(error)) return
         verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Accuracy', 'not known')
-        if (.not. allocated(error)) call check(error, index(verdict%summary, 'The accuracy is not known'), 1)
+        call check(error, index(verdict%summary, 'The accuracy is not known'), 1)
         call advises(error, verdict, [STEP_GIVE_NOISE], 0)
         call says(error, verdict, 'Residuals x', 'gives no noise_level')
         call says(error, verdict, 'Noise of the star camera', 'noise_about_axes')
@@ -362,8 +339,8 @@ contains
 
         if (allocated(error)) return
         call check(error, size(verdict%next_steps), size(steps))
-        if (.not. allocated(error)) call check(error, all(verdict%next_steps%kind == steps), 'other steps')
-        if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], verdict%next_steps(1)%axes)), axes)
+        call check(error, all(verdict%next_steps%kind == steps), 'other steps')
+        call check(error, sum(pack([4, 2, 1], verdict%next_steps(1)%axes)), axes)
     end subroutine advises
 
     subroutine judged(name, quiet, tested, verdict, solution, error)
@@ -372,7 +349,7 @@ contains
         logical, intent(in) :: tested       !! No belief is left untested: whatever it does is not too much
         type(verdict_t), intent(out) :: verdict
         type(solution_t), intent(out) :: solution
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(observation_set_t) :: observations
         type(fit_record_t) :: record
@@ -407,8 +384,8 @@ contains
         call check(error, verdict%grade, GRADE_DOUBTFUL, verdict%summary)
         call says(error, verdict, 'Contradicted', 'nothing')
         call says(error, verdict, 'Not testable here', 'sign of the accelerometer')
-        if (.not. allocated(error)) call check(error, all(verdict%next_steps%kind /= STEP_TRIM), 'a trim is advised')
-        if (.not. allocated(error)) call check(error, verdict%next_steps(1)%kind, STEP_TEST)
+        call check(error, all(verdict%next_steps%kind /= STEP_TRIM), 'a trim is advised')
+        call check(error, verdict%next_steps(1)%kind, STEP_TEST)
     end subroutine test_good
 
     !> Case 2 hardly shows x; the density wave is in the residuals of x: 3.02 cycles in the arc.
@@ -423,8 +400,7 @@ contains
         call says(error, verdict, 'Accuracy', 'x is not determined')
         call says(error, verdict, 'Residuals x', '0.05 Hz')
         call advises(error, verdict, [STEP_TRIM, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE], 3)
-        if (.not. allocated(error)) call check(error, all(verdict%next_steps(2)%axes .eqv. [.true., .false., .false.]))
-        if (allocated(error)) return
+        call check(error, all(verdict%next_steps(2)%axes .eqv. [.true., .false., .false.]))
         call check(error, index(verdict%summary, 'y and z are determined to 0.1 mm or better, x is not.'), 1, &
                    verdict%summary)
     end subroutine test_doubtful
@@ -449,12 +425,12 @@ contains
         verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_BAD)
         call says(error, verdict, 'Convergence', 'not converged')
-        if (.not. allocated(error)) call check(error, index(verdict%summary, 'Do not use'), 1)
+        call check(error, index(verdict%summary, 'Do not use'), 1)
         call advises(error, verdict, [STEP_MEND], 0)
         solution%converged = .true.
         d%residuals(2)%ratio = 21
         verdict = judge(observations%knowledge, solution, record, d)
-        if (.not. allocated(error)) call check(error, verdict%grade, GRADE_BAD)
+        call check(error, verdict%grade, GRADE_BAD)
         call says(error, verdict, 'Residuals y', 'wrong unit')
     end subroutine test_bad
 end module test_fit_diagnostics

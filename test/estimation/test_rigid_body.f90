@@ -4,7 +4,8 @@ module test_rigid_body
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: quaternion_rate, rotation_matrix
     use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_rigid_body
@@ -107,11 +108,9 @@ contains
         call free%integrate([0.1_dp, -0.5_dp, 0.1_dp, sqrt(0.73_dp), OMEGA])
         associate (last => free%y(:, 600), first => free%y(:, 0))
             call check(error, norm2(last(1:4)), 1.0_dp, thr=1e-14_dp)
-            if (allocated(error)) return
             momentum = matmul(matmul(TENSOR, last(5:7)), rotation_matrix(last(1:4))) - &
                        matmul(matmul(TENSOR, first(5:7)), rotation_matrix(first(1:4)))
             call check(error, norm2(momentum), 0.0_dp, thr=1e-9_dp*norm2(matmul(TENSOR, OMEGA)))
-            if (allocated(error)) return
             call check(error, dot_product(last(5:7), matmul(TENSOR, last(5:7))), &
                        dot_product(OMEGA, matmul(TENSOR, OMEGA)), thr=1e-10_dp)
         end associate
@@ -133,7 +132,6 @@ contains
                                  body%angular_acceleration(T, OMEGA - change))/2e-3_dp
         end do
         call check(error, maxval(abs(differences - body%rate_partials(OMEGA))), 0.0_dp, thr=1e-14_dp)
-        if (allocated(error)) return
         call check(error, norm2(matmul(TENSOR, body%angular_acceleration(T, OMEGA)) + &
                                 cross(OMEGA, matmul(TENSOR, OMEGA)) - T), 0.0_dp, thr=1e-16_dp)
     end subroutine test_partials

@@ -13,8 +13,8 @@ module test_state_sigmas
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
-    use fixture, only: check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_state_sigmas
@@ -37,7 +37,7 @@ contains
 
     !> A case of the report without what is systematic: the wave of the density, errors of the magnetometer.
     subroutine simulate(error, simulator, options)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
 
@@ -92,13 +92,11 @@ contains
                 ratio = sqrt(sum((found(i, :) - mean(i))**2)/(RUNS - 1)/sigma(i))
                 call check(error, ratio > LEAST .and. ratio < MOST, trim(ESTIMATOR_NAMES(a))//': the scatter of '// &
                            trim(STATE_NAMES(i))//' is '//real_text(ratio)//' of its sigma')
-                if (allocated(error)) return
             end do
             do i = 1, 4
                 ratio = sqrt(sum((q_found(i, :) - sum(q_found(i, :))/RUNS)**2)/(RUNS - 1)/q_sigma(i))
                 call check(error, ratio > LEAST .and. ratio < MOST, trim(ESTIMATOR_NAMES(a))//': the scatter of q is '// &
                            real_text(ratio)//' of its sigma')
-                if (allocated(error)) return
             end do
         end do
     end subroutine test_scatter
@@ -137,13 +135,11 @@ contains
             associate (p => solution%state_covariance)
                 call check(error, all(abs(p(:3, :3) - solution%covariance) <= 1e-12_dp*maxval(solution%covariance)) .and. &
                            all(sigma > 0), ESTIMATOR_NAMES(a))
-                if (allocated(error)) return
                 do i = 1, STATE
                     do k = 1, i - 1
                         call check(error, abs(p(i, k) - p(k, i)) <= 1e-9_dp*sigma(i)*sigma(k) .and. &
                                    abs(p(i, k)) < sigma(i)*sigma(k), trim(ESTIMATOR_NAMES(a))//': '// &
                                    trim(STATE_NAMES(i))//' and '//trim(STATE_NAMES(k)))
-                        if (allocated(error)) return
                     end do
                 end do
             end associate
@@ -176,7 +172,6 @@ contains
             if (allocated(error)) return
             last = size(again%history)
             call check(error, last >= 2 .and. again%history(1)%number == 1, ESTIMATOR_NAMES(a))
-            if (allocated(error)) return
             do i = 1, last
                 associate (it => again%history(i))
                     call check(error, size(it%names) == size(it%correction) .and. &
@@ -192,7 +187,6 @@ contains
                     call check(error, place > 0, ESTIMATOR_NAMES(a))
                     if (allocated(error)) return
                     call check(error, it%state(place), again%offset(i), thr=1e-7_dp, rel=.false.)
-                    if (allocated(error)) return
                 end do
             end associate
         end do

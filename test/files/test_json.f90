@@ -4,10 +4,10 @@ module test_json
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, parse_real
-    use gracecg_files_json, only: json_writer_t, read_json_list
+    use gracecg_files_json, only: json_writer_t, read_json_list, read_json_numbers, read_json_text
     use gracecg_files_units, only: unit_of_column
-    use fixture, only: check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_json
@@ -28,6 +28,7 @@ contains
                     new_unittest('not-ended-is-refused', test_not_ended), &
                     new_unittest('lists-are-read', test_lists), &
                     new_unittest('broken-lists', test_broken_lists), &
+                    new_unittest('members', test_members), &
                     new_unittest('units-of-columns', test_units)]
     end subroutine collect_json
 
@@ -59,7 +60,6 @@ contains
         call json%end()
         call json%finish(text, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, text, '{'//LF//'  "name": "front-1",'//LF//'  "runs": 15,'//LF// &
                    '  "seed": 9007199254740993,'//LF//'  "converged": true,'//LF//'  "published": null,'//LF// &
                    '  "d": [1.5, -2e-9],'//LF//'  "matrix": ['//LF//'    [1, 3],'//LF//'    [2, 4]'//LF//'  ],'//LF// &
@@ -86,11 +86,10 @@ contains
         call check(error, text, '{'//LF//'  "about": ['//LF//'    "a '//BACKSLASH//'"quote'//BACKSLASH//'", a '// &
                    BACKSLASH//BACKSLASH//', a tab'//BACKSLASH//'u0009, a line'//BACKSLASH//'u000aand '//achar(195)// &
                    achar(164)//BACKSLASH//'u0001",'//LF//'    "second"'//LF//'  ]'//LF//'}')
-        if (allocated(error)) return
         call read_json_list(text, 'about', list, ok)
         call check(error, ok .and. size(list) == 2)
-        if (.not. allocated(error)) call check(error, list(1)%text, HARD)
-        if (.not. allocated(error)) call check(error, list(2)%text, 'second')
+        call check(error, list(1)%text, HARD)
+        call check(error, list(2)%text, 'second')
     end subroutine test_escapes
 
     !> Every number reads back as the same, and looks as JSON wants it: a digit before and behind the point.
@@ -117,13 +116,10 @@ contains
             if (allocated(error)) return
             point = index(number, '.')
             call check(error, scan(number(:1), '-0123456789') == 1 .and. index(number, '+.') == 0, number)
-            if (allocated(error)) return
             if (point == 0) cycle
             call check(error, point > 1 .and. point < len(number), number)
-            if (allocated(error)) return
             call check(error, scan(number(point - 1:point - 1), '0123456789') == 1 .and. &
                        scan(number(point + 1:point + 1), '0123456789') == 1, number)
-            if (allocated(error)) return
         end do
     end subroutine test_numbers
 
@@ -139,7 +135,7 @@ contains
         call json%end()
         call json%finish(text, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'sigma_x_mm', 'not a finite number'])
-        if (.not. allocated(error)) call check(error, text, '')
+        call check(error, text, '')
     end subroutine test_not_finite
 
     subroutine test_not_ended(error)
@@ -163,7 +159,7 @@ contains
 
         call read_json_list('{"x":{"about":["no"]},"about":["a","b\u0041\n"],"y":[1,2]}', 'about', list, ok)
         call check(error, ok .and. size(list) == 2)
-        if (.not. allocated(error)) call check(error, list(2)%text, 'bA'//LF)
+        call check(error, list(2)%text, 'bA'//LF)
         if (allocated(error)) return
         call read_json_list('  {'//LF//'"text": "about", "about" :'//LF//'[ ]}', 'about', list, ok)
         call check(error, ok .and. size(list) == 0)
@@ -181,7 +177,6 @@ contains
         do i = 1, size(BROKEN)
             call read_json_list(trim(BROKEN(i)), 'about', list, ok)
             call check(error, .not. ok, BROKEN(i))
-            if (allocated(error)) return
         end do
     end subroutine test_broken_lists
 
@@ -194,7 +189,36 @@ contains
 
         do i = 1, size(NAMES, 2)
             call check(error, unit_of_column(trim(NAMES(1, i))), trim(NAMES(2, i)), NAMES(1, i))
-            if (allocated(error)) return
         end do
     end subroutine test_units
+
+    subroutine test_members(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: TEXT = '{"a": "x,}\"", "b": [1, [2.5e-3 , -4]], "c": {"d": 7, "e":{"b" :[8]}}, "f": true}'
+        real(dp), allocatable :: values(:)
+        character(:), allocatable :: word
+        logical :: ok
+
+        call read_json_numbers(TEXT, 'b', values, ok)
+        if (ok) ok = size(values) == 3
+        if (ok) ok = all(abs(values - [1.0_dp, 2.5e-3_dp, -4.0_dp]) <= 0)
+        call check(error, ok)
+        call read_json_numbers(TEXT, 'c.e.b', values, ok)
+        if (ok) ok = abs(values(1) - 8) <= 0
+        call check(error, ok)
+        call read_json_numbers(TEXT, 'c.d', values, ok)
+        if (ok) ok = abs(values(1) - 7) <= 0
+        call check(error, ok)
+        call read_json_text(TEXT, 'a', word, ok)
+        call check(error, ok .and. word == 'x,}"')
+        call read_json_numbers(TEXT, 'f', values, ok)
+        call check(error, .not. ok, 'a logical is no number')
+        call read_json_numbers(TEXT, 'c.g', values, ok)
+        call check(error, .not. ok, 'no such member')
+        call read_json_numbers(TEXT(:40), 'c.d', values, ok)
+        call check(error, .not. ok, 'cut off')
+        call read_json_text('', 'a', word, ok)
+        call check(error, .not. ok, 'empty')
+    end subroutine test_members
 end module test_json

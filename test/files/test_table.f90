@@ -4,8 +4,8 @@ module test_table
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_table
     use gracecg_base_text, only: string_t, split_words
-    use fixture, only: FOLDER, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_table
@@ -27,7 +27,7 @@ contains
 
     !> A file with two rows, in its lines 3 and 5.
     subroutine read_sample(error, file)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable :: failure
 
@@ -48,7 +48,6 @@ contains
         call read_sample(error, file)
         if (allocated(error)) return
         call check(error, file%row_count(), 2)
-        if (allocated(error)) return
         call check(error, size(file%fields(0)) + size(file%fields(3)), 0)
         if (allocated(error)) return
         call file%get_fields(1, 2, 'a, b', fields, failure)
@@ -56,12 +55,9 @@ contains
         if (allocated(error)) return
         call file%get_real(1, fields(2), 'b', value, failure, -2500.0_dp, 0.0_dp)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, value, -2500.0_dp)
-        if (allocated(error)) return
         call file%get_fields(2, 3, 'a, b, c', fields, failure)
         call check_passes(error, message_of(failure))
-        if (allocated(error)) return
         call check(error, fields(1)%text//'|'//fields(2)%text//'|'//fields(3)%text, 'three|4|5')
     end subroutine test_rows
 
@@ -71,6 +67,7 @@ contains
         type(string_t), allocatable :: fields(:)
         type(error_t), allocatable :: failure
         real(dp) :: value
+        integer :: n
 
         call read_sample(error, file)
         if (allocated(error)) return
@@ -78,17 +75,26 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:3:', 'has 2 columns, expected 3: a, b, c', &
                           '|  1'])
+        call check(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')
         if (allocated(error)) return
+        call file%get_real(1, string_t('x'), 'length', value, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'has 2 columns'])     ! the first failure stays
+        deallocate (failure)
         fields = file%fields(2)
         call file%get_real(2, fields(1), 'length', value, failure, unit='m')
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:5:', 'length: "three" is not', 'in m', &
                           '| three 4'])
-        if (allocated(error)) return
+        deallocate (failure)
         call file%get_real(2, fields(2), 'length', value, failure, 0.0_dp, 3.0_dp)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:5:', '4 is outside', 'from 0 to 3'])
+        deallocate (failure)
+        call file%get_integer(2, fields(2), 'count', n, failure, 4, 4)
+        call check(error, n == 4 .and. .not. allocated(failure))
         if (allocated(error)) return
+        call file%get_integer(2, fields(2), 'count', n, failure, 5)
+        call check_fails(error, message_of(failure), [character(W) :: 'fields.txt:5:', 'count: 4 is outside', 'at least 5'])
         call file%fail_at(3, 'a row is missing', failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'fields.txt:6: a row is missing'])
@@ -117,6 +123,7 @@ contains
         do i = 1, size(BAD)
             if (allocated(error)) return
             fields = split_words('1 '//BAD(i))
+            if (allocated(failure)) deallocate (failure)
             call file%check_numbers(1, fields, 2, failure)
             parts(1) = 'fields.txt:3: column 3: "'//trim(BAD(i))//'" is not a finite number'
             parts(2) = '|  1'
@@ -131,7 +138,6 @@ contains
 
         call read_table(FOLDER//'missing.txt', file, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'missing.txt: no such file'])
-        if (allocated(error)) return
         call make_file(error, 'fields.txt', '# only'//LF//LF)
         if (allocated(error)) return
         call read_table(FOLDER//'fields.txt', file, failure)

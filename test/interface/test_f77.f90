@@ -7,7 +7,7 @@ module test_f77
         drag_acceleration, solar_radiation_acceleration, ESTIMATOR_NAMES, case_bound_t, bound_of_case, &
         moment_series_t, new_moment_series, take_measured_moments, dipole_moment
     use gracecg_interface_handles, only: live_objects
-    use f77_entries
+    use f77_interfaces
     use fixture, only: FOLDER, make_folder
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -375,7 +375,7 @@ contains
         end do
 
         call gcrods(jcas, 2, n, rod, irod, istat, msg)
-        call check(error, istat == 3 .and. n == 3 .and. index(msg, 'there are 3') > 0, msg)
+        call check(error, istat == 3 .and. n == 3 .and. index(msg, 'there are 21 numbers') > 0, msg)
         if (allocated(error)) return
         call gcrods(jcas, -1, n, rod, irod, istat, msg)
         call check(error, istat, 3, 'a negative number of columns')

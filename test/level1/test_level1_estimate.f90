@@ -1,7 +1,7 @@
 !> The offset from Level-1 files: a small manoeuvre of a rigid body, integrated here, written as files, and estimated;
 !> and the same with one thing wrong, which is told by its name.
 module test_level1_estimate
-    use, intrinsic :: iso_c_binding, only: c_int, c_null_char, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_size_t
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
@@ -13,8 +13,8 @@ module test_level1_estimate
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
-    use gracecg_level1_c_estimate, only: c_level1_offset_t, c_estimate_level1, c_estimate_level1_day
-    use gracecg_interface_c_support, only: c_error_t, STATUS_OK
+    use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
+    use f77_interfaces, only: gcl1dy
     use gracecg_files_file, only: file_exists, output_file_t, make_directory, text_file_t, read_text_file
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_level1_setup, only: level1_setup_t
@@ -975,39 +975,35 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(*), parameter :: DAYS = FOLDER//'l1_days'//c_null_char, SETUP = FOLDER//'l1_setup.nml'//c_null_char
-        type(c_level1_offset_t) :: first, last
-        type(c_error_t) :: failure
+        type(error_struct) :: failure
+        integer(c_intptr_t) :: first, last
         integer(c_int) :: status
         real(dp) :: d(3), covariance(3, 3), gain(3), delay(2)
         integer :: flag(2), istat
         character(80) :: message
 
-        interface
-            subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
-                character(*) :: dir, setup, sat, day, src, msg
-                integer :: iflag(2), istat
-                double precision :: d(3), cov(3, 3), gain(3), delay(2)
-            end subroutine gcl1dy
-        end interface
-
         call make_setup(error)
         if (allocated(error)) return
-        status = c_estimate_level1(DAYS, SETUP, n_spans=0_c_size_t, c_offset=first, size=0_c_size_t, error=failure)
-        call check(error, status /= STATUS_OK, 'without a day')
+        status = gracecg_level1_estimate(DAYS, SETUP, n_spans=0_c_size_t, offset=first, &
+                                         error=failure)
+        call check(error, status /= 0, 'without a day')
         if (allocated(error)) return
-        status = c_estimate_level1_day(DAYS, SETUP, day='2020-02-01'//c_null_char, n_spans=0_c_size_t, c_offset=first, &
-                                       size=0_c_size_t, error=failure)
-        call check(error, status, STATUS_OK, 'the first day')
+        status = gracecg_level1_estimate(DAYS, SETUP, day='2020-02-01'//c_null_char, n_spans=0_c_size_t, offset=first, &
+                                         error=failure)
+        call check(error, status, 0, 'the first day')
         if (allocated(error)) return
-        status = c_estimate_level1_day(DAYS, SETUP, day='2020-02-04'//c_null_char, n_spans=0_c_size_t, c_offset=last, &
-                                       size=0_c_size_t, error=failure)
-        call check(error, status, STATUS_OK, 'the last day')
+        status = gracecg_level1_estimate(DAYS, SETUP, day='2020-02-04'//c_null_char, n_spans=0_c_size_t, offset=last, &
+                                         error=failure)
+        call check(error, status, 0, 'the last day')
         if (allocated(error)) return
-        call check(error, abs(last%time - first%time - 3*86400) < 1, 'three days apart')
+        call check(error, abs(sum(item(last, 'time', 1)) - sum(item(first, 'time', 1)) - 3*86400) < 1, 'three days apart')
         if (allocated(error)) return
         call gcl1dy(FOLDER//'l1_days', FOLDER//'l1_setup.nml', ' ', '2020-02-04', ' ', d, covariance, gain, delay, flag, istat, &
                     message)
-        call check(error, istat == 0 .and. all(abs(d - last%offset) <= 0), 'Fortran 77')
+        call check(error, istat == 0 .and. all(abs(d - item(last, 'offset', 3)) <= 0) .and. &
+                   all(abs(gain - item(last, 'gain', 3)) <= 0), 'Fortran 77')
+        status = gracecg_free(first)
+        status = gracecg_free(last)
     end subroutine check_day_from_c
 
     !> A span longer than 900 s is left out with the reason; the others are used.

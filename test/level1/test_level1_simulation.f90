@@ -98,7 +98,6 @@ contains
         if (present(binary)) as_binary = binary
         path = FOLDER//name
         if (.not. allocated(error)) call make_folder(error)
-        if (allocated(error)) return
         call make_directory(path, failure)
         if (.not. allocated(failure)) call write_level1_folder(truth, path, as_binary, written, failure)
         call check_passes(error, message_of(failure))
@@ -272,7 +271,6 @@ contains
                        achar(10)//' staircase = .true.'//achar(10)//' field_error_nt = 100'//achar(10)//'/'//achar(10)// &
                        '&level1_span'//achar(10)//' start = 200'//achar(10)//' amplitude_ma = 100, 0, 0'//achar(10)//'/'// &
                        achar(10)//'&level1_span'//achar(10)//' start = 500, span_duration = 180'//achar(10)//'/'//achar(10))
-        if (allocated(error)) return
         call read_level1_settings(FOLDER//'l1s.nml', settings, failure)
         if (failed(error, message_of(failure))) return
         call check(error, settings%staircase .and. abs(settings%field_error - 100*NANOTESLA) < 1e-18_dp .and. &
@@ -317,7 +315,6 @@ contains
             character(*), intent(in) :: text, parts(:)
 
             call make_file(error, 'l1s_bad.nml', text//achar(10))
-            if (allocated(error)) return
             call read_level1_settings(FOLDER//'l1s_bad.nml', settings, failure)
             call check_fails(error, message_of(failure), [character(40) :: 'l1s_bad.nml', parts])
         end subroutine refused

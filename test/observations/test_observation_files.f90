@@ -12,8 +12,8 @@ module test_observation_files
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, measure_rods
-    use testdrive, only: unittest_type, error_type, check, new_unittest
-    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: unittest_type, error_type, new_unittest
+    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_observation_files
@@ -28,7 +28,6 @@ contains
 
         testsuite = [ &
                     new_unittest('round-trip', test_round_trip), &
-                    new_unittest('files-of-version-0.1', test_former), &
                     new_unittest('time-tags', test_time_tags), &
                     new_unittest('missing-files', test_missing), &
                     new_unittest('optional-files', test_optional), &
@@ -41,7 +40,7 @@ contains
 
     !> A noisy set of front-1, with some settings that are no round numbers.
     subroutine simulated_set(error, observations)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         type(observation_set_t), intent(out) :: observations
 
         type(case_t) :: case
@@ -61,7 +60,7 @@ contains
 
     !> Writes that set into a folder.
     subroutine write_set(error)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
@@ -137,39 +136,6 @@ contains
         end subroutine same
     end subroutine test_round_trip
 
-    !> Comments above the header, and columns without units: read as the files of today.
-    subroutine test_former(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(16), parameter :: FORMER(4) = [character(16) :: 'time_s,ax,ay,az', '', 'time_s,bx,by,bz', &
-                                                 'time_s,rx,ry,rz']
-        type(observation_set_t) :: today, again
-        type(text_file_t) :: file
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: header
-        integer :: i
-
-        call write_set(error)
-        if (allocated(error)) return
-        call read_observations(SET, today, failure)
-        call check_passes(error, message_of(failure))
-        do i = 1, size(FORMER)
-            if (allocated(error)) return
-            call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), file, failure)
-            header = trim(FORMER(i))
-            if (header == '') header = file%line(1)
-            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), '# gracecg 0.1.0 simulate'//new_line('a')// &
-                           '# second'//new_line('a')//header//file%text(file%last(1) + 1:))
-        end do
-        if (allocated(error)) return
-        call read_observations(SET, again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, all(abs(today%acceleration - again%acceleration) <= 0) .and. &
-                   all(abs(today%quaternion - again%quaternion) <= 0) .and. &
-                   all(abs(today%field - again%field) <= 0) .and. &
-                   all(abs(today%orbit_position - again%orbit_position) <= 0))
-    end subroutine test_former
-
     !> Time tags are the shortest decimals: 0.3, not 0.30000000000000004.
     subroutine test_time_tags(error)
         type(error_type), allocatable, intent(out) :: error
@@ -179,7 +145,6 @@ contains
 
         call check(error, real_text(3*0.1_dp) /= '0.3', &
                    'the product is exact: the test shows nothing')
-        if (allocated(error)) return
         do k = 1, 86400
             text = real_text(time_tag(k, 0.1_dp))
             if (mod(k, 10) /= 0) then
@@ -192,7 +157,6 @@ contains
         call simulated_set(error, observations)
         if (allocated(error)) return
         call check(error, all(abs(observations%accelerometer_time - [(k/10.0_dp, k=1, 600)]) <= 0))
-        if (allocated(error)) return
         call check(error, all(abs(observations%star_camera_time(1::2) - [(k/2.0_dp, k=1, &
                 120)]) <= 0))
     end subroutine test_time_tags
@@ -209,7 +173,6 @@ contains
         do i = 1, size(OBSERVATION_FILES)
             if (OBSERVATION_FILES(i) == 'orbit.csv' .or. OBSERVATION_FILES(i) == 'rods.csv') cycle
             if (.not. allocated(error)) call write_set(error)
-            if (allocated(error)) return
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')
             call read_observations(SET, observations, failure)
@@ -227,19 +190,16 @@ contains
         type(error_t), allocatable :: failure
 
         call write_set(error)
-        if (allocated(error)) return
         call read_text_file(SET//'/magnetometer.csv', good, failure)
         call make_file(error, 'observations/magnetometer.csv', good%text(:good%last(30) + 1))
-        if (allocated(error)) return
         call read_observations(SET, observations, failure)
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call check(error, size(observations%magnetometer_time), 29)
+        call check(error, size(observations%magnetometer_time), 29)
         if (allocated(error)) return
         call remove_file(SET//'/orbit.csv')
         call read_observations(SET, again, failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'magnetometer.csv:30', 'truncated', 'orbit.csv'])
-        if (allocated(error)) return
 
         call simulated_set(error, observations)
         if (allocated(error)) return
@@ -302,7 +262,6 @@ contains
             sizes = [size(observations%accelerometer_time), size(observations%star_camera_time), &
                      size(observations%magnetometer_time)]
             call check(error, sizes(i), EXPECTED(i), OBSERVATION_FILES(i))
-            if (allocated(error)) return
         end do
 
     contains
@@ -317,7 +276,6 @@ contains
             call read_text_file(SET//'/'//file, good, failure)
             call make_file(error, 'observations/'//file, good%text(:good%last(line) + 1)// &
                            good%text(good%first(line):))
-            if (allocated(error)) return
             call read_observations(SET, observations, failure)
             call check_passes(error, message_of(failure))
         end subroutine repeat_line
@@ -373,7 +331,7 @@ contains
 
     !> A set with one line replaced must be refused with a message of the given parts.
     subroutine check_broken(error, file, line, text, parts)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: file, text, parts(:)
         integer, intent(in) :: line
 
@@ -382,11 +340,9 @@ contains
         type(error_t), allocatable :: failure
 
         call write_set(error)
-        if (allocated(error)) return
         call read_text_file(SET//'/'//file, good, failure)
         call make_file(error, 'observations/'//file, good%text(:good%first(line) - 1)//text// &
                        good%text(good%last(line) + 1:))
-        if (allocated(error)) return
         call read_observations(SET, observations, failure)
         call check_fails(error, message_of(failure), parts)
     end subroutine check_broken
@@ -472,7 +428,6 @@ contains
             integer :: line
 
             if (.not. allocated(error)) call write_set(error)
-            if (allocated(error)) return
             call read_text_file(SET//'/setup.nml', good, failure)
             do line = 1, good%line_count()
                 if (index(adjustl(good%line(line)), key) == 1) exit

@@ -18,6 +18,9 @@ module test_bound
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc
     use gracecg_base_vectors, only: inverse_3x3
     use fixture, only: check, check_fails, check_passes
     use statistics, only: chi_square_limits
@@ -25,7 +28,6 @@ module test_bound
     implicit none
     private
     public :: collect_bound, collect_optimal_monte_carlo
-
 
 contains
 
@@ -49,10 +51,10 @@ contains
         testsuite = [new_unittest('optimal-reaches-the-bound-with-honest-sigmas', test_monte_carlo)]
     end subroutine collect_optimal_monte_carlo
 
-    !> Sigmas in micrometres by a covariance analysis made apart from this program: one-sided noise,
-    !> 60 s, 30 A m^2 a rod. In case 2 the rods of the report leave the direction of the angular
-    !> acceleration, which is nearly x, to small terms: x is compared to 12 %, and y, which takes
-    !> part in it, not at all.
+    !> Sigmas in micrometres by a covariance analysis made apart from this program: one-sided noise, 60 s, 30 A m^2 a rod.
+    !> By the planner three rods agree to the last digit printed. In case 2 the rods of the report leave the direction of
+    !> the angular acceleration, which is nearly x, to small terms: x agrees to 12 %, and y, which takes part in the error
+    !> ellipsoid of 777 by 1, is somewhere near.
     subroutine test_independent(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -63,7 +65,11 @@ contains
             6.2_dp, 3.0_dp, 5.9_dp, 3.3_dp, 0.7_dp, 3.1_dp, 5.3_dp, 5.6_dp, 5.1_dp], [3, 3, 3])
         type(case_t) :: case
         type(case_bound_t) :: bound
+        type(planned_arc_t) :: arc
+        type(nominal_orbit_t) :: orbit
+        type(map_point_t), allocatable :: place(:)
         type(error_t), allocatable :: failure
+        real(dp) :: tolerance(3)
         logical :: compared(3)
         integer :: i, manoeuvre
 
@@ -78,12 +84,21 @@ contains
                                                            rod(3, 7.0_dp, 0.0_dp)], failure)
                 end if
                 if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
+                if (.not. allocated(failure)) call new_planned_arc(case, arc, failure)
+                if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
+                if (.not. allocated(failure)) &
+                    call map_manoeuvre(arc, orbit, [0.0_dp], case%satellite%rods, 1, place, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
-                compared = .true.
-                compared(2) = manoeuvre /= 1 .or. i /= 2
-                call check(error, maxval(abs(bound%sigma/MICROMETRE/EXPECTED(:, i, manoeuvre) - 1), &
-                                         mask=compared) < 0.13_dp, REPORT_CASE_NAMES(i))
+                associate (fact => EXPECTED(:, i, manoeuvre), planned => place(1)%quality%sigma/MICROMETRE)
+                    compared = .true.
+                    compared(2) = manoeuvre /= 1 .or. i /= 2
+                    call check(error, maxval(abs(bound%sigma/MICROMETRE/fact - 1), mask=compared) < 0.13_dp, &
+                               REPORT_CASE_NAMES(i))
+                    tolerance = merge(0.02_dp*fact + 0.05_dp, 0.12_dp*fact, manoeuvre == 3)
+                    call check(error, all(abs(planned - fact) < tolerance .or. .not. compared), REPORT_CASE_NAMES(i))
+                    call check(error, compared(2) .or. (planned(2) > 0.7_dp .and. planned(2) < 4), 'y of front-2')
+                end associate
                 call check(error, bound%principal_sigma(3) >= maxval(bound%sigma))
             end do
         end do

@@ -266,7 +266,6 @@ contains
             call check(error, maxval(abs(e(:, 1) - [3, 0, 0])) < 1e-6_dp .and. &
                        maxval(abs(e(:, 61) - [3, -6, 0])) < 1e-3_dp, 'radial, across')
         end associate
-        if (allocated(error)) return
         operator = without_errors(operator)
         operator%value(1, ORBIT_TIME) = 1
         call tell_operator(simulator, operator, wrong)

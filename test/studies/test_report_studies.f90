@@ -21,7 +21,6 @@ module test_report_studies
     use gracecg_studies_designed_manoeuvre, only: designed_calibration_t, calibrate_with_design, &
         worst_at_best_place, worst_at_worst_place
     use gracecg_studies_error_sources, only: error_study_t, study_errors, study_all_errors, STUDY_NAMES
-    use gracecg_studies_gravity_gradient, only: gradient_sample_t, largest_components
     use gracecg_studies_limit, only: limit_study_t, study_limit, relative_error, at_the_bound
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
@@ -49,7 +48,6 @@ contains
                     new_unittest('first-runs-of-a-campaign', test_first_runs), &
                     new_unittest('curves-within-their-windows', test_windows), &
                     new_unittest('revolution', test_revolution), &
-                    new_unittest('gradient', test_gradient), &
                     new_unittest('sampling-error', test_sampling_error), &
                     new_unittest('limit', test_limit), &
                     new_unittest('error-sources', test_error_sources), &
@@ -139,19 +137,6 @@ contains
         call check(error, summary%x_weakest, 30)
         call check(error, all(best_places(study%places) == [1, 2, 3, 4]))
     end subroutine test_revolution
-
-    subroutine test_gradient(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(gradient_sample_t) :: samples(2)
-        real(dp) :: central, others
-
-        samples(1)%central = [1, -5, 2]
-        samples(2)%central = [4, 3, 0]
-        samples(2)%others = [0.5_dp, -0.25_dp, 0.0_dp]
-        call largest_components(samples, central, others)
-        call check(error, central, 5.0_dp)
-        call check(error, others, 0.5_dp)
-    end subroutine test_gradient
 
     !> An RMS of 50 runs scatters by a tenth: three sigma are 1.3, and no more.
     subroutine test_sampling_error(error)

@@ -35,11 +35,12 @@ contains
     !> new one is whole, or it is not there.
     !>
     !> Fails when a file cannot be written, Python or its packages are missing, or they fail; the message says what to do.
-    subroutine make_page(path, json, error, folder)
+    subroutine make_page(path, json, error, folder, said)
         character(*), intent(in) :: path        !! Of the page
         character(*), intent(in) :: json        !! What the command writes with --format json
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: folder    !! For the JSON, in the place of NAME_files; exists
+        character(:), allocatable, intent(out), optional :: said    !! What Python printed
 
         type(output_file_t) :: file
         character(:), allocatable :: beside, numbers, log, messages
@@ -62,6 +63,7 @@ contains
                                   exitstat=status, cmdstat=command_status)
         messages = content_of(log)
         call remove_file(log)
+        if (present(said)) said = messages(:verify(messages, LF, back=.true.))
         if (status == 0 .and. command_status == 0 .and. file_exists(path)) return
         if (status == 127 .or. index(messages, 'No module named') > 0) then
             call fail(error, path//': not made, for it takes Python with the packages of gracecg[pages]: get them by '// &

@@ -3,12 +3,12 @@ module gracecg_level1_command_files
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, real_field, join, padded
+    use gracecg_base_text, only: string_t, append, integer_text, real_text, join, padded
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: directory_exists
     use gracecg_files_folder, only: files_in_folder
     use gracecg_level1_conversion, only: convert_level1
-    use gracecg_level1_header, only: product_of_file_name, date_of_file_name
+    use gracecg_level1_header, only: product_of_file_name, date_of_file_name, name_of
     use gracecg_level1_products, only: KIND_LETTER, KIND_F4, KIND_F8
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
     use gracecg_level1_summary, only: level1_summary_t, field_summary_t, summarise_level1, GAP_INTERVALS
@@ -23,15 +23,6 @@ module gracecg_level1_command_files
 
     integer, parameter :: MOST_PATHS = 100000
     character(*), parameter :: ACC = 'ACC1A_2023-06-01_C_04.txt'
-
-    type :: file_end_t
-        !! Where the last file of a product and satellite ends
-        character(6) :: key = ''                !! Product and satellite
-        character(40) :: name = ''              !! Of the file
-        character(10) :: date = ''              !! In its name
-        integer(i8) :: seconds = 0              !! Of its last record
-        real(dp) :: fraction = 0                !! s
-    end type file_end_t
 
     character(7), parameter :: DUMP_FORMATS(2) = [character(7) :: 'csv', 'records']
 
@@ -57,28 +48,29 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(string_t), allocatable :: paths(:), failures(:)
-        type(level1_summary_t) :: summary
-        type(file_end_t), allocatable :: ends(:)
+        type(level1_summary_t), allocatable :: summaries(:)
         type(data_table_t) :: table
         type(results_t) :: results
-        integer :: i
+        integer :: i, n
 
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call level1_paths(arguments, paths, error)
         if (allocated(error)) return
+        allocate (failures(0), summaries(size(paths)))
         call declare_columns(table)
-        allocate (failures(0), ends(0))
+        n = 0
         do i = 1, size(paths)
-            call summarise_level1(paths(i)%text, summary, error, with_fields=.false.)
+            call summarise_level1(paths(i)%text, summaries(n + 1), error, with_fields=.false.)
             if (allocated(error)) then
                 call append(failures, error%message)
                 deallocate (error)
                 cycle
             end if
-            call tell_joint(summary, ends)
-            call add_row(table, summary)
-            call tell_warnings(paths(i)%text, summary%warnings, console)
+            n = n + 1
+            call tell_joint(summaries(:n - 1), summaries(n))
+            call add_row(table, summaries(n))
+            call tell_warnings(paths(i)%text, summaries(n)%warnings, console)
         end do
         call console%table(table)
         call results%open('level1 list')
@@ -89,40 +81,32 @@ contains
 
     !> Notes whether a file goes on where the one before it, of the same product and satellite and another day, ends:
     !> with a gap, or overlapping, so that records may be there twice.
-    subroutine tell_joint(summary, ends)
+    subroutine tell_joint(before, summary)
+        type(level1_summary_t), intent(in) :: before(:)
         type(level1_summary_t), intent(inout) :: summary
-        type(file_end_t), allocatable, intent(inout) :: ends(:)     !! Of the files before, one a product and satellite
 
         real(dp), parameter :: NEXT = 86400     ! s: a file that begins later is of no day behind
         character(9) :: size_text
-        character(6) :: key
         real(dp) :: step
         integer :: i
 
-        if (summary%records == 0 .or. summary%layout%is_event) return
-        key = summary%layout%product//summary%satellite
-        i = 1
-        do while (i <= size(ends))
-            if (ends(i)%key == key) exit
-            i = i + 1
+        if (summary%records == 0 .or. summary%layout%is_event .or. summary%interval <= 0) return
+        do i = size(before), 1, -1
+            if (before(i)%layout%product == summary%layout%product .and. before(i)%satellite == summary%satellite .and. &
+                before(i)%records > 0) exit
         end do
-        if (i > size(ends)) then
-            ends = [ends, file_end_t(key=key)]
-        else if (date_of_file_name(summary%path) > ends(i)%date .and. summary%interval > 0) then
-            step = real(summary%first_seconds - ends(i)%seconds, dp) + (summary%first_fraction - ends(i)%fraction)
-            write (size_text, '(f9.1)') abs(step)
-            if (step > GAP_INTERVALS*summary%interval .and. step < NEXT) then
-                call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s behind the last record of '// &
-                            trim(ends(i)%name)//': a gap')
-            else if (step <= 0) then
-                call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s before the last record of '// &
-                            trim(ends(i)%name)//': they overlap, and records of equal epochs are used once')
-            end if
+        if (i == 0) return
+        if (date_of_file_name(summary%path) <= date_of_file_name(before(i)%path)) return
+        step = real(summary%first_seconds - before(i)%last_seconds, dp) + &
+            (summary%first_fraction - before(i)%last_fraction)
+        write (size_text, '(f9.1)') abs(step)
+        if (step > GAP_INTERVALS*summary%interval .and. step < NEXT) then
+            call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s behind the last record of '// &
+                        name_of(before(i)%path)//': a gap')
+        else if (step <= 0) then
+            call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s before the last record of '// &
+                        name_of(before(i)%path)//': they overlap, and records of equal epochs are used once')
         end if
-        ends(i)%name = file_name(summary%path)
-        ends(i)%date = date_of_file_name(summary%path)
-        ends(i)%seconds = summary%last_seconds
-        ends(i)%fraction = summary%last_fraction
     end subroutine tell_joint
 
     !> The files of the arguments; of folders those that are named like Level-1 files.
@@ -183,7 +167,7 @@ contains
 
         integer :: bit
 
-        call table%add(file_name(summary%path))
+        call table%add(name_of(summary%path))
         call table%add(summary%layout%product)
         call table%add(summary%satellite)
         call table%add(form_of(summary))
@@ -194,10 +178,9 @@ contains
             call table%add(gps_date_text(summary%first_seconds, summary%first_fraction))
             call table%add(gps_date_text(summary%last_seconds, summary%last_fraction))
         else
-            call table%add_nothing()
-            call table%add_nothing()
-            call table%add_nothing()
-            call table%add_nothing()
+            do bit = 1, 4
+                call table%add_nothing()
+            end do
         end if
         if (summary%interval > 0) then
             call table%add(summary%interval)
@@ -228,32 +211,19 @@ contains
         text = adjustl(text)
     end function flags_text
 
-    !> The name of a file without its folders.
-    pure function file_name(path) result(name)
-        character(*), intent(in) :: path
-        character(:), allocatable :: name
-
-        name = trim(path(index(path, '/', back=.true.) + 1:))
-    end function file_name
-
     pure character(6) function form_of(summary) result(form)
         type(level1_summary_t), intent(in) :: summary
 
         form = merge('binary', 'text  ', summary%header%binary)
     end function form_of
 
-    !> Seconds past 2000-01-01 12:00 without losing a digit of the tag.
+    !> Seconds past 2000-01-01 12:00, to the microsecond of the tag.
     pure function time_text(seconds, fraction) result(text)
         integer(i8), intent(in) :: seconds
         real(dp), intent(in) :: fraction
         character(:), allocatable :: text
 
-        character(8) :: decimals
-
-        text = integer_text(seconds)
-        if (fraction <= 0) return
-        write (decimals, '(".", i6.6)') nint(fraction*1e6_dp)
-        text = text//decimals(:verify(trim(decimals), '0', back=.true.))
+        text = real_text(real(seconds, dp) + fraction)
     end function time_text
 
     !> Arguments and help of `gracecg level1 dump`.
@@ -295,43 +265,58 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_summary_t) :: summary
-        character(:), allocatable :: start, times
+        type(data_table_t) :: table
+        type(results_t) :: results
         integer :: i
 
         call summarise_level1(path, summary, error, with_fields=.true.)
         if (allocated(error)) return
-        call console%data('file,product,satellite,format,records,first,last,column,count,first_value,last_value,mean,'// &
-                          'min,max')
-        times = ','
-        if (summary%records > 0) times = time_text(summary%first_seconds, summary%first_fraction)//','// &
-            time_text(summary%last_seconds, summary%last_fraction)
-        start = file_name(path)//','//summary%layout%product//','//trim(summary%satellite)//','// &
-            trim(form_of(summary))//','//integer_text(summary%records)//','//times//','
+        call table%columns_of('file,product,satellite,format,records,first,last,column,count,first_value,last_value,mean,'// &
+                              'min,max')
         do i = 1, size(summary%fields)
             associate (field => summary%layout%fields(i))
                 if (field%channel > 0 .and. summary%fields(i)%count == 0) cycle
-                call console%data(start//trim(field%name)//','//statistics_text(summary%fields(i), field%kind))
+                call table%add(name_of(path))
+                call table%add(summary%layout%product)
+                call table%add(summary%satellite)
+                call table%add(form_of(summary))
+                call table%add(summary%records)
+                if (summary%records > 0) then
+                    call table%add(time_text(summary%first_seconds, summary%first_fraction))
+                    call table%add(time_text(summary%last_seconds, summary%last_fraction))
+                else
+                    call table%add_nothing()
+                    call table%add_nothing()
+                end if
+                call table%add(trim(field%name))
+                call add_statistics(table, summary%fields(i), field%kind)
             end associate
         end do
-        call tell_warnings(path, summary%warnings, console)
+        call results%publish(table, console, error)
+        if (.not. allocated(error)) call tell_warnings(path, summary%warnings, console)
     end subroutine dump_statistics
 
-    !> count,first_value,last_value,mean,min,max
-    pure function statistics_text(field, kind) result(text)
+    !> Count, first and last value, mean, least and greatest; of letters the first two.
+    subroutine add_statistics(table, field, kind)
+        type(data_table_t), intent(inout) :: table
         type(field_summary_t), intent(in) :: field
         integer, intent(in) :: kind
-        character(:), allocatable :: text
 
-        text = integer_text(field%count)
-        if (field%count == 0) then
-            text = text//',,,,,'
-        else if (kind == KIND_LETTER) then
-            text = text//','//value_text(field%first, kind)//','//value_text(field%last, kind)//',,,'
-        else
-            text = text//','//value_text(field%first, kind)//','//value_text(field%last, kind)//','// &
-                trim(real_field(field%mean()))//','//value_text(field%least, kind)//','//value_text(field%greatest, kind)
-        end if
-    end function statistics_text
+        integer :: i
+
+        call table%add(field%count)
+        associate (values => [field%first, field%last, field%mean(), field%least, field%greatest])
+            do i = 1, size(values)
+                if (field%count == 0 .or. (kind == KIND_LETTER .and. i > 2)) then
+                    call table%add_nothing()
+                else if (i == 3) then
+                    call table%add(values(i))
+                else
+                    call table%add(value_text(values(i), kind))
+                end if
+            end do
+        end associate
+    end subroutine add_statistics
 
     !> A value: integers and flags as integers, letters as letters, reals so that they read back exactly.
     pure function value_text(value, kind) result(text)
@@ -342,7 +327,7 @@ contains
         if (kind == KIND_LETTER) then
             text = achar(nint(value))
         else if (kind == KIND_F8 .or. kind == KIND_F4) then
-            text = trim(real_field(value))
+            text = real_text(value)
         else
             text = integer_text(nint(value, i8))
         end if
@@ -387,7 +372,7 @@ contains
         integer :: i
 
         do i = 1, size(warnings)
-            call console%warn(file_name(path)//': '//warnings(i)%text)
+            call console%warn(name_of(path)//': '//warnings(i)%text)
         end do
     end subroutine tell_warnings
 

@@ -4,8 +4,6 @@ module gracecg_level1_command_trend
     use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_base_version, only: file_comments
-    use gracecg_environment_time, only: utc_of_gps, utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: text_file_t, read_text_file, check_writable
     use gracecg_files_json, only: read_json_numbers, read_json_text
@@ -37,8 +35,6 @@ contains
                                 'gracecg level1 trend 2020-02.json 2020-08.json 2021-02.json --setup setup.nml')
         call arguments%add_option('--soe', 'FILE', 'events: a step at every VCM of the satellite')
         call arguments%add_option('--setup', 'FILE', 'mass and positions of the tanks, for the change that the gas lets expect')
-        call arguments%add_option('--out', 'FILE.csv', 'writes the offsets with their times in UTC, as gracecg history '// &
-                                  'reads them')
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot (takes Python)')
         call add_format_option(arguments)
     end subroutine declare_level1_trend
@@ -52,18 +48,16 @@ contains
         type(trend_point_t), allocatable :: points(:)
         type(level1_trend_t) :: trend
         type(level1_setup_t) :: setup
-        character(:), allocatable :: soe, setup_file, out, page
+        character(:), allocatable :: soe, setup_file, page
         character(1) :: satellite
         real(dp), allocatable :: steps(:)
 
         call arguments%get('--soe', soe, misuse, default='')
         call arguments%get('--setup', setup_file, misuse, default='')
-        call arguments%get('--out', out, misuse, default='')
         call arguments%get('--report', page, misuse, default='')
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(page, error)
-        if (.not. allocated(error)) call check_writable(out, error)
         if (.not. allocated(error) .and. setup_file /= '') call read_level1_setup(setup_file, setup, error)
         if (.not. allocated(error)) call read_points(arguments, points, satellite, error)
         if (.not. allocated(error)) call read_steps(soe, satellite, steps, error)
@@ -71,30 +65,9 @@ contains
         if (allocated(error)) return
         if (any(points%flag > 0)) call console%warn(integer_text(count(points%flag > 0))//' of the results have a flag '// &
                                                     'other than 0')
-        call show(page, points, trend, setup, setup_file /= '', satellite, console, error)
-        if (.not. allocated(error) .and. out /= '') call write_offsets(out, points, satellite, error)
+        call show(page, points, trend, setup, satellite, console, error)
         if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
     end subroutine run_level1_trend
-
-    !> The offsets as a CSV file that `gracecg history` reads; without those that are not to be used.
-    subroutine write_offsets(path, points, satellite, error)
-        character(*), intent(in) :: path
-        type(trend_point_t), intent(in) :: points(:)
-        character(1), intent(in) :: satellite
-        type(error_t), allocatable, intent(out) :: error
-
-        type(data_table_t) :: table
-        integer :: i
-
-        call table%columns_of('time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm')
-        do i = 1, size(points)
-            if (points(i)%flag > 1) cycle
-            call table%add(utc_text(utc_of_gps(floor(points(i)%time, i8), 0.0_dp)))
-            call table%add(points(i)%offset/MILLIMETRE)
-            call table%add(points(i)%sigma/MILLIMETRE)
-        end do
-        call table%write(path, file_comments('level1 trend, satellite '//satellite, 'offset in SRF'), error)
-    end subroutine write_offsets
 
     !> The results in order of time, of one satellite.
     subroutine read_points(arguments, points, satellite, error)
@@ -103,68 +76,57 @@ contains
         character(1), intent(out) :: satellite
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: file
         type(trend_point_t) :: point
-        character(:), allocatable :: path, name
-        integer :: i, k
+        character(1) :: name
+        integer :: i, earlier
+
+        allocate (points(0))
+        satellite = ''
+        do i = 1, arguments%positional_count()
+            call read_point(arguments%positional(i), point, name, error)
+            if (.not. allocated(error) .and. i > 1 .and. name /= satellite) &
+                call fail(error, arguments%positional(i)//': of satellite '//name//', the first result is of '//satellite)
+            if (allocated(error)) return
+            satellite = name
+            earlier = count(points%time <= point%time)
+            points = [points(:earlier), point, points(earlier + 1:)]
+        end do
+    end subroutine read_points
+
+    !> A result of `gracecg level1 estimate --format json`.
+    subroutine read_point(path, point, satellite, error)
+        character(*), intent(in) :: path
+        type(trend_point_t), intent(out) :: point
+        character(1), intent(out) :: satellite
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        character(:), allocatable :: name
+        real(dp) :: flag(1), time(1)
         logical :: ok
 
-        allocate (points(arguments%positional_count()))
         satellite = ''
-        do i = 1, size(points)
-            path = arguments%positional(i)
-            call read_text_file(path, file, error)
-            if (allocated(error)) return
-            call read_json_text(whole(file), 'satellite', name, ok)
-            if (.not. ok) then
-                call fail(error, path//': has no "satellite"; expected what gracecg level1 estimate --format json prints')
-                return
-            end if
-            if (satellite == '') satellite = name
-            if (name /= satellite) then
-                call fail(error, path//': of satellite '//name//', the first result is of '//satellite)
-                return
-            end if
-            call read_point(point)
-            if (allocated(error)) return
-            do k = i - 1, 1, -1
-                if (points(k)%time <= point%time) exit
-                points(k + 1) = points(k)
-            end do
-            points(k + 1) = point
-        end do
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        call read_json_text(file%text, 'satellite', name, ok)
+        if (.not. ok) then
+            call fail(error, path//': has no "satellite"; expected what gracecg level1 estimate --format json prints')
+            return
+        end if
+        satellite = name
+        call take('epoch_gps_s', time)
+        call take('offset_mm', point%offset)
+        call take('sigma_mm', point%sigma)
+        call take('flag', flag)
+        call take('gas_kg', point%gas)
+        if (allocated(error)) return
+        if (any(.not. point%sigma > 0)) call fail(error, path//': sigma_mm has to be positive')
+        point%time = time(1)
+        point%flag = nint(flag(1))
+        point%offset = point%offset*MILLIMETRE
+        point%sigma = point%sigma*MILLIMETRE
 
     contains
-
-        function whole(text) result(content)
-            type(text_file_t), intent(in) :: text
-            character(:), allocatable :: content
-
-            integer :: line
-
-            content = ''
-            do line = 1, text%line_count()
-                content = content//text%line(line)//new_line('a')
-            end do
-        end function whole
-
-        subroutine read_point(result)
-            type(trend_point_t), intent(out) :: result
-
-            real(dp) :: numbers(3)
-
-            call take('epoch_gps_s', numbers(:1))
-            result%time = numbers(1)
-            call take('offset_mm', result%offset)
-            call take('sigma_mm', result%sigma)
-            call take('flag', numbers(:1))
-            result%flag = nint(numbers(1))
-            call take('gas_kg', result%gas)
-            result%offset = result%offset*MILLIMETRE
-            result%sigma = result%sigma*MILLIMETRE
-            if (.not. allocated(error) .and. any(.not. result%sigma > 0)) &
-                call fail(error, path//': sigma_mm has to be positive')
-        end subroutine read_point
 
         subroutine take(key, numbers)
             character(*), intent(in) :: key
@@ -173,7 +135,7 @@ contains
             real(dp), allocatable :: found(:)
 
             if (allocated(error)) return
-            call read_json_numbers(whole(file), key, found, ok)
+            call read_json_numbers(file%text, key, found, ok)
             if (ok) ok = size(found) == size(numbers)
             if (ok) then
                 numbers = found
@@ -182,7 +144,7 @@ contains
                           'expected what gracecg level1 estimate --format json prints')
             end if
         end subroutine take
-    end subroutine read_points
+    end subroutine read_point
 
     !> Times of the VCM events of a satellite.
     subroutine read_steps(path, satellite, steps, error)
@@ -205,12 +167,11 @@ contains
         end do
     end subroutine read_steps
 
-    subroutine show(page, points, trend, setup, has_setup, satellite, console, error)
+    subroutine show(page, points, trend, setup, satellite, console, error)
         character(*), intent(in) :: page        !! Path; empty: none
         type(trend_point_t), intent(in) :: points(:)
         type(level1_trend_t), intent(in) :: trend
-        type(level1_setup_t), intent(in) :: setup
-        logical, intent(in) :: has_setup
+        type(level1_setup_t), intent(in) :: setup       !! Without a mass: nothing is known of the tanks
         character(1), intent(in) :: satellite
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
@@ -218,47 +179,26 @@ contains
         type(data_table_t) :: table
         type(results_t) :: results
         character(:), allocatable :: text
-        real(dp) :: fitted(3), change(3)
-        integer :: i, k
+        integer :: k
+        logical :: is_left
 
-        call table%column('date', 'a', 'date (GPS)')
-        call table%column('time_gps_s')
-        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
-        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
-        call table%columns_by_axis('line_', '_mm', 'f9.4', 'line ', 'mm')
-        call table%columns_by_axis('by_gas_', '_um', 'f9.2', 'by gas ', 'um')
-        call table%column('flag', 'i0', 'flag')
-        do i = 1, size(points)
-            fitted = trend%at(points(i)%time)
-            call table%add(date_of(points(i)%time))
-            call table%add(points(i)%time)
-            call table%add(points(i)%offset/MILLIMETRE)
-            call table%add(points(i)%sigma/MILLIMETRE)
-            call table%add(fitted/MILLIMETRE)
-            if (has_setup .and. all(points(i)%gas >= 0) .and. all(points(1)%gas >= 0)) then
-                change = predicted_change(setup, points(1)%gas, points(i)%gas)
-                call table%add(change/MICROMETRE)
-            else
-                do k = 1, 3
-                    call table%add_nothing()
-                end do
-            end if
-            call table%add(points(i)%flag)
-        end do
+        is_left = trend%passes >= 0 .and. trend%passes <= points(size(points))%time
+        call trend_table(points, trend, setup, table)
         call console%line('satellite '//satellite//', '//integer_text(size(points))//' dates')
         call console%table(table)
         do k = 1, 3
-            call console%line('d'//AXES(k)//': '//um_a_year(trend%rate(k))//' +- '//um_a_year(trend%rate_sigma(k))// &
-                              ' um/a; chi square '//trim(rounded_text(trend%chi_square(k), 3))//' with '// &
-                              integer_text(trend%degrees)//' degrees of freedom')
+            call console%line('d'//AXES(k)//': '//um(trend%rate(k)*JULIAN_YEAR)//' +- '// &
+                              um(trend%rate_sigma(k)*JULIAN_YEAR)//' um/a; chi square '// &
+                              trim(rounded_text(trend%chi_square(k), 3))//' with '//integer_text(trend%degrees)// &
+                              ' degrees of freedom')
         end do
-        do i = 1, size(trend%step_time)
-            call console%line('step at '//date_of(trend%step_time(i))//': '//um(trend%step(1, i))//', '//um(trend%step(2, i))// &
-                              ', '//um(trend%step(3, i))//' um (x, y, z)')
+        do k = 1, size(trend%step_time)
+            call console%line('step at '//date_of(trend%step_time(k))//': '//um(trend%step(1, k))//', '//um(trend%step(2, k))// &
+                              ', '//um(trend%step(3, k))//' um (x, y, z)')
         end do
         if (trend%passes < 0) then
             call console%line('no component of d exceeds 100 um for 50 years')
-        else if (trend%passes <= points(size(points))%time) then
+        else if (is_left) then
             call console%line('a component of d is above 100 um')
         else
             call console%line('a component of d passes 100 um on '//date_of(trend%passes))
@@ -271,13 +211,13 @@ contains
         call results%member('degrees', trend%degrees)
         if (trend%passes >= 0) call results%member('passes_100_um', date_of(trend%passes))
         call results%member('limit_um', LIMIT/MICROMETRE)
-        call results%member('limit_left', trend%passes >= 0 .and. trend%passes <= points(size(points))%time)
+        call results%member('limit_left', is_left)
         call results%begin_array('steps')
-        do i = 1, size(trend%step_time)
+        do k = 1, size(trend%step_time)
             call results%begin(on_one_line=.true.)
-            call results%member('date', date_of(trend%step_time(i)))
-            call results%member('step_um', trend%step(:, i)/MICROMETRE)
-            call results%member('sigma_um', trend%step_sigma(:, i)/MICROMETRE)
+            call results%member('date', date_of(trend%step_time(k)))
+            call results%member('step_um', trend%step(:, k)/MICROMETRE)
+            call results%member('sigma_um', trend%step_sigma(:, k)/MICROMETRE)
             call results%end()
         end do
         call results%end()
@@ -289,6 +229,39 @@ contains
         if (console%format == 'json') call console%data(text)
         if (page /= '') call make_page(page, text, error)
     end subroutine show
+
+    !> A row a date.
+    subroutine trend_table(points, trend, setup, table)
+        type(trend_point_t), intent(in) :: points(:)
+        type(level1_trend_t), intent(in) :: trend
+        type(level1_setup_t), intent(in) :: setup
+        type(data_table_t), intent(out) :: table
+
+        integer :: i, k
+
+        call table%column('date', 'a', 'date (GPS)')
+        call table%column('time_gps_s')
+        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
+        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
+        call table%columns_by_axis('line_', '_mm', 'f9.4', 'line ', 'mm')
+        call table%columns_by_axis('by_gas_', '_um', 'f9.2', 'by gas ', 'um')
+        call table%column('flag', 'i0', 'flag')
+        do i = 1, size(points)
+            call table%add(date_of(points(i)%time))
+            call table%add(points(i)%time)
+            call table%add(points(i)%offset/MILLIMETRE)
+            call table%add(points(i)%sigma/MILLIMETRE)
+            call table%add(trend%at(points(i)%time)/MILLIMETRE)
+            if (setup%mass > 0 .and. all(points(i)%gas >= 0) .and. all(points(1)%gas >= 0)) then
+                call table%add(predicted_change(setup, points(1)%gas, points(i)%gas)/MICROMETRE)
+            else
+                do k = 1, 3
+                    call table%add_nothing()
+                end do
+            end if
+            call table%add(points(i)%flag)
+        end do
+    end subroutine trend_table
 
     !> The lines with their steps, closely.
     subroutine put_lines(points, trend, results)
@@ -321,13 +294,6 @@ contains
         full = gps_date_text(floor(time, i8), 0.0_dp)
         text = full(:len(text))
     end function date_of
-
-    function um_a_year(rate) result(text)
-        real(dp), intent(in) :: rate
-        character(:), allocatable :: text
-
-        text = um(rate*JULIAN_YEAR)
-    end function um_a_year
 
     function um(length) result(text)
         real(dp), intent(in) :: length

@@ -84,7 +84,7 @@ contains
 
     !> An unsigned integer of up to four bytes.
     pure integer(i8) function unsigned_at(bytes) result(number)
-        character(*), intent(in) :: bytes
+        character(*), intent(in) :: bytes       !! Most significant first
 
         integer :: i
 

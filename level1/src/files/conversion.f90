@@ -2,7 +2,7 @@
 module gracecg_level1_conversion
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append
+    use gracecg_base_text, only: string_t
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: SATELLITES
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
@@ -16,20 +16,17 @@ contains
 
     !> Writes the records of a file in the other form: of text binary, of binary text (that of GRACE-FO for
     !> satellites C and D). Fails when the file is broken, its product has no binary form, or it cannot be written.
-    subroutine convert_level1(path, out, warnings, error, same_form)
+    subroutine convert_level1(path, out, warnings, error)
         character(*), intent(in) :: path                        !! Of the file to read
         character(*), intent(in) :: out                         !! Of the file to write
         type(string_t), allocatable, intent(out) :: warnings(:) !! Of reading, and what could not be kept
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: same_form              !! Text stays text, binary stays binary
 
         type(level1_summary_t) :: summary
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         type(level1_writer_t) :: writer
         type(level1_header_t) :: header
-        type(string_t), allocatable :: losses(:)
-        logical :: binary
         integer :: i
 
         allocate (warnings(0))
@@ -40,8 +37,6 @@ contains
         call summarise_level1(path, summary, error, with_fields=.false.)    ! the header tells what will follow
         if (allocated(error)) return
         header = summary%header
-        binary = .not. header%binary
-        if (present(same_form)) binary = binary .neqv. same_form
         header%satellite = summary%satellite
         if (scan(header%satellite, SATELLITES) == 0) header%satellite = 'C'
         header%records = int(summary%records)
@@ -50,7 +45,7 @@ contains
             header%last_time = real(summary%last_seconds, dp) + summary%last_fraction
         end if
         call reader%open(path, error)
-        if (.not. allocated(error)) call writer%open(out, reader%layout, binary, header, error)
+        if (.not. allocated(error)) call writer%open(out, reader%layout, .not. header%binary, header, error)
         if (allocated(error)) return
         do
             call reader%next(block, error)
@@ -65,10 +60,6 @@ contains
         end do
         call writer%commit(error)
         if (allocated(error)) return
-        warnings = reader%warnings
-        call writer%losses(losses)
-        do i = 1, size(losses)
-            call append(warnings, losses(i)%text)
-        end do
+        warnings = [reader%warnings, writer%losses()]
     end subroutine convert_level1
 end module gracecg_level1_conversion

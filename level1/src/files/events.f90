@@ -26,75 +26,60 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(text_file_t) :: file
-        type(level1_event_t), allocatable :: grown(:)
+        type(level1_event_t), allocatable :: sorted(:)
         type(level1_event_t) :: event
-        type(string_t), allocatable :: words(:)
-        character(:), allocatable :: line
-        integer :: i, k, count, values, used
-        logical :: ok
+        character(:), allocatable :: line, problem
+        integer :: i, k, used
 
         allocate (events(0))
         call read_text_file(path, file, error)
         if (allocated(error)) return
+        allocate (sorted(file%line_count()))
         used = 0
-        do i = 1, file%line_count()
-            line = adjustl(file%line(i))
-            if (len_trim(line) == 0) cycle
-            if (scan(line(1:1), 'xX#') > 0) cycle
-            words = split_words(line)
-            ok = size(words) >= 4
-            if (ok) call parse_real(words(1)%text, event%time, ok)
-            if (ok) call parse_integer(words(4)%text, values, ok)
-            if (ok) ok = values >= 0 .and. values <= size(words) - 4
-            if (.not. ok) then
-                call file%fail_at(i, 'this is no event; expected: seconds spacecraft event N v1 ... vN comment', error)
+        do i = 1, size(sorted)
+            line = adjustl(file%line(i))//' '
+            if (scan(line(1:1), ' xX#') > 0) cycle
+            call parse_event(split_words(line), event, problem)
+            if (allocated(problem)) then
+                call file%fail_at(i, problem, error)
                 return
             end if
-            event%spacecraft = words(2)%text
-            event%name = words(3)%text
-            if (allocated(event%values)) deallocate (event%values)
-            allocate (event%values(values))
-            do k = 1, values
-                call parse_real(words(4 + k)%text, event%values(k), ok)
-                if (.not. ok) then
-                    call file%fail_at(i, 'value '//integer_text(k)//' of '//trim(event%name)//', "'//words(4 + k)%text// &
-                                           '", is no number', error)
-                    return
-                end if
+            do k = used, 1, -1      ! insertion: files are sorted but for a few lines
+                if (sorted(k)%time <= event%time) exit
+                sorted(k + 1) = sorted(k)
             end do
-            if (used == size(events)) then
-                count = max(16, 2*used)
-                allocate (grown(count))
-                grown(:used) = events(:used)
-                call move_alloc(grown, events)
-            end if
+            sorted(k + 1) = event
             used = used + 1
-            events(used) = event
         end do
-        grown = events(:used)
-        call move_alloc(grown, events)
-        call sort_by_time(events)
+        events = sorted(:used)
     end subroutine read_events
 
-    !> Sorts by insertion: files are sorted but for a few lines.
-    subroutine sort_by_time(events)
-        type(level1_event_t), intent(inout) :: events(:)
+    !> The event of a line.
+    subroutine parse_event(words, event, problem)
+        type(string_t), intent(in) :: words(:)
+        type(level1_event_t), intent(out) :: event
+        character(:), allocatable, intent(out) :: problem   !! Allocated when it is none
 
-        type(level1_event_t) :: event
-        integer :: i, k
+        integer :: k, values
+        logical :: ok
 
-        do i = 2, size(events)
-            if (events(i)%time >= events(i - 1)%time) cycle
-            event = events(i)
-            k = i
-            do while (k > 1)
-                if (events(k - 1)%time <= event%time) exit
-                events(k) = events(k - 1)
-                k = k - 1
-            end do
-            events(k) = event
+        ok = size(words) >= 4
+        if (ok) call parse_real(words(1)%text, event%time, ok)
+        if (ok) call parse_integer(words(4)%text, values, ok)
+        if (ok) ok = values >= 0 .and. values <= size(words) - 4
+        if (.not. ok) then
+            problem = 'this is no event; expected: seconds spacecraft event N v1 ... vN comment'
+            return
+        end if
+        event%spacecraft = words(2)%text
+        event%name = words(3)%text
+        allocate (event%values(values))
+        do k = 1, values
+            call parse_real(words(4 + k)%text, event%values(k), ok)
+            if (.not. ok .and. .not. allocated(problem)) problem = 'value '//integer_text(k)//' of '//trim(event%name)// &
+                ', "'//words(4 + k)%text//'", is no number'
         end do
-    end subroutine sort_by_time
+    end subroutine parse_event
 
     !> Begin and end of the calibration manoeuvres of a satellite: CMCAL other than 0 begins one, 0 ends it.
     subroutine manoeuvre_spans(events, satellite, spans)

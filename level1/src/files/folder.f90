@@ -1,12 +1,12 @@
 !> The Level-1 files of a folder, by product, satellite and day, as their names say.
 module gracecg_level1_folder
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, parse_integer
-    use gracecg_environment_time, only: modified_julian_day, calendar_date
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_file, only: is_unfinished
     use gracecg_files_folder, only: files_in_folder
     use gracecg_level1_header, only: product_of_file_name, satellite_of_file_name, date_of_file_name
-    use gracecg_level1_products, only: SATELLITES
+    use gracecg_level1_products, only: SATELLITES, is_calibration_history
     implicit none
     private
     public :: level1_folder_t, open_level1_folder
@@ -24,10 +24,6 @@ module gracecg_level1_folder
         procedure :: paths_of                           !! The files of a product on all days
     end type level1_folder_t
 
-    !> Products whose files stand for long times: their dates are not that of the data
-    character(5), parameter :: HISTORIES(10) = ['QSA1B', 'QKS1B', 'QSB1B', 'QCP1B', 'VCM1B', 'VKB1B', 'VGN1B', 'VGB1B', &
-                                                'VGO1B', 'VSL1B']
-
 contains
 
     !> Looks what is there. Without a satellite it is the first one that has files. All days that it has files of belong
@@ -43,6 +39,7 @@ contains
         type(string_t), allocatable :: found(:)
         character(:), allocatable :: others
         character(10) :: wanted, date
+        character(5) :: product
         character(1) :: letter
         integer :: i, number
 
@@ -50,9 +47,8 @@ contains
         allocate (files%paths(0), files%warnings(0), files%days(0))
         wanted = ''
         if (present(day)) wanted = day
-        number = 0
+        number = day_number(wanted)
         if (wanted /= '') then
-            number = day_number(wanted)
             if (number == 0 .or. len_trim(day) /= len(wanted)) then
                 call fail(error, '"'//trim(day)//'" is no date; a day is given like 2020-02-01')
                 return
@@ -69,16 +65,16 @@ contains
             found(i)%text = ''
         end do
         do i = 1, size(found)
+            product = product_of_file_name(found(i)%text)
             letter = satellite_of_file_name(found(i)%text)
-            if (product_of_file_name(found(i)%text) == '' .or. scan(letter, SATELLITES) == 0) cycle
-            if (is_history(found(i)%text)) cycle
+            if (product == '' .or. is_calibration_history(product) .or. scan(letter, SATELLITES) == 0) cycle
             if (files%satellite == '') files%satellite = letter
             if (letter /= files%satellite .and. index(others, letter) == 0) others = others//' '//letter
         end do
         do i = 1, size(found)
-            if (product_of_file_name(found(i)%text) == '') cycle
-            if (satellite_of_file_name(found(i)%text) /= files%satellite) cycle
-            if (.not. is_history(found(i)%text)) then
+            product = product_of_file_name(found(i)%text)
+            if (product == '' .or. satellite_of_file_name(found(i)%text) /= files%satellite) cycle
+            if (.not. is_calibration_history(product)) then
                 date = date_of_file_name(found(i)%text)
                 if (number /= 0 .and. abs(day_number(date) - number) > 1) cycle
                 call add_day(files%days, date)
@@ -133,29 +129,15 @@ contains
     end subroutine tell_days
 
     !> The modified Julian day of a date YYYY-MM-DD; 0 when it is none.
-    pure integer function day_number(date) result(number)
+    integer function day_number(date) result(number)
         character(10), intent(in) :: date
 
-        integer :: given(3), back(3)
-        logical :: ok(3)
+        type(utc_t) :: utc
+        type(error_t), allocatable :: error
 
-        number = 0
-        if (verify(date, '0123456789-') > 0) return
-        call parse_integer(date(1:4), given(1), ok(1))
-        call parse_integer(date(6:7), given(2), ok(2))
-        call parse_integer(date(9:10), given(3), ok(3))
-        if (.not. all(ok) .or. date(5:5)//date(8:8) /= '--') return
-        if (given(2) < 1 .or. given(2) > 12) return
-        number = modified_julian_day(given(1), given(2), given(3))
-        call calendar_date(number, back(1), back(2), back(3))
-        if (any(back /= given)) number = 0
+        call parse_utc(date, utc, error)
+        number = merge(0, utc%mjd, allocated(error))
     end function day_number
-
-    pure logical function is_history(path)
-        character(*), intent(in) :: path
-
-        is_history = any(HISTORIES == product_of_file_name(path))
-    end function is_history
 
     !> The file of a product on `date`, text before binary (by name the last); of a history the last one of all. Empty
     !> when there is none.
@@ -181,7 +163,7 @@ contains
             call last_path(self, product, self%days(i), path)
             if (path == '') cycle
             call append(paths, path)
-            if (is_history(path)) return
+            if (is_calibration_history(product)) return
         end do
     end subroutine paths_of
 
@@ -197,7 +179,7 @@ contains
         path = ''
         do i = 1, size(self%paths)
             if (product_of_file_name(self%paths(i)%text) /= product) cycle
-            if (date_of_file_name(self%paths(i)%text) /= date .and. .not. is_history(self%paths(i)%text)) cycle
+            if (date_of_file_name(self%paths(i)%text) /= date .and. .not. is_calibration_history(product)) cycle
             path = self%paths(i)%text
         end do
     end subroutine last_path

@@ -8,7 +8,7 @@ module gracecg_level1_header
     implicit none
     private
     public :: level1_header_t, parse_level1_header, product_of_file_name, satellite_of_file_name, &
-        date_of_file_name, printable
+        date_of_file_name, name_of, printable
     public :: FORM_YAML, FORM_CARDS, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
 
     integer, parameter :: FORM_YAML = 1, FORM_CARDS = 2             !! Of headers
@@ -187,7 +187,7 @@ contains
 
     !> A text for a message: bytes that are no printable characters as question marks, at most 200.
     pure function printable(text) result(shown)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Any bytes
         character(min(len(text), 200)) :: shown
 
         integer :: i
@@ -210,7 +210,7 @@ contains
 
     !> A file's name without its folders.
     pure function name_of(path) result(name)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! With or without folders
         character(:), allocatable :: name
 
         name = path(index(path, '/', back=.true.) + 1:)
@@ -224,7 +224,7 @@ contains
 
         name = name_of(path)
         product = ''
-        if (name(6:6) == '_') product = name
+        if (name(6:6) == '_') product = name(:5)
         if (.not. is_level1_product(product)) product = ''
     end function product_of_file_name
 

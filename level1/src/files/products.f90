@@ -11,7 +11,7 @@ module gracecg_level1_products
     implicit none
     private
     public :: level1_field_t, level1_layout_t, level1_layout, is_level1_product, level1_product_names
-    public :: satellite_of_grace_fo, SATELLITES, FAMILIES, TITLES
+    public :: is_calibration_history, satellite_of_grace_fo, SATELLITES, FAMILIES, TITLES
     public :: KIND_I1, KIND_I2, KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_F8, KIND_LETTER, KIND_NUMERAL, &
         KIND_FLAG8, KIND_FLAG32
 
@@ -158,6 +158,17 @@ contains
 
         is_level1_product = row_of(name, .true.) > 0
     end function is_level1_product
+
+    !> Whether a product is a history of calibrations: its files stand for long times.
+    pure logical function is_calibration_history(product)
+        character(*), intent(in) :: product     !! 'QSA1B'
+
+        integer :: row
+
+        row = row_of(product, .true.)
+        is_calibration_history = .false.
+        if (row > 0) is_calibration_history = TABLE(row)%is_event .and. TABLE(row)%keeps_last
+    end function is_calibration_history
 
     !> The names of all products.
     function level1_product_names() result(names)

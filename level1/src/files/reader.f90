@@ -20,8 +20,7 @@ module gracecg_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_base_decimal, only: is_white
+    use gracecg_base_text, only: string_t, append, integer_text, split_words
     use gracecg_files_file, only: input_stream_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &
@@ -142,29 +141,21 @@ contains
         self%not_finite = int(0*self%layout%fields%kind, i8)
     end subroutine open_reader
 
-    !> The satellite that the first record of a text names, which decides between the forms of GRACE and GRACE-FO.
+    !> The satellite that the first record of a text names among its first words, which decides between the forms of
+    !> GRACE and GRACE-FO.
     subroutine find_satellite(self, satellite)
-        class(level1_reader_t), intent(inout) :: self
+        class(level1_reader_t), intent(in) :: self
         character(1), intent(inout) :: satellite    !! Stays when no record tells
 
-        integer, parameter :: MOST_WORDS = 4
-        integer :: i, words
-        character(1) :: letter
+        integer, parameter :: MOST_WORDS = 4, BEGINNING = 200
+        type(string_t), allocatable :: words(:)
+        integer :: i
 
         if (self%header%binary) return
-        words = 0
-        do i = self%at, self%filled
-            letter = self%buffer(i:i)
-            if (is_white(letter) .or. letter == LF) cycle
-            if (i > self%at) then
-                if (.not. (is_white(self%buffer(i - 1:i - 1)) .or. self%buffer(i - 1:i - 1) == LF)) cycle
-            end if
-            words = words + 1
-            if (words > MOST_WORDS) return
-            if (i == self%filled) return
-            if (.not. is_white(self%buffer(i + 1:i + 1))) cycle
-            if (scan(letter, SATELLITES) == 0) cycle
-            satellite = letter
+        words = split_words(self%buffer(self%at:min(self%filled, self%at + BEGINNING)))
+        do i = 1, min(size(words), MOST_WORDS)
+            if (len(words(i)%text) /= 1 .or. scan(words(i)%text, SATELLITES) == 0) cycle
+            satellite = words(i)%text
             return
         end do
     end subroutine find_satellite
@@ -194,7 +185,7 @@ contains
         type(level1_block_t), intent(inout) :: block
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: first, columns
+        integer :: columns
 
         block%count = 0
         columns = size(self%layout%fields)
@@ -206,7 +197,6 @@ contains
         if (.not. allocated(self%buffer) .or. (self%at_end .and. self%filled == 0)) return
         if (self%layout%shape > 0) block%values(:, self%layout%shape + 1:) = ieee_value(1.0_dp, ieee_quiet_nan)
         do
-            first = block%count
             if (self%header%binary) then
                 call decode_binary(self, block, error)
             else
@@ -233,30 +223,17 @@ contains
         class(level1_reader_t), intent(inout) :: self
         type(level1_block_t), intent(inout) :: block
 
-        real(dp) :: letter
-        integer :: i
-
-        associate (n => block%count)
+        associate (n => block%count, layout => self%layout)
             block%seconds(:n) = int(block%values(:n, 1), i8)
             block%fraction(:n) = 0
-            if (self%layout%fraction > 0) &
-                block%fraction(:n) = block%values(:n, self%layout%fraction)*self%layout%fraction_unit
-            if (self%records == 0) then
-                self%satellite = achar(nint(block%values(1, self%layout%id)))
-                if (self%layout%time_ref > 0) self%time_ref = achar(nint(block%values(1, self%layout%time_ref)))
-            end if
-            letter = iachar(self%satellite)
-            do i = 1, n
-                if (abs(block%values(i, self%layout%id) - letter) > 0) &
-                    self%of_other_satellites = self%of_other_satellites + 1
-            end do
-            if (self%layout%time_ref > 0) then
-                letter = iachar(self%time_ref)
-                do i = 1, n
-                    if (abs(block%values(i, self%layout%time_ref) - letter) > 0) &
-                        self%of_other_time = self%of_other_time + 1
-                end do
-            end if
+            if (layout%fraction > 0) block%fraction(:n) = block%values(:n, layout%fraction)*layout%fraction_unit
+            if (self%records == 0) self%satellite = achar(nint(block%values(1, layout%id)))
+            self%of_other_satellites = self%of_other_satellites + &
+                count(abs(block%values(:n, layout%id) - iachar(self%satellite)) > 0)
+            if (layout%time_ref == 0) return
+            if (self%records == 0) self%time_ref = achar(nint(block%values(1, layout%time_ref)))
+            self%of_other_time = self%of_other_time + &
+                count(abs(block%values(:n, layout%time_ref) - iachar(self%time_ref)) > 0)
         end associate
     end subroutine take_time
 

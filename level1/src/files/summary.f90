@@ -4,6 +4,7 @@ module gracecg_level1_summary
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
+    use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t
@@ -13,7 +14,7 @@ module gracecg_level1_summary
     public :: level1_summary_t, field_summary_t, summarise_level1, GAP_INTERVALS
 
     real(dp), parameter :: GAP_INTERVALS = 1.5_dp   !! A longer step than so many usual intervals is a gap
-    integer, parameter :: STEPS = 501               !! The first ones, whose median is the usual interval
+    integer, parameter :: FIRST_STEPS = 501               !! The first ones, whose median is the usual interval
     integer, parameter :: MOST_SERIES = 64          !! Heads, gyros, tanks or forms of record in one file
 
     type :: field_summary_t
@@ -55,9 +56,9 @@ contains
 
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
-        real(dp) :: key(MOST_SERIES), fraction(MOST_SERIES), first_steps(STEPS), usual, step, total
+        real(dp) :: keys(MOST_SERIES), fraction(MOST_SERIES), steps(FIRST_STEPS), usual, total
         integer(i8) :: seconds(MOST_SERIES), counted
-        integer :: series, collected, i, k, field
+        integer :: series, collected, i, field
 
         call reader%open(path, error)
         if (allocated(error)) return
@@ -67,85 +68,79 @@ contains
         allocate (summary%fields(size(summary%layout%fields)))
         series = 0
         collected = 0
-        usual = 0
         total = 0
         counted = 0
         do
             call reader%next(block, error)
             if (allocated(error)) return
             if (block%count == 0) exit
-            if (summary%records == 0) then
-                summary%first_seconds = block%seconds(1)
-                summary%first_fraction = block%fraction(1)
-            end if
-            summary%last_seconds = block%seconds(block%count)
-            summary%last_fraction = block%fraction(block%count)
-            summary%records = summary%records + block%count
-            do i = 1, block%count
-                k = series_of(block, i)
-                if (k > series) then
-                    series = k
-                    if (k <= MOST_SERIES) key(k) = key_of(block, i)
-                else
-                    step = real(block%seconds(i) - seconds(k), dp) + (block%fraction(i) - fraction(k))
-                    if (step < 0) then
-                        summary%unsorted = summary%unsorted + 1
-                    else if (step <= 0) then
-                        summary%duplicates = summary%duplicates + 1
-                    else if (collected < STEPS) then
-                        collected = collected + 1
-                        first_steps(collected) = step
-                        if (collected == STEPS) call take_first_steps()
-                    else
-                        call take_step(step)
-                    end if
+            associate (n => block%count, values => block%values, layout => summary%layout)
+                if (summary%records == 0) then
+                    summary%first_seconds = block%seconds(1)
+                    summary%first_fraction = block%fraction(1)
                 end if
-                k = min(k, MOST_SERIES)
-                seconds(k) = block%seconds(i)
-                fraction(k) = block%fraction(i)
-            end do
-            if (summary%layout%qualflg > 0) &
-                call count_flags(block%values(:block%count, summary%layout%qualflg), summary%flags)
-            if (.not. with_fields) cycle
-            do field = 1, size(summary%fields)
-                call add_values(block%values(:block%count, field), summary%fields(field))
-            end do
+                summary%last_seconds = block%seconds(n)
+                summary%last_fraction = block%fraction(n)
+                summary%records = summary%records + n
+                do i = 1, n
+                    call take_tag(i)
+                end do
+                if (layout%qualflg > 0) call count_flags(values(:n, layout%qualflg), summary%flags)
+                if (.not. with_fields) cycle
+                do field = 1, size(summary%fields)
+                    call add_values(values(:n, field), summary%fields(field))
+                end do
+            end associate
         end do
-        if (collected < STEPS) call take_first_steps()
+        if (collected < FIRST_STEPS) call take_first_steps()
         if (counted > 0) summary%interval = total/real(counted, dp)
         summary%satellite = reader%satellite
         summary%warnings = reader%warnings
 
     contains
 
-        !> What tells apart the series of the file.
-        real(dp) function key_of(block, i)
-            type(level1_block_t), intent(in) :: block
+        !> The tag of record i, behind the last one of its series.
+        subroutine take_tag(i)
             integer, intent(in) :: i
 
-            key_of = 0
-            if (summary%layout%series > 0) key_of = block%values(i, summary%layout%series)
-        end function key_of
+            real(dp) :: key, step
+            integer :: k
 
-        !> The number of a record's series; one more than there are when it is new.
-        integer function series_of(block, i) result(k)
-            type(level1_block_t), intent(in) :: block
-            integer, intent(in) :: i
-
-            do k = 1, min(series, MOST_SERIES)
-                if (abs(key(k) - key_of(block, i)) <= 0) return
+            key = 0
+            if (summary%layout%series > 0) key = block%values(i, summary%layout%series)
+            do k = 1, series
+                if (abs(keys(k) - key) <= 0) exit
             end do
-            k = min(series, MOST_SERIES) + 1
-            if (series > MOST_SERIES) k = MOST_SERIES + 1
-        end function series_of
+            if (k > series) then
+                series = min(series + 1, MOST_SERIES)
+                k = series
+                keys(k) = key
+            else
+                step = real(block%seconds(i) - seconds(k), dp) + (block%fraction(i) - fraction(k))
+                if (step < 0) then
+                    summary%unsorted = summary%unsorted + 1
+                else if (step <= 0) then
+                    summary%duplicates = summary%duplicates + 1
+                else if (collected < FIRST_STEPS) then
+                    collected = collected + 1
+                    steps(collected) = step
+                    if (collected == FIRST_STEPS) call take_first_steps()
+                else
+                    call take_step(step)
+                end if
+            end if
+            seconds(k) = block%seconds(i)
+            fraction(k) = block%fraction(i)
+        end subroutine take_tag
 
         !> The usual interval is the median of the first steps.
         subroutine take_first_steps()
             integer :: j
 
-            usual = median(first_steps(:collected))
+            if (collected == 0) return
+            usual = median_of(steps(:collected))
             do j = 1, collected
-                call take_step(first_steps(j))
+                call take_step(steps(j))
             end do
         end subroutine take_first_steps
 
@@ -161,40 +156,15 @@ contains
         end subroutine take_step
     end subroutine summarise_level1
 
-    !> The median of some numbers; 0 of none.
-    pure real(dp) function median(numbers)
-        real(dp), intent(in) :: numbers(:)
-
-        real(dp) :: sorted(size(numbers)), moved
-        integer :: i, k
-
-        sorted = numbers
-        do i = 2, size(sorted)
-            moved = sorted(i)
-            k = i - 1
-            do while (k >= 1)
-                if (sorted(k) <= moved) exit
-                sorted(k + 1) = sorted(k)
-                k = k - 1
-            end do
-            sorted(k + 1) = moved
-        end do
-        median = 0
-        if (size(sorted) > 0) median = sorted((size(sorted) + 1)/2)
-    end function median
-
     pure subroutine count_flags(values, flags)
         real(dp), intent(in) :: values(:)
         integer(i8), intent(inout) :: flags(0:7)
 
-        integer :: i, bit, flag
+        integer :: bit
 
-        do i = 1, size(values)
-            flag = int(values(i))
-            if (flag == 0) cycle
-            do bit = 0, 7
-                if (btest(flag, bit)) flags(bit) = flags(bit) + 1
-            end do
+        if (all(abs(values) <= 0)) return
+        do bit = 0, 7
+            flags(bit) = flags(bit) + count(btest(int(values), bit))
         end do
     end subroutine count_flags
 

@@ -23,7 +23,7 @@ contains
     !> Reads the word that begins at `at`, which then stands behind it.
     subroutine read_word(text, at, kind, value, problem)
         character(*), intent(in) :: text        !! Ends with a line feed
-        integer, intent(inout) :: at
+        integer, intent(inout) :: at            !! Place in the text
         integer, intent(in) :: kind             !! Of the field, KIND_...
         real(dp), intent(out) :: value          !! Letters as their codes, flags as integers; NaN: no finite number
         character(:), allocatable, intent(inout) :: problem     !! Allocated when it is wrong
@@ -96,7 +96,7 @@ contains
     !> To the next byte that is no white space.
     pure subroutine skip_white(text, at)
         character(*), intent(in) :: text        !! Ends with a line feed
-        integer, intent(inout) :: at
+        integer, intent(inout) :: at            !! Place in the text
 
         do while (is_white(text(at:at)))
             at = at + 1
@@ -106,7 +106,7 @@ contains
     !> The word that begins there, for a message.
     pure function word_at(text, first) result(word)
         character(*), intent(in) :: text        !! Ends with a line feed
-        integer, intent(in) :: first
+        integer, intent(in) :: first            !! Place of its first letter
         character(:), allocatable :: word
 
         integer :: last

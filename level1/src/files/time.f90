@@ -15,7 +15,7 @@ module gracecg_level1_time
     use gracecg_level1_records, only: level1_records_t
     implicit none
     private
-    public :: level1_clock_t, new_level1_clock, gps_date_text, carry_fraction, to_gps_time
+    public :: level1_clock_t, new_level1_clock, gps_date_text, to_gps_time, last_before
 
     integer(i8), parameter :: DAY = 86400, NOON = 43200
 
@@ -73,10 +73,9 @@ contains
     end subroutine new_level1_clock
 
     !> The last of some times in order that is at or before a time; 0 when all are later.
-    pure integer function last_before(times, seconds, fraction) result(k)
-        integer(i8), intent(in) :: times(:)
-        integer(i8), intent(in) :: seconds
-        real(dp), intent(in) :: fraction
+    pure integer function last_before(times, seconds) result(k)
+        integer(i8), intent(in) :: times(:)     !! Whole s
+        integer(i8), intent(in) :: seconds      !! Whole seconds of the time
 
         integer :: above, middle
 
@@ -84,7 +83,7 @@ contains
         above = size(times) + 1
         do while (above - k > 1)
             middle = k + (above - k)/2
-            if (times(middle) < seconds .or. (times(middle) == seconds .and. fraction >= 0)) then
+            if (times(middle) <= seconds) then
                 k = middle
             else
                 above = middle
@@ -119,7 +118,7 @@ contains
 
         n = size(self%obc_seconds)
         if (n == 0) return
-        k = last_before(self%obc_seconds, seconds, fraction)
+        k = last_before(self%obc_seconds, seconds)
         if (k == 0 .or. k == n) then
             fraction = fraction + self%receiver_offset(max(1, min(k, n)))
         else
@@ -139,7 +138,7 @@ contains
         integer :: k
 
         call self%receiver_time(seconds, fraction)
-        k = max(1, last_before(self%receiver_seconds, seconds, fraction))
+        k = max(1, last_before(self%receiver_seconds, seconds))
         fraction = fraction + self%eps_time(k) + &
             self%eps_drift(k)*(real(seconds - self%receiver_seconds(k), dp) + fraction)
         call carry_fraction(seconds, fraction)
@@ -175,7 +174,7 @@ contains
 
         integer :: k
 
-        k = last_before(self%receiver_seconds, seconds, 0.0_dp)
+        k = last_before(self%receiver_seconds, seconds)
         is_extrapolated = k == 0
         if (k > 0) is_extrapolated = real(seconds - self%receiver_seconds(k), dp) > self%longest_reach
     end function is_extrapolated
@@ -211,15 +210,8 @@ contains
         whole = seconds + NOON + microseconds/1000000
         microseconds = modulo(microseconds, 1000000_i8)
         rest = modulo(whole, DAY)
-        call date_of((whole - rest)/DAY, year, month, date)
+        call calendar_date(GPS_EPOCH%mjd + int((whole - rest)/DAY), year, month, date)
         write (text, '(i4.4, 2("-", i2.2), "T", i2.2, 2(":", i2.2), ".", i6.6)') year, month, date, rest/3600, &
             modulo(rest/60, 60_i8), modulo(rest, 60_i8), microseconds
     end function gps_date_text
-
-    pure subroutine date_of(days, year, month, date)
-        integer(i8), intent(in) :: days     !! Past 2000-01-01
-        integer, intent(out) :: year, month, date
-
-        call calendar_date(GPS_EPOCH%mjd + int(days), year, month, date)
-    end subroutine date_of
 end module gracecg_level1_time

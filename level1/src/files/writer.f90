@@ -14,7 +14,8 @@ module gracecg_level1_writer
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
     use gracecg_level1_binary_form, only: put_bytes, BLOCK_NUMBERS
-    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES
+    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES, &
+        is_calibration_history
     use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, &
         LABEL_LENGTH
     use gracecg_level1_text_form, only: put_word
@@ -70,7 +71,7 @@ contains
         end if
         call self%file%open(path, error)
         if (allocated(error)) return
-        if (binary .or. .not. layout%grace_fo .or. (layout%is_event .and. layout%keeps_last)) then
+        if (binary .or. .not. layout%grace_fo .or. is_calibration_history(layout%product)) then
             call write_cards(self, header)
         else
             call write_yaml(self, header)
@@ -284,9 +285,9 @@ contains
     end subroutine discard_writer
 
     !> What of the records the form of the file could not keep: a sentence each; none: all was kept.
-    subroutine losses(self, texts)
+    function losses(self) result(texts)
         class(level1_writer_t), intent(in) :: self
-        type(string_t), allocatable, intent(out) :: texts(:)
+        type(string_t), allocatable :: texts(:)
 
         integer :: i
 
@@ -299,5 +300,5 @@ contains
         if (self%wrapped > 0) &
             call append(texts, integer_text(self%wrapped)//' block numbers are beyond the 16 bits of binary: they begin '// &
                         'anew at '//integer_text(BLOCK_NUMBERS))
-    end subroutine losses
+    end function losses
 end module gracecg_level1_writer

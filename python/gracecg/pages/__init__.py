@@ -19,6 +19,8 @@ from matplotlib import rc_context
 from markupsafe import Markup, escape
 
 from .. import plot
+from ..report import FIGURES as FIGURES_OF_REPORT, Report
+from .findings import Findings, fixed, percent
 
 FIGURES = {         # Name: what it shows, in words
     "manoeuvre": ("The manoeuvre", "Two panels over time: dipole moment of the rods, and angular acceleration"),
@@ -37,7 +39,6 @@ KINDS = {           # Of a command: its template, its figures where there is a f
     "level1 estimate": ("level1.html", ("sources", "currents", "field", "fit", "spectrum", "ellipses")),
     "level1 trend": ("trend.html", ("trend",)),
     "history": ("history.html", ("history",)),
-    "report": ("report.html", ()),
 }
 MARKS = {"met": "✓", "partly": "⚠", "missed": "✗", "none": "•"}
 COLOUR_NAMES = {colour: name for name, colour in plot.COLOURS.items()}
@@ -46,33 +47,49 @@ MARKED = re.compile(r"[\^_]\{([^}]*)\}|(?<=[^\W_])[\^_](\d|[xyz](?![a-z]))")   #
 PathLike = Union[str, "os.PathLike[str]"]
 
 
-def make_page(source: PathLike, page: PathLike) -> pathlib.Path:
-    """Makes the page of a command's JSON; returns the folder with its figures and numbers."""
+def make_page(source: PathLike, page: PathLike) -> str:
+    """Makes the page of a command's JSON; returns what is to be said of it."""
     result = plot.load(source)
     page = pathlib.Path(page)
+    if result.get("command") == "report":
+        return _report_page(Report(source), page)
     if result.get("command") not in KINDS:
         raise ValueError(f"{source}: there is no page of {result.get('command', 'what is no result of gracecg')!r}")
     template, names = KINDS[result["command"]]
-    if template == "report.html":
-        folder = page.parent        # its files stand beside it
-        figures = draw_blocks(result["blocks"], folder)
-        for block in result["blocks"]:
-            if block["block"] == "table":
-                block["heads_at"] = places_of(block["heads"])
-    else:
-        folder = page.with_name((page.stem if page.suffix == ".html" and page.stem else page.name) + "_files")
-        folder.mkdir(exist_ok=True)
-        _clear(folder)
-        tables = {**result.get("tables", {}), **({names[0]: plot.rows_table(result)} if template != "calibration.html" else {})}
-        figures = {name: draw(result, name, folder) for name in names if tables and (name != "ellipses" or "refusal" not in result)}
-        for name, columns in tables.items():
-            write_csv(folder / f"{name}.csv", columns)
-    html = render(template, {"r": result, "figures": figures, "page": page, "folder": folder,
-                             "drawn": [f"{block['id']}.svg" for block in result.get("blocks", []) if block["block"] == "figure"]})
+    folder = page.with_name((page.stem if page.suffix == ".html" and page.stem else page.name) + "_files")
+    folder.mkdir(exist_ok=True)
+    _clear(folder)
+    tables = dict(result.get("tables", {}))
+    if template != "calibration.html":
+        tables[names[0]] = plot.rows_table(result)
+    figures = {name: draw(result, name, folder) for name in names
+               if tables and (name != "ellipses" or "refusal" not in result)}
+    for name, columns in tables.items():
+        write_csv(folder / f"{name}.csv", columns)
+    _write(page, render(template, {"r": result, "figures": figures, "page": page, "folder": folder}))
+    return ""
+
+
+def _report_page(report: Report, page: pathlib.Path) -> str:
+    """The page of the report, whose files stand beside it; returns the lines of its summary."""
+    claims: list[dict[str, str]] = []
+
+    def claim(source: str, anchor: str, said: str, found: str, kind: str, verdict: str) -> None:
+        claims.append({"source": source, "anchor": anchor, "claim": said, "found": found, "kind": kind, "verdict": verdict})
+
+    def draw_figure(name: str, title: str, description: str) -> Markup:
+        return inline_svg(save(report.figure(name), report.folder / f"{name}.svg"), name, title, description)
+
+    _write(page, render("report.html", {"r": report.result, "t": report, "found": Findings(report), "claims": claims,
+                                        "claim": claim, "draw": draw_figure, "drawn": drawing,
+                                        "figures": [f"{name}.svg" for name in FIGURES_OF_REPORT]}))
+    return "\n".join(f"{line['source']:32}{line['verdict']}: {re.sub('[{}]', '', line['found'])}" for line in claims)
+
+
+def _write(page: pathlib.Path, html: str) -> None:
     part = page.with_name(page.name + ".part")
     part.write_text(html, encoding="utf-8")
     part.replace(page)
-    return folder
 
 
 def _clear(folder: pathlib.Path) -> None:
@@ -95,25 +112,12 @@ def draw(result: plot.Result, name: str, folder: pathlib.Path) -> Markup:
     return inline_svg(save(getattr(plot, name)(result), folder / f"{name}.svg"), name, *FIGURES[name])
 
 
-def draw_blocks(blocks: list[dict[str, Any]], folder: pathlib.Path) -> dict[str, Markup]:
-    """The figures and drawings of the report page."""
-    figures = {}
-    for block in blocks:
-        if block["block"] == "figure":
-            svg = save(plot.panels(block["panels"], folder), folder / f"{block['id']}.svg")
-            figures[block["id"]] = inline_svg(svg, block["id"], block["title"], block["description"])
-        elif block["block"] == "drawing":
-            svg = (FOLDER / "drawings" / f"{block['name']}.svg").read_text(encoding="utf-8")
-            title, description = (re.search(rf"<{tag} [^>]*>(.*?)</{tag}>", svg, re.S)[1] for tag in ("title", "desc"))  # type: ignore[index]
-            svg = re.sub(r"<title.*?</title>|<desc.*?</desc>", "", svg, flags=re.S)
-            figures[block["id"]] = inline_svg(svg, block["id"], Markup(title), Markup(description))
-    return figures
-
-
-def places_of(heads: list[str]) -> list[dict[str, int]]:
-    """First column and count of columns of each head that is not empty: an empty one belongs to that before it."""
-    firsts = [i for i, head in enumerate(heads) if head]
-    return [{"first": i, "columns": after - i} for i, after in zip(firsts, [*firsts[1:], len(heads)])]
+def drawing(name: str, file: str) -> Markup:
+    """A drawing fit to stand within a page, by the name of its file."""
+    svg = (FOLDER / "drawings" / f"{file}.svg").read_text(encoding="utf-8")
+    title, description = (re.search(rf"<{tag} [^>]*>(.*?)</{tag}>", svg, re.S)[1] for tag in ("title", "desc"))  # type: ignore[index]
+    svg = re.sub(r"<title.*?</title>|<desc.*?</desc>", "", svg, flags=re.S)
+    return inline_svg(svg, name, Markup(title), Markup(description))
 
 
 def save(figure: Any, path: pathlib.Path) -> str:
@@ -156,14 +160,6 @@ def typeset(text: str) -> Markup:
     return Markup(re.sub(r"_\{([^}]*)\}", r"<sub>\1</sub>", html))
 
 
-def fixed(value: Any, decimals: int = 4) -> str:
-    """A number with so many decimals; with an exponent from a million on; a dash for none."""
-    if value is None:
-        return "-"
-    text = f"{value:.3E}" if abs(value) >= 1e6 else f"{value:.{decimals}f}"
-    return text[1:] if re.fullmatch(r"-[0.]+", text) else text
-
-
 def significant(value: Any, digits: int = 6) -> str:
     """A number with so many digits at most; a dash for none."""
     return "-" if value is None else f"{value:.{digits}g}"
@@ -172,8 +168,8 @@ def significant(value: Any, digits: int = 6) -> str:
 def render(template: str, context: dict[str, Any]) -> str:
     """The whole page: the chapters of a template, with contents and style around them."""
     environment = Environment(loader=PackageLoader(__name__), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-                              undefined=StrictUndefined)
-    environment.filters.update(t=typeset, f=fixed, g=significant, e=lambda value: "-" if value is None else f"{value:.2E}",
+                              undefined=StrictUndefined, extensions=["jinja2.ext.do"])
+    environment.filters.update(t=typeset, f=fixed, pc=percent, g=significant, e=lambda value: "-" if value is None else f"{value:.2E}",
                                clock=lambda utc: utc.split("T")[1] if utc else "-", date=lambda utc: utc[:10])
     environment.globals.update(marks=MARKS, zip=zip)
     module = environment.get_template(template).make_module(context)

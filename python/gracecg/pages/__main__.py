@@ -9,6 +9,6 @@ except ModuleNotFoundError as missing:
 if len(sys.argv) != 3:
     sys.exit(__doc__)
 try:
-    make_page(sys.argv[1], sys.argv[2])
+    print(make_page(sys.argv[1], sys.argv[2]), end="")
 except (OSError, ValueError) as error:
     sys.exit(str(error))

@@ -6,12 +6,14 @@
 module gracecg_estimation_belief
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_parameters
+    use gracecg_estimation_interpolation, only: lagrange_weights
     use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
@@ -192,15 +194,9 @@ contains
         if (n < 4) return
         noise = 0
         old = series
-        k = 1
         do i = 1, n
             t = min(max(times(i) + delay, 2*times(1) - times(2)), 2*times(n) - times(n - 1))
-            do while (k < n - 1 .and. times(k + 1) <= t)
-                k = k + 1
-            end do
-            do while (k > 1 .and. times(k) > t)
-                k = k - 1
-            end do
+            k = max(1, min(n - 1, last_not_after(times, t)))
             many = min(REACH, k, n - k)
             if (many < FEWEST .or. .not. is_even(times, k, many)) many = 2
             associate (first => max(1, min(k - many + 1, n - 2*many + 1)), w => weights(:2*many))
@@ -252,7 +248,6 @@ contains
         real(dp), intent(out) :: weights(4)
 
         real(dp) :: beyond
-        integer :: j, l
 
         weights = 0
         if (t < times(1)) then
@@ -262,12 +257,7 @@ contains
             beyond = (t - times(4))/(times(4) - times(3))
             weights(3:) = [-beyond, 1 + beyond]
         else
-            do j = 1, 4
-                weights(j) = 1
-                do l = 1, 4
-                    if (l /= j) weights(j) = weights(j)*(t - times(l))/(times(j) - times(l))
-                end do
-            end do
+            weights = lagrange_weights(times, t)
         end if
     end subroutine cubic_weights
 

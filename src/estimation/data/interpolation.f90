@@ -5,7 +5,7 @@ module gracecg_estimation_interpolation
     implicit none
     private
     public :: interpolation_t, interpolation_at, interpolated, is_covered
-    public :: cubic_interpolated, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
+    public :: cubic_interpolated, lagrange_weights, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
 
     !> A value by linear interpolation: (1 - fraction) v(first) + fraction v(first + 1).
     type :: interpolation_t
@@ -75,19 +75,26 @@ contains
         real(dp), intent(in) :: t    !! s
         real(dp) :: value(3)
 
-        real(dp) :: factor
-        integer :: first, i, j
+        integer :: first
 
         first = max(1, min(size(times) - 3, last_not_after(times, t) - 1))
-        value = 0
-        do i = first, first + 3
-            factor = 1
-            do j = first, first + 3
-                if (j /= i) factor = factor*(t - times(j))/(times(i) - times(j))
-            end do
-            value = value + factor*values(:, i)
-        end do
+        value = matmul(values(:, first:first + 3), lagrange_weights(times(first:first + 3), t))
     end function cubic_interpolated
+
+    !> Weights of the values at some times, for the value at t of the polynomial through them.
+    pure function lagrange_weights(times, t) result(weights)
+        real(dp), intent(in) :: times(:), t     !! All different, s
+        real(dp) :: weights(size(times))
+
+        integer :: i, j
+
+        weights = 1
+        do i = 1, size(times)
+            do j = 1, size(times)
+                if (j /= i) weights(i) = weights(i)*(t - times(j))/(times(i) - times(j))
+            end do
+        end do
+    end function lagrange_weights
 
     !> Interpolates all components of a series.
     pure function interpolated(values, source) result(value)

@@ -67,6 +67,8 @@ module gracecg_estimation_joint_estimate
     !> What runs share, and what each has of its own. The parameters of a run are those that are shared, then the errors
     !> of changes, then its own, then, of a run with an offset d + delta of its own, delta.
     type :: layout_t
+        type(utc_t) :: time                     !! Which the offset is of
+        type(offset_change_t), allocatable :: changes(:)    !! Known ones of the offset
         integer :: count = 0                    !! Of what all runs have in common: shared ones and errors of changes
         integer, allocatable :: shared(:)       !! Places among JOINED, the offset first
         integer, allocatable :: own(:)          !! Places among JOINED
@@ -105,25 +107,23 @@ contains
         do i = 2, size(runs)
             if (seconds_between(runs(solution%last)%epoch, runs(i)%epoch) > 0) solution%last = i
         end do
-        associate (time => runs(solution%last)%epoch)
-            call solve(runs, options, time, layout, parts, value, covariance, error)
-            call add_context(error, 'joint estimate')
-            if (allocated(error)) return
-            solution%offset = value(:3)
-            solution%covariance = covariance(:3, :3)
-            associate (beside => layout%shared(4:))
-                solution%parameter(beside) = value(4:size(layout%shared))
-                solution%parameter_sigma(beside) = [(sqrt(covariance(i, i)), i=4, size(layout%shared))]
-            end associate
-            allocate (solution%runs(size(runs)))
-            do i = 1, size(runs)
-                call place_run(runs(i), options, layout, parts(i), value, time, solution%runs(i))
-                call look_at_run_alone(runs(i), options, time, solution%runs(i), error)
-                call add_context(error, 'run '//integer_text(i)//' alone')
-                if (allocated(error)) return
-            end do
-            if (size(runs) > 1) call test_agreement(runs, options, layout, parts, value, time, solution, error)
+        call solve(runs, options, runs(solution%last)%epoch, layout, parts, value, covariance, error)
+        call add_context(error, 'joint estimate')
+        if (allocated(error)) return
+        solution%offset = value(:3)
+        solution%covariance = covariance(:3, :3)
+        associate (beside => layout%shared(4:))
+            solution%parameter(beside) = value(4:size(layout%shared))
+            solution%parameter_sigma(beside) = [(sqrt(covariance(i, i)), i=4, size(layout%shared))]
         end associate
+        allocate (solution%runs(size(runs)))
+        do i = 1, size(runs)
+            call place_run(runs(i), layout, parts(i), value, solution%runs(i))
+            call look_at_run_alone(runs(i), options, layout, solution%runs(i), error)
+            call add_context(error, 'run '//integer_text(i)//' alone')
+            if (allocated(error)) return
+        end do
+        if (size(runs) > 1) call test_agreement(runs, layout, parts, value, solution, error)
     end subroutine estimate_jointly
 
     !> What is shared must be an error of the same belief in every run.
@@ -162,9 +162,10 @@ contains
     end function is_estimated
 
     !> Sorts the parameters.
-    subroutine lay_out(runs, options, layout)
+    subroutine lay_out(runs, options, time, layout)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
+        type(utc_t), intent(in) :: time         !! Which the offset is of
         type(layout_t), intent(out) :: layout
 
         logical :: in_use(4:JOINED_COUNT), is_own(4:JOINED_COUNT)
@@ -174,15 +175,15 @@ contains
         is_own = options%own(GROUP_OF_JOINED(4:))
         layout%shared = [1, 2, 3, pack([(j, j=4, JOINED_COUNT)], in_use .and. .not. is_own)]
         layout%own = pack([(j, j=4, JOINED_COUNT)], in_use .and. is_own)
-        allocate (layout%change(2, 0))
-        if (allocated(options%changes)) then
-            do i = 1, size(options%changes)
-                do j = 1, 3
-                    if (options%changes(i)%sigma(j) > 0) &
-                        layout%change = reshape([layout%change, i, j], [2, size(layout%change, 2) + 1])
-                end do
+        layout%time = time
+        allocate (layout%change(2, 0), layout%changes(0))
+        if (allocated(options%changes)) layout%changes = options%changes
+        do i = 1, size(layout%changes)
+            do j = 1, 3
+                if (layout%changes(i)%sigma(j) > 0) &
+                    layout%change = reshape([layout%change, i, j], [2, size(layout%change, 2) + 1])
             end do
-        end if
+        end do
         layout%names = [character(12) :: parameter_names(JOINED(layout%shared)), &
                         spread('change', 1, size(layout%change, 2))]
         layout%count = size(layout%names)
@@ -201,10 +202,10 @@ contains
         type(information_t) :: all_runs
         integer :: i
 
-        call lay_out(runs, options, layout)
-        all_runs = known_beforehand(runs(1), options, layout)
+        call lay_out(runs, options, time, layout)
+        all_runs = known_beforehand(runs(1), layout)
         do i = 1, size(runs)
-            call take_part(runs(i), options, layout, time, .false., parts(i), error)
+            call take_part(runs(i), layout, .false., parts(i), error)
             if (allocated(error)) return
             call all_runs%add(parts(i)%information)
         end do
@@ -213,9 +214,8 @@ contains
     end subroutine solve
 
     !> A-priori knowledge of what is shared, counted once, and of the changes.
-    function known_beforehand(first, options, layout) result(information)
+    pure function known_beforehand(first, layout) result(information)
         type(run_information_t), intent(in) :: first        !! Run
-        type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
         type(information_t) :: information
 
@@ -226,18 +226,16 @@ contains
             call information%expect(k, first%prior_sigma(layout%shared(k)))
         end do
         do k = 1, size(layout%change, 2)
-            associate (change => options%changes(layout%change(1, k)), axis => layout%change(2, k))
+            associate (change => layout%changes(layout%change(1, k)), axis => layout%change(2, k))
                 call information%expect(size(layout%shared) + k, change%sigma(axis))
             end associate
         end do
     end function known_beforehand
 
     !> What a run says of what all have in common.
-    subroutine take_part(run, options, layout, time, free, part, error)
+    subroutine take_part(run, layout, free, part, error)
         type(run_information_t), intent(in) :: run
-        type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
-        type(utc_t), intent(in) :: time         !! Which the offset is of
         logical, intent(in) :: free             !! It has an offset of its own
         type(part_t), intent(out) :: part
         type(error_t), allocatable, intent(out) :: error
@@ -247,7 +245,7 @@ contains
         real(dp) :: fixed(JOINED_COUNT)
         integer :: k
 
-        call map_of(run, options, layout, time, free, map, fixed)
+        call map_of(run, layout, free, map, fixed)
         part%information = run%seen_through(map, fixed - run%point)
         do k = 1, size(layout%own)
             call part%information%expect(layout%count + k, run%prior_sigma(layout%own(k)))
@@ -257,11 +255,9 @@ contains
     end subroutine take_part
 
     !> JOINED of a run as a linear function of the parameters: map parameters + fixed.
-    subroutine map_of(run, options, layout, time, free, map, fixed)
+    pure subroutine map_of(run, layout, free, map, fixed)
         type(run_information_t), intent(in) :: run
-        type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
-        type(utc_t), intent(in) :: time         !! Which the offset is of
         logical, intent(in) :: free             !! The run has an offset of its own
         real(dp), allocatable, intent(out) :: map(:, :)
         real(dp), intent(out) :: fixed(JOINED_COUNT)
@@ -273,82 +269,77 @@ contains
         unit = identity(JOINED_COUNT)
         on_change = -unit(:, layout%change(2, :))
         do k = 1, size(on_change, 2)
-            if (.not. is_between(options%changes(layout%change(1, k)), run%epoch, time)) on_change(:, k) = 0
+            if (.not. is_between(layout%changes(layout%change(1, k)), run%epoch, layout%time)) on_change(:, k) = 0
         end do
         map = reshape([unit(:, layout%shared), on_change, unit(:, layout%own), unit(:, :merge(3, 0, free))], &
                       [JOINED_COUNT, layout%count + size(layout%own) + merge(3, 0, free)])
-        call change_between(options, run%epoch, time, change, variance)
+        call change_since(run, layout, change, variance)
         fixed = 0
         fixed(:3) = -change
     end subroutine map_of
 
-    !> The known change of the offset from one time to a later one, m, and its variance, m^2.
-    subroutine change_between(options, from, to, change, variance)
-        type(joint_options_t), intent(in) :: options
-        type(utc_t), intent(in) :: from, to
+    !> The known change of the offset since a run, m, and its variance, m^2.
+    pure subroutine change_since(run, layout, change, variance)
+        type(run_information_t), intent(in) :: run
+        type(layout_t), intent(in) :: layout
         real(dp), intent(out) :: change(3), variance(3)
 
         integer :: k
 
         change = 0
         variance = 0
-        if (.not. allocated(options%changes)) return
-        do k = 1, size(options%changes)
-            if (.not. is_between(options%changes(k), from, to)) cycle
-            change = change + options%changes(k)%change
-            variance = variance + options%changes(k)%sigma**2
+        do k = 1, size(layout%changes)
+            if (.not. is_between(layout%changes(k), run%epoch, layout%time)) cycle
+            change = change + layout%changes(k)%change
+            variance = variance + layout%changes(k)%sigma**2
         end do
-    end subroutine change_between
+    end subroutine change_since
 
     !> A run at the joint estimate: its values and the squares of its residuals.
-    subroutine place_run(run, options, layout, part, value, time, verdict)
+    subroutine place_run(run, layout, part, value, verdict)
         type(run_information_t), intent(in) :: run
-        type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
         type(part_t), intent(in) :: part
         real(dp), intent(in) :: value(:)        !! Of what all have in common
-        type(utc_t), intent(in) :: time         !! Which the offset is of
         type(run_verdict_t), intent(inout) :: verdict
 
         real(dp), allocatable :: map(:, :)
         real(dp) :: fixed(JOINED_COUNT)
 
-        call map_of(run, options, layout, time, .false., map, fixed)
+        call map_of(run, layout, .false., map, fixed)
         verdict%point = matmul(map, [value, part%own%value_at(value)]) + fixed
         verdict%squares = run%squares_at(verdict%point - run%point)
         verdict%redundancy = run%redundancy
     end subroutine place_run
 
     !> What a run says alone.
-    subroutine look_at_run_alone(run, options, time, verdict, error)
+    subroutine look_at_run_alone(run, options, layout, verdict, error)
         type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
-        type(utc_t), intent(in) :: time         !! Which the offset is of
+        type(layout_t), intent(in) :: layout    !! Of all runs
         type(run_verdict_t), intent(inout) :: verdict
         type(error_t), allocatable, intent(out) :: error
 
-        type(layout_t) :: layout
+        type(layout_t) :: own
         type(part_t) :: parts(1)
         real(dp), allocatable :: value(:), covariance(:, :)
         real(dp) :: change(3), variance(3)
         integer :: j
 
-        call solve([run], options, run%epoch, layout, parts, value, covariance, error)
+        call solve([run], options, run%epoch, own, parts, value, covariance, error)
         if (allocated(error)) return
-        call change_between(options, run%epoch, time, change, variance)
+        call change_since(run, layout, change, variance)
         verdict%offset = value(:3) + change
         verdict%sigma = sqrt([(covariance(j, j), j=1, 3)] + variance)
     end subroutine look_at_run_alone
 
     !> Each run against all others, and all against one offset: the sum of squares falls, when every run but the last
     !> has an offset of its own, by what x^T C^-1 x of all their differences is.
-    subroutine test_agreement(runs, options, layout, parts, value, time, solution, error)
+    subroutine test_agreement(runs, layout, parts, value, solution, error)
         type(run_information_t), intent(in) :: runs(:)
-        type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
         type(part_t), intent(in) :: parts(:)
         real(dp), intent(in) :: value(:)        !! Of what all have in common
-        type(utc_t), intent(in) :: time         !! Which the offset is of
         type(joint_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
@@ -359,10 +350,10 @@ contains
         real(dp) :: covariance(layout%count, layout%count), shared(layout%count)
         integer :: i
 
-        before(1) = known_beforehand(runs(1), options, layout)
+        before(1) = known_beforehand(runs(1), layout)
         with_free = before(1)
         do i = 1, size(runs)
-            call take_part(runs(i), options, layout, time, .true., free(i), error)
+            call take_part(runs(i), layout, .true., free(i), error)
             if (allocated(error)) return
             before(i + 1) = before(i)
             call before(i + 1)%add(parts(i)%information)

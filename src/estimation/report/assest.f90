@@ -5,21 +5,21 @@ module gracecg_estimation_assest
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: append
+    use gracecg_base_vectors, only: identity
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
-    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude, store_rotation
     use gracecg_estimation_offset_model, only: offset_rate_partials
-    use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset, OFFSET_PARAMETERS, OFFSET_NAMES
+    use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset, OFFSET_PARAMETERS
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
-    use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_estimation_noise_propagation, only: propagate_noise, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
-    use gracecg_estimation_solution, only: solution_t, store_offset, STATE_ATTITUDE, STATE_RATE
-    use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, record_covariance, NOISE_SOURCES, &
-        STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
+    use gracecg_estimation_solution, only: solution_t, store_offset, STATE, STATE_ATTITUDE, STATE_RATE
+    use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
     implicit none
     private
     public :: estimate_assest
@@ -78,7 +78,7 @@ contains
             if (options%history) solution%history = [solution%history, offset_batch%history]
             call store_offset(offset%state, offset_batch%residuals, solution)
             if (.not. covariance_wanted) return
-            call propagate_noise(knowledge, attitude, attitude_batch, offset, offset_batch, solution, error, record)
+            call propagate(knowledge, attitude, attitude_batch, offset, offset_batch, solution, error, record)
             if (allocated(error)) return
             if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)
             call check_accelerations(knowledge, data, offset_batch%residuals, solution%warnings, error)
@@ -115,16 +115,12 @@ contains
             call add_context(error, 'ASSEST, angular velocity from the star camera')
             return
         end if
-        solution%quaternion = attitude%quaternion
-        solution%angular_velocity = attitude%angular_velocity
-        solution%iterations = batch%iterations
-        solution%converged = batch%converged
-        if (options%history) solution%history = batch%history
+        call store_rotation(attitude, batch, solution)
     end subroutine find_rotation
 
-    !> Covariance of the offset and of the whole state under the instruments' noise: that of the accelerometer, with its
-    !> spectrum (3-2), and that of the star camera, or of the knowledge that replaces it, through the error of omega(t0).
-    subroutine propagate_noise(knowledge, attitude, attitude_batch, offset, offset_batch, solution, error, record)
+    !> Covariance of the state under the instruments' noise: that of the accelerometer, and that of the star camera, or of
+    !> the knowledge that replaces it, through the error of omega(t0).
+    subroutine propagate(knowledge, attitude, attitude_batch, offset, offset_batch, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(attitude_problem_t), intent(in) :: attitude
         type(batch_solution_t), intent(in) :: attitude_batch
@@ -134,59 +130,38 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record
 
-        real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_rate(:, :)
-        real(dp), allocatable :: rate_to_state(:, :)
-        real(dp) :: rotation_covariance(6, 6), by_source(3, 3, NOISE_SOURCES)
-        integer :: i, k, row, source
-        integer, parameter :: parameters = OFFSET_PARAMETERS, ANGLES(3) = [1, 2, 3], RATES(3) = [4, 5, 6]
+        real(dp), allocatable :: gain(:, :)
+        real(dp) :: to_state(STATE, 6), rotation_covariance(6, 6)   ! of small angles, then the angular velocity
+        integer, parameter :: RATES(3) = [4, 5, 6]
+        integer :: i, source
 
-        gain = matmul(offset_batch%inverse(:parameters, :), offset_batch%gain)
-        allocate (whole(parameters, parameters), by_axis(parameters, parameters, 3))
-        call accelerometer_noise_covariance(knowledge, gain, offset%data%accelerometer_epoch, whole, error, by_axis)
-        if (allocated(error)) return
-
-        allocate (rate_to_state(parameters, 3), source=0.0_dp)
-        associate (rotation => offset%rotation)
-            do i = 1, size(offset%data%accelerometer_epoch)
-                k = offset%data%accelerometer_epoch(i)
-                row = 3*(i - 1)
-                rate_to_state = rate_to_state - matmul(gain(:, row + 1:row + 3), matmul( &
-                                offset_rate_partials(rotation%omega(:, k), offset%state(1:3), &
-                                                     attitude%fit%body%rate_partials(rotation%omega(:, k))), &
-                                rotation%phi_22(:, :, k)))
+        allocate (gain(STATE, offset%observations), source=0.0_dp)
+        gain(:OFFSET_PARAMETERS, :) = matmul(offset_batch%inverse, offset_batch%gain)
+        to_state = 0
+        to_state(STATE_ATTITUDE, :3) = identity(3)
+        to_state(STATE_RATE, RATES) = identity(3)
+        associate (rotation => offset%rotation, epoch => offset%data%accelerometer_epoch)
+            do i = 1, size(epoch)
+                associate (k => epoch(i), of_sample => gain(:OFFSET_PARAMETERS, 3*i - 2:3*i))
+                    to_state(:OFFSET_PARAMETERS, RATES) = to_state(:OFFSET_PARAMETERS, RATES) - matmul(of_sample, matmul( &
+                        offset_rate_partials(rotation%omega(:, k), offset%state(1:3), &
+                                             attitude%fit%body%rate_partials(rotation%omega(:, k))), rotation%phi_22(:, :, k)))
+                end associate
             end do
+            if (knowledge%knows_angular_velocity()) then
+                rotation_covariance = 0
+                do i = 1, 3
+                    rotation_covariance(RATES(i), RATES(i)) = knowledge%angular_velocity_sigma(i)**2
+                end do
+                source = A_PRIORI_KNOWLEDGE
+            else
+                rotation_covariance = star_camera_covariance(knowledge, attitude, attitude_batch)
+                source = STAR_CAMERA_NOISE
+            end if
+            call propagate_noise(knowledge, gain, epoch, matmul(to_state, matmul(rotation_covariance, transpose(to_state))), &
+                                 source, solution, error, record)
         end associate
-        if (knowledge%knows_angular_velocity()) then
-            rotation_covariance = 0
-            do i = 1, 3
-                rotation_covariance(RATES(i), RATES(i)) = knowledge%angular_velocity_sigma(i)**2
-            end do
-            source = A_PRIORI_KNOWLEDGE
-        else
-            rotation_covariance = star_camera_covariance(knowledge, attitude, attitude_batch)
-            source = STAR_CAMERA_NOISE
-        end if
-        from_rate = matmul(rate_to_state, matmul(rotation_covariance(RATES, RATES), transpose(rate_to_state)))
-        whole = whole + from_rate
-        solution%covariance = whole(:3, :3)
-        associate (p => solution%state_covariance)
-            p(:parameters, :parameters) = whole
-            p(STATE_RATE, STATE_RATE) = rotation_covariance(RATES, RATES)
-            p(STATE_ATTITUDE, STATE_ATTITUDE) = rotation_covariance(ANGLES, ANGLES)
-            p(STATE_ATTITUDE, STATE_RATE) = rotation_covariance(ANGLES, RATES)
-            p(STATE_ATTITUDE, :parameters) = matmul(rotation_covariance(ANGLES, RATES), transpose(rate_to_state))
-            p(STATE_RATE, :parameters) = matmul(rotation_covariance(RATES, RATES), transpose(rate_to_state))
-            p(STATE_RATE, STATE_ATTITUDE) = transpose(p(STATE_ATTITUDE, STATE_RATE))
-            p(:parameters, STATE_ATTITUDE) = transpose(p(STATE_ATTITUDE, :parameters))
-            p(:parameters, STATE_RATE) = transpose(p(STATE_RATE, :parameters))
-        end associate
-        if (.not. present(record)) return
-        by_source = 0
-        by_source(:, :, :3) = by_axis(:3, :3, :)
-        by_source(:, :, source) = from_rate(:3, :3)
-        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], &
-                               solution%state_covariance(:parameters + 3, :parameters + 3), [1, 2, 3], by_source, record)
-    end subroutine propagate_noise
+    end subroutine propagate
 
     !> Covariance of the small angles of the attitude, and of the angular velocity, at the epoch under the star
     !> camera's noise: rad, rad/s.
@@ -196,17 +171,15 @@ contains
         type(batch_solution_t), intent(in) :: batch
         real(dp) :: covariance(6, 6)
 
-        real(dp), allocatable :: rate_gain(:, :), of_state(:, :), to_angles(:, :)
+        real(dp) :: to_angles(6, size(batch%inverse, 1))
         integer :: n
 
         n = attitude%attitude_components()
-        rate_gain = matmul(batch%inverse, batch%gain)
-        of_state = star_noise_covariance(attitude%quaternion_gain(rate_gain), attitude%data%attitude_source, &
-                                         knowledge%star_camera_sigma, knowledge%mounting, attitude%data%stars)
-        to_angles = attitude%small_angle_map()
-        covariance(4:, 4:) = of_state(n + 1:n + 3, n + 1:n + 3)
-        covariance(:3, :3) = matmul(to_angles, matmul(of_state(:n, :n), transpose(to_angles)))
-        covariance(:3, 4:) = matmul(to_angles, of_state(:n, n + 1:n + 3))
-        covariance(4:, :3) = transpose(covariance(:3, 4:))
+        to_angles = 0
+        to_angles(:3, :n) = attitude%small_angle_map()
+        to_angles(4:, n + 1:) = identity(3)
+        covariance = star_noise_covariance( &
+                     attitude%quaternion_gain(matmul(to_angles, matmul(batch%inverse, batch%gain))), &
+                     attitude%data%attitude_source, knowledge%star_camera_sigma, knowledge%mounting, attitude%data%stars)
     end function star_camera_covariance
 end module gracecg_estimation_assest

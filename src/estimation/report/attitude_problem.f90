@@ -13,11 +13,12 @@ module gracecg_estimation_attitude_problem
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, &
         new_attitude_fit, kinematic_partials
-    use gracecg_estimation_batch_problem, only: batch_problem_t
-    use gracecg_estimation_iteration, only: iteration_t
+    use gracecg_estimation_batch_problem, only: batch_problem_t, batch_solution_t
+    use gracecg_estimation_iteration, only: iteration_t, rms_of
+    use gracecg_estimation_solution, only: solution_t
     implicit none
     private
-    public :: attitude_problem_t, prepare_attitude, small_angles, small_rotation
+    public :: attitude_problem_t, prepare_attitude, store_rotation, small_angles, small_rotation
 
     real(dp), parameter :: TYPICAL_RATE = 1e-3_dp   !! Scale of the angular velocity, rad/s
 
@@ -32,11 +33,10 @@ module gracecg_estimation_attitude_problem
         type(fitted_rotation_t) :: rotation     !! Along the last nominal trajectory
     contains
         procedure :: linearise => linearise_alone
-        procedure :: correct => correct_alone
+        procedure :: correct => correct_attitude    !! Puts a correction on attitude and rate
         procedure :: attitude_components    !! Scalars of one attitude observation: 4 or 3
         procedure :: attitude_parameters    !! Attitude parameters of the state: 4 or 3
         procedure :: linearise_attitude     !! Trajectory, partials and residuals of the attitude
-        procedure :: correct_attitude       !! Puts a correction on attitude and rate
         procedure :: quaternion_gain        !! The estimate's response to the quaternions
         procedure :: small_angle_map        !! Errors of the attitude's parameters as small angles
         procedure :: describe_residuals => residuals_of_attitude
@@ -67,6 +67,19 @@ contains
         problem%observations = problem%attitude_components()*size(data%attitude_epoch)
     end subroutine prepare_attitude
 
+    !> Puts attitude and angular velocity of a fit into a solution.
+    subroutine store_rotation(problem, batch, solution)
+        class(attitude_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(solution_t), intent(inout) :: solution
+
+        solution%quaternion = problem%quaternion
+        solution%angular_velocity = problem%angular_velocity
+        solution%iterations = batch%iterations
+        solution%converged = batch%converged
+        if (allocated(batch%history)) solution%history = batch%history
+    end subroutine store_rotation
+
     !> Scalars in one attitude observation: 4 of the quaternion, or 3 angles.
     pure integer function attitude_components(self) result(n)
         class(attitude_problem_t), intent(in) :: self
@@ -89,13 +102,6 @@ contains
         call self%linearise_attitude(partials, residuals)
         weights = self%attitude_weight
     end subroutine linearise_alone
-
-    subroutine correct_alone(self, correction)
-        class(attitude_problem_t), intent(inout) :: self
-        real(dp), intent(inout) :: correction(:)
-
-        call self%correct_attitude(correction)
-    end subroutine correct_alone
 
     !> Integrates the nominal trajectory; partials and residuals of all attitude observations q_obs = q,
     !> (4-19), (4-52), (4-60), (4-86), (4-95). Partials: (4-25) times Phi (4-56) or (4-73). Residuals of the
@@ -198,7 +204,7 @@ contains
         last = n*size(self%data%attitude_epoch)
         note%residual_names = [character(12) :: 'q1', 'q2', 'q3', 'q4']
         if (self%reduced) note%residual_names = [character(12) :: 'zeta_x', 'zeta_y', 'zeta_z']
-        note%residual_rms = [(norm2(residuals(i:last:n))/sqrt(real(last/n, dp)), i=1, n)]
+        note%residual_rms = [(rms_of(residuals(i:last:n)), i=1, n)]
         note%residual_unit = merge('rad', '1  ', self%reduced)
     end subroutine residuals_of_attitude
 

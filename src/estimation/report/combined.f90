@@ -8,19 +8,18 @@ module gracecg_estimation_combined
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude, store_rotation
     use gracecg_estimation_offset_model, only: offset_rate_partials
     use gracecg_estimation_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, &
         offset_scales, ACCELEROMETER_AXES
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
-    use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_estimation_noise_propagation, only: propagate_noise, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_base_vectors, only: identity
-    use gracecg_estimation_solution, only: solution_t, store_offset, STATE, STATE_ATTITUDE
-    use gracecg_estimation_iteration, only: iteration_t
-    use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, record_covariance, NOISE_SOURCES, &
-        STAR_CAMERA_NOISE
+    use gracecg_estimation_solution, only: solution_t, store_offset, STATE, STATE_ATTITUDE, STATE_RATE
+    use gracecg_estimation_iteration, only: iteration_t, rms_of
+    use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, STAR_CAMERA_NOISE
     implicit none
     private
     public :: estimate_combined, combined_problem_t, prepare_combined
@@ -72,26 +71,19 @@ contains
             call add_context(error, merge('ASCREST', 'ASCFEST', reduced))
             return
         end if
-        solution%quaternion = problem%quaternion
-        solution%angular_velocity = problem%angular_velocity
-        solution%iterations = batch%iterations
-        solution%converged = batch%converged
+        call store_rotation(problem, batch, solution)
         solution%condition = batch%condition
-        if (options%history) solution%history = batch%history
-        call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
-        if (options%covariance .or. present(record)) then
-            call propagate_noise(observations%knowledge, problem, batch, solution, error, record)
-            if (present(record)) &
-                call record_rotation(data, problem%rotation, &
-                                          batch%residuals(problem%attitude_observations + 1:), record)
+        associate (residuals => batch%residuals(problem%attitude_observations + 1:), knowledge => observations%knowledge)
+            call store_offset(problem%offset_state, residuals, solution)
+            if (.not. (options%covariance .or. present(record))) return
+            call propagate(knowledge, problem, batch, solution, error, record)
+            if (allocated(error)) return
+            if (present(record)) call record_rotation(data, problem%rotation, residuals, record)
+            call check_accelerations(knowledge, data, residuals, solution%warnings, error)
             if (.not. allocated(error)) &
-                call check_accelerations(observations%knowledge, data, &
-                    batch%residuals(problem%attitude_observations + 1:), &
-                                         solution%warnings, error)
-            if (.not. allocated(error)) &
-                call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
-                                  problem%quaternion, problem%angular_velocity, solution%warnings, error, record)
-        end if
+                call check_torque(knowledge, data, knowledge%star_camera_sigma, problem%quaternion, problem%angular_velocity, &
+                                  solution%warnings, error, record)
+        end associate
     end subroutine estimate_combined
 
     !> Sets up the problem from preprocessed observations.
@@ -150,12 +142,12 @@ contains
         class(combined_problem_t), intent(inout) :: self
         real(dp), intent(inout) :: correction(:)
 
-        call self%correct_attitude(correction)
+        call self%attitude_problem_t%correct(correction)
         self%offset_state = self%offset_state + correction(self%attitude_parameters() + 1:)
     end subroutine correct_combined
 
-    !> Covariance of the offset and of the whole state under the noise of accelerometer and star camera.
-    subroutine propagate_noise(knowledge, problem, batch, solution, error, record)
+    !> Covariance of the state under the noise of accelerometer and star camera.
+    subroutine propagate(knowledge, problem, batch, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(combined_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
@@ -163,36 +155,23 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record
 
-        real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_stars(:, :), to_state(:, :)
-        real(dp) :: by_source(3, 3, NOISE_SOURCES)
-        integer, allocatable :: rows(:)
-        integer :: n, m, i
+        real(dp), allocatable :: to_state(:, :), gain(:, :)
+        integer :: n, m
 
         n = problem%attitude_components()
         m = problem%attitude_parameters()
-        rows = [(m + i, i=1, OFFSET_PARAMETERS), (n + i, i=1, 3), (i, i=1, n)]
-        gain = matmul(batch%inverse(rows, :), batch%gain)
-        allocate (whole(size(rows), size(rows)), by_axis(size(rows), size(rows), 3))
-        call accelerometer_noise_covariance(knowledge, gain(:, problem%attitude_observations + 1:), &
-                                            problem%data%accelerometer_epoch, whole, error, by_axis)
-        if (allocated(error)) return
-        from_stars = star_noise_covariance( &
-                     problem%quaternion_gain(gain(:, :problem%attitude_observations)), &
-                     problem%data%attitude_source, knowledge%star_camera_sigma, knowledge%mounting, &
-                     problem%data%stars)
-        whole = whole + from_stars
-        solution%covariance = whole(:3, :3)
-        allocate (to_state(STATE, size(rows)), source=0.0_dp)
-        to_state(:OFFSET_PARAMETERS + 3, :OFFSET_PARAMETERS + 3) = identity(OFFSET_PARAMETERS + 3)
-        to_state(STATE_ATTITUDE, OFFSET_PARAMETERS + 4:) = problem%small_angle_map()
-        solution%state_covariance = matmul(to_state, matmul(whole, transpose(to_state)))
-        if (.not. present(record)) return
-        by_source = 0
-        by_source(:, :, :3) = by_axis(:3, :3, :)
-        by_source(:, :, STAR_CAMERA_NOISE) = from_stars(:3, :3)
-        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], &
-                               whole(:OFFSET_PARAMETERS + 3, :OFFSET_PARAMETERS + 3), [1, 2, 3], by_source, record)
-    end subroutine propagate_noise
+        allocate (to_state(STATE, m + OFFSET_PARAMETERS), source=0.0_dp)
+        to_state(STATE_ATTITUDE, :n) = problem%small_angle_map()
+        to_state(STATE_RATE, n + 1:m) = identity(3)
+        to_state(:OFFSET_PARAMETERS, m + 1:) = identity(OFFSET_PARAMETERS)
+        gain = matmul(matmul(to_state, batch%inverse), batch%gain)
+        associate (stars => problem%attitude_observations, data => problem%data)
+            call propagate_noise(knowledge, gain(:, stars + 1:), data%accelerometer_epoch, &
+                                 star_noise_covariance(problem%quaternion_gain(gain(:, :stars)), data%attitude_source, &
+                                                       knowledge%star_camera_sigma, knowledge%mounting, data%stars), &
+                                 STAR_CAMERA_NOISE, solution, error, record)
+        end associate
+    end subroutine propagate
 
     !> RMS of the residuals of the attitude, and of the accelerometer.
     subroutine residuals_of_combined(self, residuals, note)
@@ -200,17 +179,11 @@ contains
         real(dp), intent(in) :: residuals(:)
         type(iteration_t), intent(inout) :: note
 
-        real(dp) :: rms(3)
         integer :: i
 
         call self%attitude_problem_t%describe_residuals(residuals, note)
-        associate (first => self%attitude_observations)
-            do i = 1, 3
-                rms(i) = norm2(residuals(first + i::3))/sqrt((self%observations - first)/3.0_dp)
-            end do
-        end associate
         note%residual_names = [note%residual_names, ACCELEROMETER_AXES]
-        note%residual_rms = [note%residual_rms, rms]
+        note%residual_rms = [note%residual_rms, (rms_of(residuals(self%attitude_observations + i::3)), i=1, 3)]
         note%residual_unit = trim(note%residual_unit)//', m/s^2'
     end subroutine residuals_of_combined
 

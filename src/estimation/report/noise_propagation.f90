@@ -9,13 +9,42 @@ module gracecg_estimation_noise_propagation
     use gracecg_estimation_attitude_fit, only: kinematic_partials
     use gracecg_estimation_interpolation, only: interpolation_t
     use gracecg_estimation_star_attitude, only: star_attitude_t
+    use gracecg_estimation_solution, only: solution_t, STATE, STATE_NAMES, STATE_OFFSET, STATE_DRIFT, STATE_BIAS, STATE_RATE
+    use gracecg_estimation_fit_record, only: fit_record_t, record_covariance, NOISE_SOURCES
     implicit none
     private
-    public :: stationary_noise_covariance, accelerometer_noise_covariance, star_noise_covariance
+    public :: propagate_noise, stationary_noise_covariance, accelerometer_noise_covariance, star_noise_covariance
 
 contains
 
-    !> Covariance by the accelerometer's noise, each axis with its spectrum (3-2).
+    !> Puts the covariance of the state into a solution, and into a record if there is one: that by the accelerometer's
+    !> noise, each axis with its spectrum (3-2), and that by another source.
+    subroutine propagate_noise(knowledge, gain, epoch, by_other, other, solution, error, record)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in) :: gain(:, :)              !! N^-1 W H of the accelerometer: STATE x (3 times samples)
+        integer, intent(in) :: epoch(:)                 !! Increasing index of each sample
+        real(dp), intent(in) :: by_other(STATE, STATE)  !! Covariance by the other source
+        integer, intent(in) :: other                    !! STAR_CAMERA_NOISE or A_PRIORI_KNOWLEDGE
+        type(solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
+
+        integer, parameter :: RECORDED(12) = [STATE_OFFSET, STATE_DRIFT, STATE_BIAS, STATE_RATE]
+        real(dp) :: by_axis(STATE, STATE, 3), by_source(3, 3, NOISE_SOURCES)
+
+        call accelerometer_noise_covariance(knowledge, gain, epoch, solution%state_covariance, error, by_axis)
+        if (allocated(error)) return
+        solution%state_covariance = solution%state_covariance + by_other
+        solution%covariance = solution%state_covariance(STATE_OFFSET, STATE_OFFSET)
+        if (.not. present(record)) return
+        by_source = 0
+        by_source(:, :, :3) = by_axis(STATE_OFFSET, STATE_OFFSET, :)
+        by_source(:, :, other) = by_other(STATE_OFFSET, STATE_OFFSET)
+        call record_covariance(STATE_NAMES(RECORDED), solution%state_covariance(RECORDED, RECORDED), STATE_OFFSET, by_source, &
+                               record)
+    end subroutine propagate_noise
+
+    !> Covariance by the accelerometer's noise.
     subroutine accelerometer_noise_covariance(knowledge, gain, epoch, covariance, error, by_axis)
         type(operator_knowledge_t), intent(in) :: knowledge
         real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x (3 times samples)

@@ -8,7 +8,7 @@ module gracecg_estimation_offset_problem
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
     use gracecg_estimation_batch_problem, only: batch_problem_t
-    use gracecg_estimation_iteration, only: iteration_t
+    use gracecg_estimation_iteration, only: iteration_t, rms_of
     use gracecg_estimation_offset_model, only: offset_matrix
     implicit none
     private
@@ -128,7 +128,7 @@ contains
         integer :: i
 
         note%residual_names = ACCELEROMETER_AXES
-        note%residual_rms = [(norm2(residuals(i::3))/sqrt(self%observations/3.0_dp), i=1, 3)]
+        note%residual_rms = [(rms_of(residuals(i::3)), i=1, 3)]
         note%residual_unit = 'm/s^2'
     end subroutine residuals_of_offset
 

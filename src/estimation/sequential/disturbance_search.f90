@@ -87,7 +87,7 @@ contains
         real(dp), intent(in) :: needed_gain             !! Of 2 ln L
         real(dp), intent(in) :: white_sigma(3)          !! Of the accelerometer, m/s^2
         real(dp), intent(in) :: airflow(3)              !! Its direction, body axes
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
         real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
         type(disturbances_t), intent(out) :: found
 
@@ -123,7 +123,7 @@ contains
         type(disturbance_t), intent(in) :: list(:)  !! Its disturbances
         integer, intent(in) :: noise_states         !! Of its process: those of the instrument's noise
         real(dp), intent(in) :: white_sigma(3), airflow(3)
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
         real(dp), intent(in) :: remainder(:, :, :)
         real(dp), intent(out) :: part(:)            !! A priori
 
@@ -160,7 +160,7 @@ contains
 
     !> Finds the disturbances of one axis and adds them to its process.
     subroutine search_axis(problem, axis, needed_gain, remainder, found)
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
         integer, intent(in) :: axis    !! 1, 2, 3
         real(dp), intent(in) :: needed_gain             !! Of 2 ln L
         real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
@@ -196,7 +196,7 @@ contains
 
     !> -2 ln L of all observations, apart from terms that do not depend on the axis' process.
     subroutine minus_two_log_likelihood(problem, axis, filter, others, remainder, constants, value)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(process_filter_t), intent(in) :: filter    !! Of the axis' process
         type(constants_t), intent(in) :: others         !! From all but this axis
@@ -212,7 +212,7 @@ contains
 
     !> The strongest line in the spectrum of an axis' whitened residuals.
     subroutine line_of_residuals(problem, axis, constants, remainder, line, frequency, amplitude)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(constants_t), intent(in) :: constants      !! From all observations
         real(dp), intent(in) :: remainder(:, :)
@@ -237,7 +237,7 @@ contains
     !> The disturbance near a line of the spectrum that makes the observations most likely: the best tone, and for each of
     !> a few dampings the size; if one of these is better than the tone, its frequency, damping and size.
     subroutine best_disturbance(problem, axis, others, constants, remainder, current, frequency, amplitude, best, value)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(constants_t), intent(in) :: others         !! From all but this axis
         type(constants_t), intent(in) :: constants      !! From all observations, without the disturbance

@@ -17,8 +17,7 @@ module gracecg_estimation_linearisation
     implicit none
     private
     public :: MODEL_FIRST, N_CONSTANTS, ESTIMATED, OFFSET_PLACES, FIRST_FIT
-    public :: given_t, nominal_t
-    public :: new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration
+    public :: calibration_filter_t, begin_filter
 
     !> The parameters of the physical model that are estimated, in their order among the constants
     integer, parameter :: ESTIMATED(39) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FORCE_SHAPES, SCALE_FACTORS, &
@@ -33,41 +32,38 @@ module gracecg_estimation_linearisation
     integer, parameter :: N_CONSTANTS = FREQUENCY + size(ESTIMATED)    !! Their number
     real(dp), parameter :: FREQUENCY_SIGMA = 1              !! A priori, cycles an arc: what a spectrum resolves
 
-    !> What an estimate begins with and does not change.
-    type :: given_t
-        type(fitting_data_t) :: data
-        !! Preprocessed observations
-        type(physical_model_t) :: model
-        !! What is fitted
-        type(model_state_t) :: guess                        !! Where the a-priori knowledge stands
+    !> A calibration about its nominal trajectory.
+    type, extends(filter_problem_t) :: calibration_filter_t
+        type(fitting_data_t) :: data            !! Preprocessed observations
+        type(physical_model_t) :: model         !! What is fitted
+        type(model_state_t) :: guess            !! Where the a-priori knowledge stands
         real(dp) :: prior_sigma(size(ESTIMATED)) = 1        !! A priori, of the parameters
-        real(dp) :: shared_sigma = 1                        !! A priori, of the shared parts
-        real(dp) :: white_sigma(3) = 1                      !! White noise of the accelerometer, m/s^2
-        real(dp) :: star_sigma(3) = 1                       !! Of the star camera about its axes, rad
-        type(gauss_markov_t) :: process(3)
+        real(dp) :: shared_sigma = 1            !! A priori, of the shared parts
+        real(dp) :: white_sigma(3) = 1          !! White noise of the accelerometer, m/s^2
+        real(dp) :: star_sigma(3) = 1           !! Of the star camera about its axes, rad
+        type(gauss_markov_t) :: known_process(3)
         !! Of each accelerometer axis before others are searched for, white noise = 1: first the flicker noise
-        integer :: noise_states(3) = 0                      !! Of the process: those of the flicker noise
-    end type given_t
-
-    !> The nominal trajectory.
-    type :: nominal_t
-        type(model_state_t) :: state
-        !! At which it is linearised
-        type(model_trajectory_t) :: trajectory
-        !! Along the arc, at that state
+        integer :: noise_states(3) = 0          !! Of the process: those of the flicker noise
+        type(model_state_t) :: state            !! The nominal one, at which it is linearised
+        type(model_trajectory_t) :: trajectory  !! Along the arc, at that state
         real(dp), allocatable :: partials(:, :, :)          !! Of the accelerometer, (ESTIMATED, 3, samples)
-        logical :: keeps_history = .false.
-        !! Is every correction noted?
+        logical :: keeps_history = .false.      !! Is every correction noted?
         type(iteration_t), allocatable :: history(:)        !! The corrections noted
-    end type nominal_t
+    contains
+        procedure :: linearise_prior            !! A-priori knowledge about the nominal trajectory
+        procedure :: linearise_stars            !! Residuals and partials of the star camera
+        procedure :: linearise_accelerations    !! The same of the accelerometer
+        procedure :: move => move_nominal       !! Another nominal trajectory, and the a-priori knowledge and stars about it
+    end type calibration_filter_t
 
 contains
 
-    !> A problem without numbers, all samples kept.
-    subroutine new_problem(data, problem)
+    !> Takes the data, all samples kept; no sample is linearised.
+    subroutine begin_filter(data, problem)
         type(fitting_data_t), intent(in) :: data
-        type(filter_problem_t), intent(out) :: problem
+        type(calibration_filter_t), intent(inout) :: problem
 
+        problem%data = data
         problem%m = N_CONSTANTS
         problem%steps = data%steps
         problem%interval = data%interval
@@ -77,119 +73,110 @@ contains
             allocate (problem%prior(N_CONSTANTS + 1, N_CONSTANTS), problem%acceleration(N_CONSTANTS + 1, samples, 3), &
                       problem%star(N_CONSTANTS + 1, 3, stars), source=0.0_dp)
             allocate (problem%kept(samples, 3), problem%star_kept(stars), source=.true.)
+            allocate (problem%partials(size(ESTIMATED), 3, samples))
         end associate
-    end subroutine new_problem
+    end subroutine begin_filter
 
     !> The a-priori knowledge about the nominal trajectory.
-    subroutine linearise_prior(given, state, shared_part, problem)
-        type(given_t), intent(in) :: given
-        type(model_state_t), intent(in) :: state            !! The nominal one
+    subroutine linearise_prior(self, shared_part)
+        class(calibration_filter_t), intent(inout) :: self
         real(dp), intent(in) :: shared_part(:)              !! A priori, of the constants SHARED
-        type(filter_problem_t), intent(inout) :: problem
 
         real(dp) :: known(N_CONSTANTS), sigma(N_CONSTANTS)
         integer :: i
 
         known(SHARED) = shared_part
         known(FREQUENCY) = 0
-        known(MODEL_FIRST:) = given%guess%value(ESTIMATED) - state%value(ESTIMATED)
-        known(MODEL_FIRST:MODEL_FIRST + 2) = turn_between(state%quaternion, given%guess%quaternion)
-        sigma(SHARED) = given%shared_sigma
+        known(MODEL_FIRST:) = self%guess%value(ESTIMATED) - self%state%value(ESTIMATED)
+        known(MODEL_FIRST:MODEL_FIRST + 2) = turn_between(self%state%quaternion, self%guess%quaternion)
+        sigma(SHARED) = self%shared_sigma
         sigma(FREQUENCY) = FREQUENCY_SIGMA
-        sigma(MODEL_FIRST:) = given%prior_sigma
-        problem%prior = 0
+        sigma(MODEL_FIRST:) = self%prior_sigma
+        self%prior = 0
         do i = 1, N_CONSTANTS
-            problem%prior(i, i) = 1/sigma(i)
-            problem%prior(N_CONSTANTS + 1, i) = known(i)/sigma(i)
+            self%prior(i, i) = 1/sigma(i)
+            self%prior(N_CONSTANTS + 1, i) = known(i)/sigma(i)
         end do
     end subroutine linearise_prior
 
     !> Residuals and partials of the star camera, in units of its noise.
-    subroutine linearise_stars(given, nominal, problem)
-        type(given_t), intent(in) :: given
-        type(nominal_t), intent(in) :: nominal
-        type(filter_problem_t), intent(inout) :: problem
+    subroutine linearise_stars(self)
+        class(calibration_filter_t), intent(inout) :: self
 
         real(dp) :: angles(3), partials(size(ESTIMATED), 3)
         integer :: i, j
 
-        associate (stars => given%data%stars)
+        associate (stars => self%data%stars)
             do i = 1, size(stars%time)
-                call star_angles(given%model, nominal%state, nominal%trajectory, stars%time(i), stars%head(i), &
+                call star_angles(self%model, self%state, self%trajectory, stars%time(i), stars%head(i), &
                                  stars%quaternion(:, i), angles, partials)
                 do j = 1, 3
-                    problem%star(MODEL_FIRST:N_CONSTANTS, j, i) = partials(:, j)/given%star_sigma(j)
-                    problem%star(N_CONSTANTS + 1, j, i) = angles(j)/given%star_sigma(j)
+                    self%star(MODEL_FIRST:, j, i) = [partials(:, j), angles(j)]/self%star_sigma(j)
                 end do
             end do
         end associate
     end subroutine linearise_stars
 
     !> Residuals and partials of the accelerometer, in units of its white noise.
-    subroutine linearise_accelerations(given, nominal, problem)
-        type(given_t), intent(in) :: given
-        type(nominal_t), intent(inout) :: nominal
-        type(filter_problem_t), intent(inout) :: problem
+    subroutine linearise_accelerations(self)
+        class(calibration_filter_t), intent(inout) :: self
 
-        real(dp) :: predicted(3, size(problem%epoch))
+        real(dp) :: predicted(3, size(self%epoch))
         integer :: i, axis
 
-        if (.not. allocated(nominal%partials)) allocate (nominal%partials(size(ESTIMATED), 3, size(problem%epoch)))
-        call predict_accelerations(given%model, nominal%state, nominal%trajectory, problem%epoch, predicted, &
-                                   nominal%partials)
+        call predict_accelerations(self%model, self%state, self%trajectory, self%epoch, predicted, self%partials)
         do axis = 1, 3
-            do i = 1, size(problem%epoch)
-                problem%acceleration(MODEL_FIRST:N_CONSTANTS, i, axis) = nominal%partials(:, axis, i)/given%white_sigma(axis)
-                problem%acceleration(N_CONSTANTS + 1, i, axis) = &
-                    (given%data%acceleration(axis, i) - predicted(axis, i))/given%white_sigma(axis)
+            do i = 1, size(self%epoch)
+                self%acceleration(MODEL_FIRST:, i, axis) = [self%partials(:, axis, i), &
+                    self%data%acceleration(axis, i) - predicted(axis, i)]/self%white_sigma(axis)
             end do
         end do
     end subroutine linearise_accelerations
 
-    !> Corrects the nominal state and integrates its trajectory. Fails when a correction is not finite.
-    subroutine move_nominal(model, correction, nominal, error)
-        type(physical_model_t), intent(in) :: model
-        real(dp), intent(in) :: correction(N_CONSTANTS)
-        !! Of the state, in the parameters' units
-        type(nominal_t), intent(inout) :: nominal
+    !> Corrects the nominal state, integrates its trajectory, and linearises a-priori knowledge and star camera about it.
+    !> Fails when a correction is not finite.
+    subroutine move_nominal(self, fit, shared_part, error, correction)
+        class(calibration_filter_t), intent(inout) :: self
+        character(*), intent(in) :: fit                     !! What is fitted, for the history
+        real(dp), intent(in) :: shared_part(:)              !! See linearise_prior
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: correction(N_CONSTANTS)
+        !! Of the constants, in the parameters' units; absent: none, at the first guess
 
-        if (.not. all(abs(correction) <= huge(1.0_dp))) then
-            call fail(error, 'sequential: the nominal trajectory diverges; check guess_quaternion and '// &
-                      'guess_angular_velocity')
-            return
+        if (present(correction)) then
+            if (.not. all(abs(correction) <= huge(1.0_dp))) then
+                call fail(error, 'sequential: the nominal trajectory diverges; check guess_quaternion and '// &
+                          'guess_angular_velocity')
+                return
+            end if
+            call correct_state(self%model, correction(MODEL_FIRST:), self%state)
         end if
-        call correct_state(model, correction(MODEL_FIRST:), nominal%state)
-        call integrate_trajectory(model, nominal%state, nominal%trajectory)
+        call integrate_trajectory(self%model, self%state, self%trajectory)
+        if (present(correction) .and. self%keeps_history) call note_iteration(self, fit, correction)
+        call self%linearise_prior(shared_part)
+        call self%linearise_stars()
     end subroutine move_nominal
 
     !> Notes a correction that has been made, with the residuals before it.
-    subroutine note_iteration(fit, model, problem, correction, nominal)
-        character(*), intent(in) :: fit             !! What is fitted
-        type(physical_model_t), intent(in) :: model
-        type(filter_problem_t), intent(in) :: problem   !! As it was before
-        real(dp), intent(in) :: correction(N_CONSTANTS)     !! Of the constants, SI units
-        type(nominal_t), intent(inout) :: nominal       !! After the correction
+    subroutine note_iteration(problem, fit, correction)
+        class(calibration_filter_t), intent(inout) :: problem
+        character(*), intent(in) :: fit
+        real(dp), intent(in) :: correction(N_CONSTANTS)
 
         type(iteration_t) :: note
-        integer :: axis
+        integer :: axis, last
 
-        if (.not. nominal%keeps_history) return
         note%names = parameter_names(ESTIMATED)
-        note%correction = correction(MODEL_FIRST:MODEL_FIRST + size(ESTIMATED) - 1)
-        call describe_model_state(model, nominal%state, note)
+        note%correction = correction(MODEL_FIRST:)
+        call describe_model_state(problem%model, problem%state, note)
+        last = merge(3, 6, fit == FIRST_FIT)    ! the first leaves the accelerometer aside
         note%residual_names = [character(12) :: 'star_x', 'star_y', 'star_z', 'acc_x', 'acc_y', 'acc_z']
-        allocate (note%residual_rms(6))
-        do axis = 1, 3
-            note%residual_rms(axis) = rms_of(pack(problem%star(N_CONSTANTS + 1, axis, :), problem%star_kept))
-            note%residual_rms(3 + axis) = rms_of(pack(problem%acceleration(N_CONSTANTS + 1, :, axis), &
-                                                      problem%kept(:, axis)))
-        end do
-        if (fit == FIRST_FIT) then      ! which leaves the accelerometer aside
-            note%residual_names = note%residual_names(:3)
-            note%residual_rms = note%residual_rms(:3)
-        end if
+        note%residual_names = note%residual_names(:last)
+        associate (r => N_CONSTANTS + 1)
+            note%residual_rms = [(rms_of(pack(problem%star(r, axis, :), problem%star_kept)), axis=1, 3), &
+                                 (rms_of(pack(problem%acceleration(r, :, axis), problem%kept(:, axis))), axis=1, last - 3)]
+        end associate
         note%residual_unit = 'sigma'
-        call append_iteration(nominal%history, note, fit)
+        call append_iteration(problem%history, note, fit)
     end subroutine note_iteration
 end module gracecg_estimation_linearisation

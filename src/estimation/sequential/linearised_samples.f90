@@ -9,7 +9,10 @@
 !> what is left meets in the array of the constants (gracecg_estimation_square_root_information).
 module gracecg_estimation_linearised_samples
     use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: sum_of_products
+    use gracecg_base_vectors, only: identity
+    use gracecg_estimation_information, only: information_t, information_of
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
     use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
@@ -19,7 +22,7 @@ module gracecg_estimation_linearised_samples
     implicit none
     private
     public :: filter_problem_t, SHARED, FREQUENCY
-    public :: flicker_process, whiten_axis, gather, run_through_time, smooth_axis, smooth_star_camera
+    public :: flicker_process, whiten, whiten_axis, gather, run_through_time, smooth_axis, smooth_star_camera
 
     integer, parameter :: SHARED(2) = [1, 2]        !! Places of the shared parts among the constants
     integer, parameter :: FREQUENCY = 3     !! Place of the error of a tone's frequency, in units of one cycle an arc
@@ -66,7 +69,7 @@ contains
 
     !> The samples of an axis, whitened by its process.
     pure subroutine whiten_axis(problem, axis, remainder)
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
         integer, intent(in) :: axis     !! 1, 2, 3
         real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
 
@@ -74,19 +77,23 @@ contains
         call whiten_by_process(problem%filter(axis), problem%acceleration(:, :, axis), remainder)
     end subroutine whiten_axis
 
-    !> The constants that the samples of an axis depend on.
-    pure function seen_constants(problem, axis) result(seen)
-        type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: axis
-        integer, allocatable :: seen(:)
+    !> The samples of all axes.
+    pure subroutine whiten(problem, remainder)
+        class(filter_problem_t), intent(inout) :: problem
+        real(dp), allocatable, intent(inout) :: remainder(:, :, :)      !! (m + 1, samples, axis)
 
-        seen = nonzero_rows(problem%acceleration(:problem%m, :, axis))
-    end function seen_constants
+        integer :: axis
+
+        if (.not. allocated(remainder)) allocate (remainder(problem%m + 1, size(problem%epoch), 3))
+        do axis = 1, 3
+            call whiten_axis(problem, axis, remainder(:, :, axis))
+        end do
+    end subroutine whiten
 
     !> The constants from what is known a priori, the star camera and, if given, the axes' remainders, but for
     !> one axis if `without` names it.
     pure subroutine gather(problem, constants, remainder, without)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         type(constants_t), intent(out) :: constants
         real(dp), intent(in), optional :: remainder(:, :, :)    !! (m + 1, samples, axis)
         integer, intent(in), optional :: without    !! The axis to leave out, 1, 2 or 3
@@ -112,7 +119,7 @@ contains
     end subroutine gather
 
     pure subroutine gather_prior(problem, constants)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         type(constants_t), intent(out) :: constants
 
         integer :: i
@@ -124,22 +131,9 @@ contains
         constants%squares = 0           ! of the observations alone
     end subroutine gather_prior
 
-    pure subroutine gather_star(problem, i, constants)
-        type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: i
-        type(constants_t), intent(inout) :: constants
-
-        integer :: component
-
-        if (.not. problem%star_kept(i)) return
-        do component = 1, 3
-            call constants%fold_in(problem%star(:, component, i))
-        end do
-    end subroutine gather_star
-
     !> The same in the order of time, with the estimate of the offset as it stands at every step.
     pure subroutine run_through_time(problem, remainder, nominal_offset, constants, running)
-        type(filter_problem_t), intent(in) :: problem
+        class(filter_problem_t), intent(in) :: problem
         real(dp), intent(in) :: remainder(:, :, :)      !! (m + 1, samples, axis)
         real(dp), intent(in) :: nominal_offset(3)       !! About which the problem is linearised, m
         type(constants_t), intent(out) :: constants
@@ -160,7 +154,9 @@ contains
             t = k*problem%interval
             do while (star <= size(problem%star_time))
                 if (problem%star_time(star) > t + problem%interval/2 .and. k < problem%steps) exit
-                call gather_star(problem, star, constants)
+                do axis = 1, merge(3, 0, problem%star_kept(star))
+                    call constants%fold_in(problem%star(:, axis, star))
+                end do
                 if (.not. problem%star_kept(star)) edited_stars = edited_stars + 1
                 star = star + 1
             end do
@@ -187,7 +183,7 @@ contains
     !> (gracecg_estimation_process_smoother), e = u_r - u_g y and V = u_g C u_g^T, y the constants and C their covariance,
     !> that is e^2/(D - V) of a sample in use and (e/D)^2/(1/D + V/D^2) of one that is left out.
     subroutine smooth_axis(problem, axis, constants, signals, disturbance, residual, chi_square)
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
         integer, intent(in) :: axis    !! 1, 2, 3
         type(constants_t), intent(in) :: constants      !! After all observations
         real(dp), intent(in) :: signals(:, :)           !! Of the process' states those wanted: h, a part of it; by column
@@ -203,7 +199,7 @@ contains
 
         y = constants%solution()
         root = constants%inverse_root()
-        seen = seen_constants(problem, axis)
+        seen = nonzero_rows(problem%acceleration(:problem%m, :, axis))
         n = size(seen)
         rows = problem%acceleration([seen, problem%m + 1], :, axis)
         associate (process => problem%process(axis), kept => problem%kept(:, axis))
@@ -229,13 +225,15 @@ contains
 
     !> The same of the star camera: a chi-square with three degrees of freedom of every sample against
     !> all others, e^T (I - V)^-1 e, or e^T (I + V)^-1 e of one that is not kept.
-    pure subroutine smooth_star_camera(problem, constants, chi_square)
-        type(filter_problem_t), intent(in) :: problem
+    subroutine smooth_star_camera(problem, constants, chi_square)
+        class(filter_problem_t), intent(in) :: problem
         type(constants_t), intent(in) :: constants
         real(dp), intent(out) :: chi_square(:)          !! (samples)
 
+        type(information_t) :: information
+        type(error_t), allocatable :: not_positive
         real(dp) :: y(problem%m), root(problem%m, problem%m), left(3, problem%m), v(3, 3), e(3)
-        integer :: i, j
+        integer :: i
 
         y = constants%solution()
         root = constants%inverse_root()
@@ -244,36 +242,9 @@ contains
                 e = rows(problem%m + 1, :) - matmul(y, rows(:problem%m, :))
                 left = matmul(transpose(rows(:problem%m, :)), root)
             end associate
-            v = matmul(left, transpose(left))
-            if (problem%star_kept(i)) v = -v
-            do j = 1, 3
-                v(j, j) = v(j, j) + 1
-            end do
-            chi_square(i) = weighted_square(v, e)
+            v = identity(3) + merge(-1, 1, problem%star_kept(i))*matmul(left, transpose(left))
+            call information_of(e, v, information, not_positive)
+            chi_square(i) = merge(huge(1.0_dp), information%squares, allocated(not_positive))
         end do
     end subroutine smooth_star_camera
-
-    !> e^T V^-1 e by Cholesky's factors; infinite where V is not positive definite.
-    pure real(dp) function weighted_square(v, e) result(value)
-        real(dp), intent(in) :: v(3, 3), e(3)
-
-        real(dp) :: l(3, 3), u(3)
-        integer :: i, j
-
-        value = 0
-        l = 0
-        do j = 1, 3
-            l(j, j) = v(j, j) - sum(l(j, :j - 1)**2)
-            if (.not. l(j, j) > epsilon(1.0_dp)) then
-                value = huge(1.0_dp)
-                return
-            end if
-            l(j, j) = sqrt(l(j, j))
-            do i = j + 1, 3
-                l(i, j) = (v(i, j) - dot_product(l(i, :j - 1), l(j, :j - 1)))/l(j, j)
-            end do
-            u(j) = (e(j) - dot_product(l(j, :j - 1), u(:j - 1)))/l(j, j)
-            value = value + u(j)**2
-        end do
-    end function weighted_square
 end module gracecg_estimation_linearised_samples

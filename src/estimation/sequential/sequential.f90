@@ -18,15 +18,15 @@ module gracecg_estimation_sequential
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_sequential_options, only: sequential_options_t, ADAPTIVE, STRAIGHT_LINE, &
         GIVEN_PROCESS => GIVEN
-    use gracecg_estimation_fitting_data, only: preprocess
-    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, RATE, FORCE_SHAPES, loose_sigmas
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, loose_sigmas
     use gracecg_estimation_parameters, only: a_priori_sigmas
-    use gracecg_estimation_physical_model, only: prepare_model, initial_state, integrate_trajectory, airflow_at
+    use gracecg_estimation_physical_model, only: prepare_model, initial_state, airflow_at
     use gracecg_estimation_square_root_information, only: constants_t
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, whiten_axis, gather, &
-        smooth_axis, smooth_star_camera
-    use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, MODEL_FIRST, N_CONSTANTS, &
-        new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration, FIRST_FIT
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, whiten, gather, smooth_axis, &
+        smooth_star_camera
+    use gracecg_estimation_linearisation, only: calibration_filter_t, begin_filter, ESTIMATED, MODEL_FIRST, N_CONSTANTS, &
+        FIRST_FIT
     use gracecg_estimation_disturbance_search, only: disturbance_t, disturbances_t, search_disturbances, &
         with_disturbance
     use gracecg_estimation_sequential_solution, only: filtered_t, store_solution
@@ -65,73 +65,70 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
-        type(given_t) :: given
-        type(nominal_t) :: nominal
-        type(filter_problem_t) :: problem
+        type(calibration_filter_t) :: problem
         type(disturbances_t) :: disturbances
         type(filtered_t) :: filtered
         integer :: round, iterations
         logical :: changed
 
         solution%algorithm = 'sequential'
-        call take_given(observations, options, given, error)
-        if (allocated(error)) return
-        call new_problem(given%data, problem)
-        nominal%state = initial_state(given%data, options)
-        nominal%keeps_history = options%history
-        call fit_attitude(given, nominal, problem, error)
+        call begin(observations, options, problem, error)
+        if (.not. allocated(error)) call fit_attitude(problem, error)
         if (allocated(error)) return
         call screen_accelerations(problem)
         solution%iterations = 0
         do round = 1, MOST_EDITING_ROUNDS
-            call fit(given, options%sequential, nominal, problem, disturbances, filtered, iterations, &
-                     solution%converged, error)
+            call fit(options%sequential, problem, disturbances, filtered, iterations, solution%converged, error)
             if (allocated(error)) return
             solution%iterations = solution%iterations + iterations
-            call edit(given, options%sequential%edit_sigma, problem, filtered, changed)
+            call edit(options%sequential%edit_sigma, problem, filtered, changed)
             if (.not. changed) exit
         end do
         solution%converged = solution%converged .and. .not. changed
-        solution%warnings = given%data%warnings
-        if (options%history) solution%history = nominal%history
-        call store_solution(observations%knowledge, options%sequential%edit_sigma, given, nominal, problem, disturbances, &
-                            filtered, solution, error, record)
+        solution%warnings = problem%data%warnings
+        if (options%history) solution%history = problem%history
+        call store_solution(observations%knowledge, options%sequential%edit_sigma, problem, disturbances, filtered, solution, &
+                            error, record)
         if (allocated(error)) return
         if (options%covariance .or. present(record)) &
-            call check_torque(observations%knowledge, given%data, given%star_sigma, solution%quaternion, &
+            call check_torque(observations%knowledge, problem%data, problem%star_sigma, solution%quaternion, &
                               solution%angular_velocity, solution%warnings, error, record, problem%star_kept)
     end subroutine estimate_sequential
 
-    !> What the estimate begins with: data, model, a-priori knowledge, noise.
-    subroutine take_given(observations, options, given, error)
+    !> What the estimate begins with: data, model, a-priori knowledge, noise, first guess.
+    subroutine begin(observations, options, problem, error)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
-        type(given_t), intent(out) :: given
+        type(calibration_filter_t), intent(out) :: problem
         type(error_t), allocatable, intent(out) :: error
 
+        type(fitting_data_t) :: data
         real(dp) :: stated(PARAMETERS)
         integer :: i
 
-        call preprocess(observations, options, given%data, error)
-        if (.not. allocated(error)) call refuse_stuck_axis(given%data, error)
+        call preprocess(observations, options, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (.not. allocated(error)) call check_noise(observations%knowledge, error)
         if (allocated(error)) return
-        call prepare_model(observations%knowledge, given%data, ESTIMATED, given%model)
-        given%guess = initial_state(given%data, options)
-        given%guess%value(OFFSET) = 0           ! so that the guess has no weight at all
-        given%prior_sigma = loose_sigmas(ESTIMATED)
+        call prepare_model(observations%knowledge, data, ESTIMATED, problem%model)
+        call begin_filter(data, problem)
+        problem%keeps_history = options%history
+        problem%state = initial_state(data, options)
+        problem%guess = problem%state
+        problem%guess%value(OFFSET) = 0         ! so that the guess has no weight at all
+        problem%prior_sigma = loose_sigmas(ESTIMATED)
         stated = a_priori_sigmas(observations%knowledge)
         if (.not. options%sequential%estimate_within_limits) stated = NO_ERROR*stated
-        where (stated(ESTIMATED) > 0) given%prior_sigma = stated(ESTIMATED)
+        where (stated(ESTIMATED) > 0) problem%prior_sigma = stated(ESTIMATED)
         if (options%sequential%acceleration == STRAIGHT_LINE) then
             do i = 1, size(FORCE_SHAPES)
-                where (ESTIMATED == FORCE_SHAPES(i)) given%prior_sigma = NO_SHAPE
+                where (ESTIMATED == FORCE_SHAPES(i)) problem%prior_sigma = NO_SHAPE
             end do
         end if
-        given%shared_sigma = options%sequential%shared_part
-        given%star_sigma = observations%knowledge%star_camera_sigma
-        call take_noise(observations%knowledge, options%sequential, given, error)
-    end subroutine take_given
+        problem%shared_sigma = options%sequential%shared_part
+        problem%star_sigma = observations%knowledge%star_camera_sigma
+        call take_noise(observations%knowledge, options%sequential, problem, error)
+    end subroutine begin
 
     !> Fails unless every noise level is given: they are the weights.
     subroutine check_noise(knowledge, error)
@@ -156,10 +153,10 @@ contains
 
     !> White noise of the accelerometer, and the processes of its axes: flicker noise and, where it is given, a
     !> disturbance.
-    subroutine take_noise(knowledge, options, given, error)
+    subroutine take_noise(knowledge, options, problem, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(sequential_options_t), intent(in) :: options
-        type(given_t), intent(inout) :: given
+        type(calibration_filter_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
         type(coloured_noise_t) :: noise
@@ -170,15 +167,15 @@ contains
             noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             call noise%markov_form(white_variance, correlation, variance)
-            given%white_sigma(axis) = sqrt(white_variance)
-            given%process(axis) = flicker_process(noise, given%data%steps)
-            given%noise_states(axis) = given%process(axis)%n
-            if (options%acceleration == GIVEN_PROCESS .and. options%process_sigma(axis) > 0) &
-                given%process(axis) = with_disturbance( &
-                                      given%process(axis), &
-                                      disturbance_t(options%process_sigma(axis)/given%white_sigma(axis), &
-                                                    1/options%process_period, options%process_damping), &
-                                      given%data%interval)
+            problem%white_sigma(axis) = sqrt(white_variance)
+            associate (process => problem%known_process(axis))
+                process = flicker_process(noise, problem%steps)
+                problem%noise_states(axis) = process%n
+                if (options%acceleration == GIVEN_PROCESS .and. options%process_sigma(axis) > 0) &
+                    process = with_disturbance(process, disturbance_t(options%process_sigma(axis)/problem%white_sigma(axis), &
+                                                                      1/options%process_period, options%process_damping), &
+                                               problem%interval)
+            end associate
         end do
     end subroutine take_noise
 
@@ -186,10 +183,8 @@ contains
     !> iteration with the accelerometer left aside. What it would determine stays as it was. Spikes of the
     !> star camera are left out before they can pull the trajectory, and once more looked for about the fit: about a poor
     !> first guess the ends of the arc stand out, and a spike may not.
-    subroutine fit_attitude(given, nominal, problem, error)
-        type(given_t), intent(in) :: given
-        type(nominal_t), intent(inout) :: nominal
-        type(filter_problem_t), intent(inout) :: problem
+    subroutine fit_attitude(problem, error)
+        type(calibration_filter_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: ATTITUDE_AND_RATE = 6
@@ -198,28 +193,23 @@ contains
         type(constants_t) :: constants
         integer :: iteration
 
-        call integrate_trajectory(given%model, nominal%state, nominal%trajectory)
-        call linearise_prior(given, nominal%state, NO_PART, problem)
-        call linearise_stars(given, nominal, problem)
+        call problem%move(FIRST_FIT, NO_PART, error)
         call screen_stars(problem)
         do iteration = 1, MOST_ATTITUDE_ITERATIONS
             call gather(problem, constants)
             y = constants%solution()
-            call move_nominal(given%model, y, nominal, error)
+            call problem%move(FIRST_FIT, NO_PART, error, y)
             if (allocated(error)) return
-            call note_iteration(FIRST_FIT, given%model, problem, y, nominal)
-            call linearise_prior(given, nominal%state, NO_PART, problem)
-            call linearise_stars(given, nominal, problem)
             if (corrections_in_sigmas(constants, y, ATTITUDE_AND_RATE) < 1) exit
         end do
         problem%star_kept = .true.
         call screen_stars(problem)
-        call linearise_accelerations(given, nominal, problem)
+        call problem%linearise_accelerations()
     end subroutine fit_attitude
 
     !> Leaves spikes of the star camera out.
     subroutine screen_stars(problem)
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
 
         integer :: j
 
@@ -232,7 +222,7 @@ contains
 
     !> The same of the accelerometer.
     subroutine screen_accelerations(problem)
-        type(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(inout) :: problem
 
         integer :: axis
 
@@ -257,11 +247,9 @@ contains
 
     !> Corrects the nominal trajectory until nothing changes. The disturbances of the axes are searched for, if they are to
     !> be found from the data, once offset and scale factors have left their first guess: their product is not linear.
-    subroutine fit(given, options, nominal, problem, disturbances, filtered, iterations, converged, error)
-        type(given_t), intent(in) :: given
+    subroutine fit(options, problem, disturbances, filtered, iterations, converged, error)
         type(sequential_options_t), intent(in) :: options
-        type(nominal_t), intent(inout) :: nominal
-        type(filter_problem_t), intent(inout) :: problem
+        type(calibration_filter_t), intent(inout) :: problem
         type(disturbances_t), intent(out) :: disturbances
         type(filtered_t), intent(inout) :: filtered
         integer, intent(out) :: iterations
@@ -269,57 +257,38 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: SEARCHED = 3      ! iteration
-        real(dp) :: y(N_CONSTANTS), remainder(N_CONSTANTS + 1, size(problem%epoch), 3)
-        type(constants_t) :: constants
+        real(dp) :: y(N_CONSTANTS)
 
-        problem%process = given%process
+        problem%process = problem%known_process
         converged = .false.
         do iterations = 1, MOST_ITERATIONS
-            call whiten
+            call whiten(problem, filtered%remainder)
             if (iterations == SEARCHED .and. options%acceleration == ADAPTIVE) then
-                associate (middle => given%model%steps/2)
-                    call search_disturbances(options%likelihood_gain, given%white_sigma, &
-                                             airflow_at(given%model, nominal%trajectory%q(:, middle), middle), &
-                                             problem, remainder, disturbances)
+                associate (middle => problem%model%steps/2)
+                    call search_disturbances(options%likelihood_gain, problem%white_sigma, &
+                                             airflow_at(problem%model, problem%trajectory%q(:, middle), middle), &
+                                             problem, filtered%remainder, disturbances)
                 end associate
-                call linearise_prior(given, nominal%state, disturbances%shared_part, problem)
+                call problem%linearise_prior(disturbances%shared_part)
             end if
-            call gather(problem, constants, remainder)
-            y = constants%solution()
-            converged = corrections_in_sigmas(constants, y, size(ESTIMATED)) < NEGLIGIBLE .and. iterations >= SEARCHED
-            if (converged) exit
-            call move_nominal(given%model, y, nominal, error)
+            call gather(problem, filtered%constants, filtered%remainder)
+            y = filtered%constants%solution()
+            converged = corrections_in_sigmas(filtered%constants, y, size(ESTIMATED)) < NEGLIGIBLE .and. iterations >= SEARCHED
+            if (converged) return
+            call problem%move('all parameters', disturbances%shared_part, error, y)
             if (allocated(error)) return
-            call note_iteration('all parameters', given%model, problem, y, nominal)
-            call linearise_prior(given, nominal%state, disturbances%shared_part, problem)
-            call linearise_stars(given, nominal, problem)
-            call linearise_accelerations(given, nominal, problem)
+            call problem%linearise_accelerations()
         end do
-        iterations = min(iterations, MOST_ITERATIONS)
-        if (.not. converged) then
-            call whiten
-            call gather(problem, constants, remainder)
-        end if
-        filtered%constants = constants
-        filtered%remainder = remainder
-
-    contains
-
-        subroutine whiten
-            integer :: axis
-
-            do axis = 1, 3
-                call whiten_axis(problem, axis, remainder(:, :, axis))
-            end do
-        end subroutine whiten
+        iterations = MOST_ITERATIONS
+        call whiten(problem, filtered%remainder)
+        call gather(problem, filtered%constants, filtered%remainder)
     end subroutine fit
 
     !> Smooths, and decides anew which samples are kept: those whose chi-square against all others is below the
     !> limit of as many standard deviations, in units of what is usual if that is more than noise.
-    subroutine edit(given, edit_sigma, problem, filtered, changed)
-        type(given_t), intent(in) :: given
+    subroutine edit(edit_sigma, problem, filtered, changed)
         real(dp), intent(in) :: edit_sigma      !! Limit, standard deviations
-        type(filter_problem_t), intent(inout) :: problem
+        type(calibration_filter_t), intent(inout) :: problem
         type(filtered_t), intent(inout) :: filtered     !! The residuals are put there
         logical, intent(out) :: changed         !! Another set of samples than before
 
@@ -333,9 +302,9 @@ contains
         if (.not. allocated(filtered%residual)) allocate (filtered%residual(3, size(problem%epoch)))
         do axis = 1, 3
             signal = reshape(problem%process(axis)%output, [problem%process(axis)%n, 1])
-            signal(given%noise_states(axis) + 1:, 1) = 0
+            signal(problem%noise_states(axis) + 1:, 1) = 0
             call smooth_axis(problem, axis, filtered%constants, signal, flicker, residual, chi_square)
-            residual = given%white_sigma(axis)*(residual + flicker(1, :))
+            residual = problem%white_sigma(axis)*(residual + flicker(1, :))
             filtered%residual(axis, :) = residual
             filtered%residual_rms(axis) = norm2(pack(residual, problem%kept(:, axis)))/ &
                                           sqrt(real(max(1, count(problem%kept(:, axis))), dp))

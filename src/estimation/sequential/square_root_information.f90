@@ -28,7 +28,6 @@ module gracecg_estimation_square_root_information
         !! Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise
         procedure :: fold_in_all
         !! The same with many observations that see the same constants
-        procedure :: is_determined    !! True when every constant has been observed
         procedure :: solution    !! The estimate R_y^-1 z_y
         procedure :: last_covariance
         !! Estimate and covariance of the last few constants: only their corner of R_y is needed, so they
@@ -90,18 +89,6 @@ contains
         self%squares = self%squares + own(last, last)**2
     end subroutine fold_in_all
 
-    !> True when every constant has been observed.
-    pure logical function is_determined(self)
-        class(constants_t), intent(in) :: self
-
-        integer :: i
-
-        is_determined = .true.
-        do i = 1, self%n
-            is_determined = is_determined .and. abs(self%array(i, i)) > 0
-        end do
-    end function is_determined
-
     !> The estimate R_y^-1 z_y. The constants must be determined.
     pure function solution(self) result(y)
         class(constants_t), intent(in) :: self
@@ -122,24 +109,16 @@ contains
         real(dp), intent(out) :: estimate(:)        !! (k): of the last k constants
         real(dp), intent(out) :: covariance(:, :)   !! k x k
 
-        real(dp) :: inverse(size(estimate), size(estimate))
-        integer :: i, j, k, first
+        type(constants_t) :: last
+        real(dp) :: root(size(estimate), size(estimate))
 
-        k = size(estimate)
-        first = self%n - k
-        inverse = 0
-        do i = k, 1, -1
-            estimate(i) = self%array(self%n + 1, first + i) - &
-                          dot_product(self%array(first + i + 1:self%n, first + i), estimate(i + 1:))
-            estimate(i) = estimate(i)/self%array(first + i, first + i)
-            inverse(i, i) = 1
-            do j = i, k
-                inverse(i, j) = (inverse(i, j) - dot_product(self%array(first + i + 1:first + j, first + i), &
-                                                             inverse(i + 1:j, j)))/ &
-                                self%array(first + i, first + i)
-            end do
-        end do
-        covariance = matmul(inverse, transpose(inverse))
+        last%n = size(estimate)
+        associate (first => self%n - last%n + 1)
+            last%array = self%array(first:, first:)
+        end associate
+        estimate = last%solution()
+        root = last%inverse_root()
+        covariance = matmul(root, transpose(root))
     end subroutine last_covariance
 
     !> R_y^-1: times its transpose the covariance.

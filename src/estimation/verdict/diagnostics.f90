@@ -88,12 +88,9 @@ contains
 
         type(coloured_noise_t) :: noise(3)
         type(whitener_t) :: whitener(3)
-        type(error_t), allocatable :: no_bound, no_whitener
-        real(dp), allocatable :: density(:), band_density(:)
-        real(dp) :: total(3, 3), covariance(3, 3), solved(3), condition, all_correlations( &
-                    size(record%names), size(record%names))
+        type(error_t), allocatable :: no_whitener
         logical :: known(3)
-        integer :: axis, component
+        integer :: axis
 
         do axis = 1, 3
             noise(axis) = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
@@ -101,19 +98,9 @@ contains
             call new_whitener(noise(axis), record%epoch, whitener(axis), no_whitener)
             known(axis) = .not. allocated(no_whitener)
         end do
-        call error_ellipsoid(solution%covariance, diagnostics%ellipsoid, error)
-        if (allocated(error)) return
         diagnostics%sigma_known = all(known)
-        diagnostics%sigma = [(sqrt(max(0.0_dp, solution%covariance(axis, axis))), axis=1, 3)]
-        diagnostics%correlation = correlation_matrix(solution%covariance)
-        all_correlations = correlation_matrix(record%covariance)
-        diagnostics%parameter_correlation = all_correlations(:3, 4:)
-        do component = 1, 3
-            if (solution%covariance(component, component) > 0) &
-                diagnostics%source_share(component, :) = record%covariance_by_source(component, component, :)/ &
-                                                         solution%covariance(component, component)
-        end do
-
+        call diagnose_covariance(solution%covariance, record, diagnostics, error)
+        if (allocated(error)) return
         do axis = 1, 3
             if (known(axis)) then
                 diagnostics%information(:, :, axis) = &
@@ -124,40 +111,81 @@ contains
                                                       max(solution%residual_rms(axis), tiny(1.0_dp)))
             end if
         end do
-        total = sum(diagnostics%information, 3)
-        do component = 1, 3
-            if (total(component, component) > 0) &
-                diagnostics%information_share(component, :) = &
-                    diagnostics%information(component, component, :)/total(component, component)
-        end do
-        call solve_normal_equations(total, [0.0_dp, 0.0_dp, 0.0_dp], solved, covariance, condition, no_bound)
-        diagnostics%bound_known = .not. allocated(no_bound)
-        if (diagnostics%bound_known) diagnostics%bound = [(sqrt(covariance(axis, axis)), axis=1, 3)]
-
+        call share_information(diagnostics)
         do axis = 1, 3
-            call power_spectrum(record%epoch, record%residual(axis, :), record%interval, LONGEST_SEGMENT, HANN, &
-                                diagnostics%frequency, density)
-            associate (d => diagnostics, n => size(density))
-                if (axis == 1) allocate (d%density(3, n), d%expected_density(3, n))
-                d%density(axis, :) = density
-                d%expected_density(axis, :) = noise(axis)%spectrum(d%frequency)
-                if (.not. known(axis)) d%expected_density(axis, :) = 0
-                call band_means(d%frequency, density, BAND, d%band_frequency, band_density)
-                if (axis == 1) allocate (d%band_density(3, size(band_density)))
-                d%band_density(axis, :) = band_density
+            call diagnose_spectrum(axis, record, noise(axis), known(axis), diagnostics)
+            associate (diagnosis => diagnostics%residuals(axis), series => record%residual(axis, :))
+                if (known(axis)) then
+                    diagnosis = diagnose_residuals(record%epoch, record%interval, series, noise(axis), whitener(axis))
+                    call find_peak(diagnostics%frequency, diagnostics%density(axis, :), &
+                                   diagnostics%expected_density(axis, :), diagnosis)
+                else
+                    diagnosis = diagnose_residuals(record%epoch, record%interval, series, noise(axis))
+                end if
             end associate
-            if (known(axis)) then
-                diagnostics%residuals(axis) = diagnose_residuals( &
-                                              record%epoch, record%interval, record%residual(axis, :), &
-                                              noise(axis), whitener(axis))
-                call find_peak(diagnostics%frequency, diagnostics%density(axis, :), &
-                               diagnostics%expected_density(axis, :), diagnostics%residuals(axis))
-            else
-                diagnostics%residuals(axis) = diagnose_residuals( &
-                                              record%epoch, record%interval, record%residual(axis, :), noise(axis))
-            end if
         end do
     end subroutine diagnose
+
+    !> Sigmas, ellipsoid, correlations and shares of the sources.
+    subroutine diagnose_covariance(covariance, record, diagnostics, error)
+        real(dp), intent(in) :: covariance(3, 3)        !! Of the offset, m^2
+        type(fit_record_t), intent(in) :: record
+        type(fit_diagnostics_t), intent(inout) :: diagnostics
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: correlation(size(record%names), size(record%names))
+        integer :: i
+
+        call error_ellipsoid(covariance, diagnostics%ellipsoid, error)
+        if (allocated(error)) return
+        diagnostics%sigma = [(sqrt(max(0.0_dp, covariance(i, i))), i=1, 3)]
+        diagnostics%correlation = correlation_matrix(covariance)
+        correlation = correlation_matrix(record%covariance)
+        diagnostics%parameter_correlation = correlation(:3, 4:)
+        do i = 1, 3
+            if (covariance(i, i) > 0) diagnostics%source_share(i, :) = record%covariance_by_source(i, i, :)/covariance(i, i)
+        end do
+    end subroutine diagnose_covariance
+
+    !> The axes' shares of the information, and the bound that all of it gives.
+    subroutine share_information(diagnostics)
+        type(fit_diagnostics_t), intent(inout) :: diagnostics
+
+        type(error_t), allocatable :: no_bound
+        real(dp) :: total(3, 3), covariance(3, 3), unused(3), condition
+        integer :: i
+
+        total = sum(diagnostics%information, 3)
+        do i = 1, 3
+            if (total(i, i) > 0) diagnostics%information_share(i, :) = diagnostics%information(i, i, :)/total(i, i)
+        end do
+        call solve_normal_equations(total, [0.0_dp, 0.0_dp, 0.0_dp], unused, covariance, condition, no_bound)
+        diagnostics%bound_known = .not. allocated(no_bound)
+        if (diagnostics%bound_known) diagnostics%bound = [(sqrt(covariance(i, i)), i=1, 3)]
+    end subroutine share_information
+
+    !> The spectrum of an axis' residuals beside that expected.
+    subroutine diagnose_spectrum(axis, record, noise, known, diagnostics)
+        integer, intent(in) :: axis
+        type(fit_record_t), intent(in) :: record
+        type(coloured_noise_t), intent(in) :: noise
+        logical, intent(in) :: known                    !! The setup gives the noise
+        type(fit_diagnostics_t), intent(inout) :: diagnostics
+
+        real(dp), allocatable :: density(:), band_density(:)
+
+        associate (d => diagnostics)
+            call power_spectrum(record%epoch, record%residual(axis, :), record%interval, LONGEST_SEGMENT, HANN, d%frequency, &
+                                density)
+            call band_means(d%frequency, density, BAND, d%band_frequency, band_density)
+            if (axis == 1) allocate (d%density(3, size(density)), d%expected_density(3, size(density)), &
+                                     d%band_density(3, size(band_density)))
+            d%density(axis, :) = density
+            d%band_density(axis, :) = band_density
+            d%expected_density(axis, :) = 0
+            if (known) d%expected_density(axis, :) = noise%spectrum(d%frequency)
+        end associate
+    end subroutine diagnose_spectrum
 
     !> Semi-axes and directions of the error ellipsoid of one sigma: the roots of the eigenvalues of the
     !> covariance, and its eigenvectors, each with its largest component positive.

@@ -3,7 +3,7 @@
 module gracecg_estimation_verdict
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
-    use gracecg_base_text, only: string_t, append, integer_text, rounded_text, join, padded
+    use gracecg_base_text, only: integer_text, rounded_text, join
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -112,21 +112,19 @@ contains
         type(solution_t), intent(in) :: solution
         type(verdict_t), intent(inout) :: verdict
 
+        character(:), allocatable :: text
+
         if (solution%converged) then
-            call add(verdict, GRADE_GOOD, 'Convergence', 'converged; iterations: '// &
-                     integer_text(solution%iterations))
+            call add(verdict, GRADE_GOOD, 'Convergence', 'converged; iterations: '//integer_text(solution%iterations))
         else
-            call add(verdict, GRADE_BAD, 'Convergence', 'not converged in '// &
-                     integer_text(solution%iterations)//' iterations')
+            call add(verdict, GRADE_BAD, 'Convergence', 'not converged in '//integer_text(solution%iterations)//' iterations')
         end if
+        text = 'condition number '//trim(power_text(solution%condition))//' of the normal matrix with unit diagonal'
         if (solution%condition <= POOR_CONDITION) then
-            call add(verdict, GRADE_GOOD, 'Condition', 'condition number '// &
-                     trim(power_text(solution%condition))//' of the normal matrix with unit diagonal (up to '// &
-                     trim(power_text(POOR_CONDITION))//' is harmless)')
+            call add(verdict, GRADE_GOOD, 'Condition', text//' (up to '//trim(power_text(POOR_CONDITION))//' is harmless)')
         else
-            call add(verdict, GRADE_DOUBTFUL, 'Condition', 'condition number '// &
-                     trim(power_text(solution%condition))//' of the normal matrix with unit diagonal: more than '// &
-                     'half of the digits are lost, some combination of the parameters is hardly observable')
+            call add(verdict, GRADE_DOUBTFUL, 'Condition', text//': more than half of the digits are lost, some combination '// &
+                     'of the parameters is hardly observable')
         end if
     end subroutine judge_solution
 
@@ -209,16 +207,14 @@ contains
         type(verdict_t), intent(inout) :: verdict
 
         character(:), allocatable :: text
-        real(dp) :: allowed
 
         if (.not. record%torque_checked) then
             call add(verdict, GRADE_DOUBTFUL, 'Torque', 'not compared with the rotation that the star camera saw')
             return
         end if
-        allowed = NOT_ZERO*record%torque_sigma
         text = 'the satellite turned as by '//rounded_text(record%torque_factor, 3)//' times (sigma '// &
             rounded_text(record%torque_sigma, 2)//') the torque of rods and magnetic field'
-        if (abs(record%torque_factor - 1) <= allowed) then
+        if (abs(record%torque_factor - 1) <= NOT_ZERO*record%torque_sigma) then
             call add(verdict, GRADE_GOOD, 'Torque', text)
         else
             call add(verdict, GRADE_DOUBTFUL, 'Torque', text//': the offset may be off by as much')
@@ -292,7 +288,7 @@ contains
         type(fit_diagnostics_t), intent(in) :: diagnostics
         type(verdict_t), intent(inout) :: verdict
 
-        logical :: determined(3), moved(3), excess
+        logical :: determined(3), moved(3), excess, untested
 
         if (verdict%grade == GRADE_BAD) then
             verdict%next_steps = [next_step_t(STEP_MEND)]
@@ -306,19 +302,17 @@ contains
         moved = determined .and. abs(solution%offset) > NOT_ZERO*diagnostics%sigma
         excess = any(diagnostics%residuals%noise_known .and. diagnostics%residuals%ratio > &
                      1 + BY_CHANCE*diagnostics%residuals%ratio_sigma)
-        if (allocated(solution%beliefs)) then
-            if (solution%beliefs%is_untested()) then        ! nothing is moved by what might be wrong unseen
-                call add_step(STEP_TEST, [.true., .true., .true.])
-                call add_step(STEP_REPEAT, .not. determined)
-                call add_step(STEP_LOWER_LIMIT, spread(excess, 1, 3))
-                return
-            end if
+        untested = .false.
+        if (allocated(solution%beliefs)) untested = solution%beliefs%is_untested()
+        if (untested) then              ! nothing is moved by what might be wrong unseen
+            call add_step(STEP_TEST, [.true., .true., .true.])
+        else
+            call add_step(STEP_TRIM, moved)
+            call add_step(STEP_LEAVE, determined .and. .not. moved)
         end if
-        call add_step(STEP_TRIM, moved)
-        call add_step(STEP_LEAVE, determined .and. .not. moved)
         call add_step(STEP_REPEAT, .not. determined)
         call add_step(STEP_LOWER_LIMIT, spread(excess, 1, 3))
-        call add_step(STEP_RECALIBRATE, moved)
+        if (.not. untested) call add_step(STEP_RECALIBRATE, moved)
 
     contains
 
@@ -347,50 +341,24 @@ contains
         logical, intent(in) :: chosen(3)        !! x, y, z
         character(10) :: text
 
-        type(string_t), allocatable :: names(:)
-        integer :: axis
+        character(1), allocatable :: names(:)
 
-        allocate (names(0))
-        do axis = 1, 3
-            if (chosen(axis)) call append(names, AXES(axis))
-        end do
-        select case (size(names))
-        case (0)
+        names = pack(AXES, chosen)
+        associate (n => size(names))
             text = ''
-        case (1)
-            text = names(1)%text
-        case default
-            text = join(padded(names(:size(names) - 1)), ', ')//' and '//names(size(names))%text
-        end select
+            if (n == 1) text = names(1)
+            if (n > 1) text = join(names(:n - 1), ', ')//' and '//names(n)
+        end associate
     end function listed_axes
 
+    !> '(0.99, -0.01, 0.05)'.
     function direction_text(direction) result(text)
         real(dp), intent(in) :: direction(3)
         character(26) :: text
 
-        character(26) :: buffer
+        character(5) :: parts(3)
 
-        write (buffer, '("(", f5.2, ", ", f5.2, ", ", f5.2, ")")') &
-            merge(direction, 0.0_dp, abs(direction) >= 0.005_dp)
-        text = without_blanks(trim(buffer))
-
-    contains
-
-        !> '( 0.99, -0.01,  0.05)' without the padding.
-        function without_blanks(padded_text) result(shorter)
-            character(*), intent(in) :: padded_text
-            character(len(padded_text)) :: shorter
-
-            integer :: i, n
-
-            shorter = ''
-            n = 0
-            do i = 1, len(padded_text)
-                if (padded_text(i:i) == ' ') cycle
-                n = n + 1
-                shorter(n:n) = padded_text(i:i)
-                if (padded_text(i:i) == ',') n = n + 1
-            end do
-        end function without_blanks
+        write (parts, '(f5.2)') merge(direction, 0.0_dp, abs(direction) >= 0.005_dp)
+        text = '('//join(adjustl(parts), ', ')//')'
     end function direction_text
 end module gracecg_estimation_verdict

@@ -1,0 +1,251 @@
+!> The cases on a command line, what is simulated and how it is estimated, and the options that most studies share. One
+!> way to name cases in every command: words CASE ... or --cases LIST, each a built-in case, a group of these, or a
+!> namelist file.
+module gracecg_cli_calibration_argument
+    use gracecg_base_kinds, only: i8
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: string_t, append, integer_text, join, split_words
+    use gracecg_files_file, only: check_writable
+    use gracecg_spacecraft_torque_rods, only: check_rods_fire
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_estimation_options, only: read_options
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_instrument_limits, only: instrument_warnings
+    use gracecg_simulation_case_library, only: CASE_GROUPS, expanded_cases
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: add_format_option, take_format
+    implicit none
+    private
+    public :: study_t, add_study_options, take_study
+    public :: add_cases_option, take_calibration, take_firing_calibration, take_calibrations, warn_of_instruments, MOST_CASES
+
+    integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
+
+    !> What most studies are told.
+    type :: study_t
+        type(calibration_t), allocatable :: calibrations(:)     !! At least one
+        type(string_t), allocatable :: algorithms(:)    !! Of --algorithm, --algorithms
+        integer(i8) :: seed = 1                         !! Of the random numbers
+        integer :: runs = 1, threads = 1
+        character(:), allocatable :: path               !! Of --out; empty: no file
+    end type study_t
+
+contains
+
+    !> Declares some of the options that studies share.
+    subroutine add_study_options(arguments, names, algorithms, runs)
+        type(arguments_t), intent(inout) :: arguments
+        character(*), intent(in) :: names       !! Between blanks, in the order of the help: '--seed --threads --out'
+        character(*), intent(in), optional :: algorithms
+        !! Default of --algorithms; of --algorithm, which must be given without one
+        character(*), intent(in), optional :: runs              !! Default of --runs
+
+        type(string_t), allocatable :: list(:)
+        integer :: i
+
+        list = split_words(names)
+        do i = 1, size(list)
+            associate (name => list(i)%text)
+                select case (name)
+                case ('--algorithm')
+                    call arguments%add_option(name, 'NAME', 'one of '//join(ESTIMATOR_NAMES, ', '), &
+                                              required=.not. present(algorithms), choices=ESTIMATOR_NAMES, default=algorithms)
+                case ('--algorithms')
+                    call arguments%add_option(name, 'LIST', 'of '//join(ESTIMATOR_NAMES, ', '), &
+                                              choices=ESTIMATOR_NAMES, default=algorithms)
+                case ('--runs')
+                    call arguments%add_option(name, 'N', 'of each simulation', default=runs)
+                case ('--seed')
+                    call arguments%add_option(name, 'S', 'of the random numbers', default='1')
+                case ('--threads')
+                    call arguments%add_option(name, 'N', 'to work on (default: the processors of the machine)')
+                case ('--out')
+                    call arguments%add_option(name, 'FILE', 'CSV file for the table')
+                case ('--format')
+                    call add_format_option(arguments)
+                case ('--options')
+                    call add_options_option(arguments)
+                end select
+            end associate
+        end do
+    end subroutine add_study_options
+
+    !> Takes those of the options that the command has, and its cases. Fails as take_calibrations does, and when the file
+    !> for the table cannot be written.
+    subroutine take_study(arguments, default, console, study, misuse, error, may_rest)
+        type(arguments_t), intent(in) :: arguments
+        character(*), intent(in) :: default         !! Names of cases, by commas, when the user names none
+        type(console_t), intent(inout) :: console
+        type(study_t), intent(out) :: study
+        type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
+        type(error_t), allocatable, intent(out) :: error        !! A case or the file is
+        logical, intent(in), optional :: may_rest   !! As of take_calibrations
+
+        integer :: i
+
+        study%path = ''
+        if (arguments%declares('--algorithm')) call arguments%get('--algorithm', study%algorithms, misuse)
+        if (arguments%declares('--algorithms')) call arguments%get('--algorithms', study%algorithms, misuse)
+        if (arguments%declares('--runs')) call arguments%get('--runs', study%runs, misuse, low=1, high=MOST_RUNS)
+        if (arguments%declares('--seed')) call arguments%get('--seed', study%seed, misuse)
+        if (arguments%declares('--threads')) call arguments%get_threads(study%threads, misuse)
+        if (arguments%declares('--out')) call arguments%get('--out', study%path, misuse)
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+        call check_writable(study%path, error)
+        if (allocated(error)) return
+        call take_calibrations(arguments, default, console, study%calibrations, misuse, error, may_rest)
+        if (allocated(misuse) .or. allocated(error) .or. .not. arguments%declares('--runs')) return
+        do i = 1, size(study%calibrations)
+            call warn_of_instruments(study%calibrations(i)%case, console)
+        end do
+    end subroutine take_study
+
+    !> The option --options FILE, of commands that take a CASE.
+    subroutine add_options_option(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate, instead of the '// &
+                                  'groups &estimation, &optimal and &sequential of the case file')
+    end subroutine add_options_option
+
+    !> The option --cases LIST, of commands that take words CASE.
+    subroutine add_cases_option(arguments, default, single)
+        type(arguments_t), intent(inout) :: arguments
+        character(*), intent(in) :: default             !! What is taken when no case is named, for the help
+        logical, intent(in), optional :: single         !! The command takes one case only; no when absent
+
+        character(*), parameter :: WORDS = 'another way to name '
+        character(:), allocatable :: ending
+
+        ending = ' (default '//default//')'
+        if (present(single)) then
+            call arguments%add_option('--cases', 'CASE', WORDS//'the CASE: a built-in case or a namelist file'//ending)
+        else
+            call arguments%add_option('--cases', 'LIST', WORDS//'each CASE, separated by commas: built-in cases, groups of '// &
+                                      'them ('//join(CASE_GROUPS, ', ')//') or namelist files'//ending)
+        end if
+    end subroutine add_cases_option
+
+    !> All cases of a command that estimates, checked and each with a name of its own. Fails as
+    !> take_firing_calibration does for any of them, and when two have the same name.
+    subroutine take_calibrations(arguments, default, console, calibrations, misuse, error, may_rest)
+        type(arguments_t), intent(in) :: arguments
+        character(*), intent(in) :: default         !! Names, by commas, when the user names none
+        type(console_t), intent(inout) :: console
+        type(calibration_t), allocatable, intent(out) :: calibrations(:)
+        type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
+        type(error_t), allocatable, intent(out) :: error        !! A case is
+        logical, intent(in), optional :: may_rest   !! The torque rods may be off; no when absent
+
+        type(string_t), allocatable :: names(:)
+        logical :: resting
+        integer :: i, k
+
+        call take_names(arguments, default, names, misuse)
+        call refuse_if(size(names) > 1 .and. arguments%most == 1, integer_text(size(names))// &
+                       ' cases are named; this command takes one', misuse)
+        if (allocated(misuse)) return
+        resting = .false.
+        if (present(may_rest)) resting = may_rest
+        allocate (calibrations(size(names)))
+        do i = 1, size(names)
+            if (resting) then
+                call take_calibration(arguments, names(i)%text, console, calibrations(i), error)
+            else
+                call take_firing_calibration(arguments, names(i)%text, console, calibrations(i), error)
+            end if
+            if (allocated(error)) return
+            do k = 1, i - 1
+                if (calibrations(k)%case%name /= calibrations(i)%case%name) cycle
+                call fail(error, 'two cases have the name "'//trim(calibrations(i)%case%name)//'" ('//names(k)%text// &
+                          ' and '//names(i)%text//'): their results could not be told apart; change `name` in the '// &
+                          'namelist file')
+                return
+            end do
+        end do
+    end subroutine take_calibrations
+
+    !> The names of the cases: the words, those of --cases and of the older --case, groups as their members.
+    subroutine take_names(arguments, default, names, misuse)
+        type(arguments_t), intent(in) :: arguments
+        character(*), intent(in) :: default
+        type(string_t), allocatable, intent(out) :: names(:)
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        type(string_t), allocatable :: given(:), listed(:)
+        character(:), allocatable :: older
+        integer :: i
+
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
+
+        allocate (given(0))
+        do i = 1, arguments%positional_count()
+            call append(given, arguments%positional(i))
+        end do
+        if (arguments%has('--case')) then
+            call arguments%get('--case', older, misuse)
+            call append(given, older)
+        end if
+        if (arguments%has('--cases') .or. size(given) == 0) then
+            call arguments%get('--cases', listed, misuse, default=default)
+            do i = 1, size(listed)
+                call append(given, listed(i)%text)
+            end do
+        end if
+        call expanded_cases(given, names)
+    end subroutine take_names
+
+    !> The calibration of a name or path, with the options of --options if the command has it. Says on
+    !> standard error what a file of version 0.1 has at another place.
+    subroutine take_calibration(arguments, name, console, calibration, error)
+        type(arguments_t), intent(in) :: arguments
+        character(*), intent(in) :: name            !! A built-in case or a case file
+        type(console_t), intent(inout) :: console
+        type(calibration_t), intent(out) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: path
+
+        call find_calibration(name, calibration, error)
+        if (allocated(error)) return
+        if (allocated(calibration%warning)) call console%warn(calibration%warning%text)
+        if (.not. arguments%has('--options')) return
+        call arguments%get('--options', path, error)
+        if (.not. allocated(error)) call read_options(path, calibration%options, error)
+    end subroutine take_calibration
+
+    !> Warns of the settings of a case's instruments that are beyond what the report says of them: for commands that
+    !> draw their samples.
+    subroutine warn_of_instruments(case, console)
+        type(case_t), intent(in) :: case
+        type(console_t), intent(inout) :: console
+
+        type(string_t), allocatable :: warnings(:)
+        integer :: i
+
+        call instrument_warnings(case%satellite, warnings)
+        do i = 1, size(warnings)
+            call console%warn('case '//trim(case%name)//': '//warnings(i)%text)
+        end do
+    end subroutine warn_of_instruments
+
+    !> The same for who estimates: fails, too, when all torque rods of the case are off.
+    subroutine take_firing_calibration(arguments, name, console, calibration, error)
+        type(arguments_t), intent(in) :: arguments
+        character(*), intent(in) :: name            !! As of take_calibration
+        type(console_t), intent(inout) :: console
+        type(calibration_t), intent(out) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        call take_calibration(arguments, name, console, calibration, error)
+        if (allocated(error)) return
+        associate (case => calibration%case)
+            call check_rods_fire(case%satellite%rods, case%duration, error)
+            call add_context(error, 'case '//trim(case%name))
+        end associate
+    end subroutine take_firing_calibration
+end module gracecg_cli_calibration_argument

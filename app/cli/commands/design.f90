@@ -1,0 +1,499 @@
+!> gracecg design: plans the manoeuvre. Searches the best one, or judges a given one, at a place of the
+!> orbit or along revolutions.
+module gracecg_cli_design
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
+    use gracecg_base_text, only: string_t, integer_text, real_text
+    use gracecg_base_version, only: file_comments
+    use gracecg_environment_time, only: utc_plus, utc_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_file, only: check_writable, output_file_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_calibration, only: calibration_t, calibration_text
+    use gracecg_planning_candidates, only: design_settings_t, pattern_567
+    use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
+    use gracecg_planning_leakage, only: leakage_pair_t, find_pair
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
+        times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
+    use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
+    use gracecg_planning_scan, only: rods_at_place
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, &
+        take_firing_calibration
+    use gracecg_cli_console, only: console_t, quoted_word
+    use gracecg_cli_plan_results, only: add_programme, add_leakage, add_reliable
+    use gracecg_cli_results, only: results_t, axis_columns
+    implicit none
+    private
+    public :: declare_design, run_design
+
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+    type(design_settings_t), parameter :: USUAL = design_settings_t()
+
+    !> What is asked for.
+    type :: request_t
+        type(plan_request_t) :: plan
+        integer :: map_step = 60            !! s
+        integer :: manoeuvres = 0           !! Of a programme; 0: none is asked for
+        real(dp) :: reliable = 0            !! Largest undetected effect wanted, m; 0: whatever it is
+        character(:), allocatable :: out, map
+    end type request_t
+
+contains
+
+    !> Says what the command takes.
+    subroutine declare_design(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('design', '[CASE]', 0, 1, &
+                                'Plans the manoeuvre of the torque rods for the orbit, satellite and '// &
+                                'instruments of a case (default front-1): searches frequencies, phases and '// &
+                                'waveforms for the least standard deviation of the worst axis, within the '// &
+                                'limits of rods, rate and pointing, and writes the case with the best '// &
+                                'manoeuvre as a file that every command takes. The standard deviation is '// &
+                                'the theoretical limit under the accelerometer''s noise; the search adds '// &
+                                'the errors by the density wave and by curved drag and radiation. With '// &
+                                '--manoeuvre a given one is judged instead.', &
+                                'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
+                                'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
+                                'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
+        call add_cases_option(arguments, 'front-1', single=.true.)
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE', &
+                                  choices=SATELLITES, default='front')
+        call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
+                                  'without --satellite and CASE on the orbit of this case')
+        call arguments%add_option('--pattern', 'NAME', 'judge the report''s two rods as a rule of its section 4.2 chooses them '// &
+                                  'at the place, do not search: y-z, as in the report, or general', choices=PATTERN_RULES)
+        call arguments%add_option('--at', 'S', 'start of the calibration, seconds from the epoch', default='0')
+        call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
+        call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
+        call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
+        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 6 s up to the '// &
+                                  'duration, whose worst axis is at most this')
+        call arguments%add_option('--reliable', 'MM', 'change it until no single wrong belief of the operator could move a '// &
+                                  'component by more than this without a test seeing it: a slow component for the star '// &
+                                  'camera beside the fast one; sigma grows')
+        call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them', default='xyz')
+        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2', default=real_text(USUAL%amplitude))
+        call arguments%add_option('--frequencies', 'LOW HIGH', 'Hz, allowed', default=real_text(USUAL%lowest_frequency)//' '// &
+                                  real_text(USUAL%highest_frequency))
+        call arguments%add_option('--waveforms', 'LIST', 'allowed: of sine, cosine, tapered, square', choices=WAVEFORM_NAMES, &
+                                  default='sine,tapered,square')
+        call arguments%add_option('--taper', 'S', 'of the smooth start and stop of tapered', default=real_text(USUAL%taper))
+        call arguments%add_option('--rise-time', 'S', 'of the edges of square', default=real_text(USUAL%rise_time))
+        call arguments%add_option('--rate-limit', 'DEG_S', 'angular velocity about any axis (default: of the '// &
+                                  'case, 0.1)')
+        call arguments%add_option('--pointing-limit', 'DEG', 'turn away from the nominal attitude (default: of '// &
+                                  'the case, 1)')
+        call arguments%add_option('--revolutions', 'N', 'of the map, and of --anywhere and --everywhere; 15 are a day', &
+                                  default='1')
+        call arguments%add_option('--step', 'S', 'whole seconds from place to place of the map', default='60')
+        call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many flights of the manoeuvre at the places '// &
+                                  'of the map, together')
+        call arguments%add_option('--out', 'FILE', 'the case with the best manoeuvre')
+        call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
+        call add_study_options(arguments, '--threads --format --options')
+    end subroutine declare_design
+
+    !> Searches or judges a manoeuvre, prints and writes it.
+    subroutine run_design(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(request_t) :: request
+        type(calibration_t) :: calibration
+        type(plan_t) :: plan
+        type(map_point_t), allocatable :: points(:)
+        type(reliable_design_t), allocatable :: reliable
+        type(results_t) :: results
+
+        call read_request(arguments, request, misuse)
+        call take_cases(arguments, request, calibration, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call check_writable(request%map, error)
+        if (allocated(error)) return
+
+        call tell(console, 'orbit of '//trim(calibration%case%name))
+        call prepare_plan(calibration, request%plan, plan, error, console)
+        if (.not. allocated(error)) call find_manoeuvre(request%plan, plan, error, console)
+        if (allocated(error)) return
+        if (request%reliable > 0) then
+            allocate (reliable)
+            call make_reliable(request%plan, plan, request%reliable, reliable, error, console)
+            if (allocated(error)) return
+            plan%design = reliable%design
+        end if
+        call tell(console, 'map')
+        call map_places(request, plan, points, error, console)
+        if (allocated(error)) return
+        call results%open('design')
+        call add_plan(request, plan, points(1), console, results)
+        if (request%plan%place /= EVERYWHERE) call add_pair(plan, console, results, error)
+        if (allocated(error)) return
+        if (allocated(reliable)) call add_reliable(reliable, console, results)
+        call add_map(request, plan, points(2:), console, results, error)
+        if (.not. allocated(error)) &
+            call results%publish(quality_table(points(:1), plan%calibration%case, [trim(plan%calibration%case%name)]), console, &
+                                 error)
+        if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, console, error)
+    end subroutine run_design
+
+    subroutine read_request(arguments, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(out) :: request
+        type(error_t), allocatable, intent(out) :: misuse
+
+        real(dp) :: frequencies(2)
+        character(:), allocatable :: rods
+        type(string_t), allocatable :: waveforms(:)
+        integer :: i
+
+        request%plan%search = .not. (arguments%has('--manoeuvre') .or. arguments%has('--pattern'))
+        if (arguments%has('--anywhere')) request%plan%place = ANYWHERE
+        if (arguments%has('--everywhere')) request%plan%place = EVERYWHERE
+        call arguments%get('--at', request%plan%time, misuse, low=0.0_dp, unit='s')
+        associate (settings => request%plan%settings)
+            call arguments%get('--amplitude', settings%amplitude, misuse, low=0.0_dp, high=MAX_DIPOLE, unit='A m^2')
+            call arguments%get('--frequencies', frequencies, misuse, low=0.0_dp, high=1e3_dp, unit='Hz')
+            settings%lowest_frequency = frequencies(1)
+            settings%highest_frequency = frequencies(2)
+            call arguments%get('--taper', settings%taper, misuse, low=0.0_dp, unit='s')
+            call arguments%get('--rise-time', settings%rise_time, misuse, low=0.0_dp, unit='s')
+            call arguments%get_threads(settings%threads, misuse)
+            call arguments%get('--waveforms', waveforms, misuse)
+            settings%waveform_used = .false.
+            do i = 1, size(waveforms)
+                settings%waveform_used = settings%waveform_used .or. WAVEFORM_NAMES == waveforms(i)%text
+            end do
+            call arguments%get('--rods', rods, misuse)
+            settings%rod_used = [(index(rods, AXES(i)) > 0, i=1, 3)]
+            call refuse_if(verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used), &
+                           'option --rods: "'//rods//'" has to be one or several of x, y, z', misuse)
+        end associate
+        call arguments%get('--target-mm', request%plan%target, misuse, default=0.0_dp, low=1e-9_dp, high=1e3_dp, unit='mm')
+        request%plan%target = request%plan%target*MILLIMETRE
+        call arguments%get('--reliable', request%reliable, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='mm')
+        request%reliable = request%reliable*MILLIMETRE
+        call arguments%get('--revolutions', request%plan%revolutions, misuse, low=1, high=MOST_REVOLUTIONS)
+        call arguments%get('--step', request%map_step, misuse, low=1, high=3600)
+        call arguments%get('--manoeuvres', request%manoeuvres, misuse, default=0, low=1, high=MOST_MANOEUVRES)
+        call arguments%get('--out', request%out, misuse)
+        call arguments%get('--map', request%map, misuse)
+        call check_combination(arguments, misuse)
+    end subroutine read_request
+
+    !> Options that contradict each other.
+    subroutine check_combination(arguments, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        character(13), parameter :: OF_THE_SEARCH(10) = [character(13) :: '--reliable', '--anywhere', '--everywhere', &
+                                                        '--target-mm', '--rods', '--amplitude', &
+                                                        '--frequencies', '--waveforms', '--taper', '--rise-time']
+        integer :: i
+
+        call refuse_if(arguments%has('--anywhere') .and. (arguments%has('--at') .or. arguments%has('--everywhere')), &
+                       'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
+        call refuse_if(arguments%has('--target-mm') .and. (arguments%has('--anywhere') .or. &
+                                                           arguments%has('--everywhere')), &
+                       'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
+        call refuse_if(arguments%has('--reliable') .and. arguments%has('--everywhere'), &
+                       'option --reliable goes with one place (--at, --anywhere), not with --everywhere', misuse)
+        call refuse_if(arguments%has('--manoeuvre') .and. arguments%has('--pattern'), 'options --manoeuvre and '// &
+                       '--pattern exclude each other: each gives the manoeuvre to judge', misuse)
+        do i = 1, size(OF_THE_SEARCH)
+            call refuse_with('--manoeuvre')
+            call refuse_with('--pattern')
+        end do
+
+    contains
+
+        subroutine refuse_with(judging)
+            character(*), intent(in) :: judging     !! The option that judges a manoeuvre
+
+            call refuse_if(arguments%has(judging) .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
+                           trim(OF_THE_SEARCH(i))//' is for the search, and '//judging//' does not search', misuse)
+        end subroutine refuse_with
+    end subroutine check_combination
+
+    !> The case whose orbit it is, with the manoeuvre to judge when one is given.
+    subroutine take_cases(arguments, request, calibration, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(in) :: request
+        type(calibration_t), intent(out) :: calibration
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(inout) :: misuse
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: of_manoeuvre
+        type(study_t) :: study
+        character(:), allocatable :: satellite, name, manoeuvre, pattern
+        real(dp) :: rate, pointing
+
+        call arguments%get('--satellite', satellite, misuse)
+        call arguments%get('--manoeuvre', manoeuvre, misuse)
+        call arguments%get('--pattern', pattern, misuse)
+        name = satellite//'-1'
+        if (manoeuvre /= '' .and. .not. arguments%has('--satellite')) name = manoeuvre
+        call take_study(arguments, name, console, study, misuse, error, may_rest=.true.)
+        if (allocated(misuse) .or. allocated(error)) return
+        calibration = study%calibrations(1)
+        if (manoeuvre /= '') then
+            call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
+            if (allocated(error)) return
+            call take_manoeuvre(of_manoeuvre%case%satellite%rods, calibration%case%satellite%rods)
+            calibration%case%duration = of_manoeuvre%case%duration
+        end if
+        associate (case => calibration%case)
+            call arguments%get('--duration', case%duration, misuse, default=real(case%duration, dp), low=SHORTEST_ARC, &
+                               high=LONGEST_ARC, unit='s')
+            call arguments%get('--rate-limit', rate, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='deg/s')
+            call arguments%get('--pointing-limit', pointing, misuse, default=0.0_dp, low=1e-6_dp, high=180.0_dp, unit='deg')
+            if (allocated(misuse)) return
+            if (pattern /= '') call rods_at_place(case, pattern, request%plan%time, request%plan%revolutions, &
+                                                  case%satellite%rods, error)
+            if (rate > 0) case%limits%rate = rate*DEGREE
+            if (pointing > 0) case%limits%pointing = pointing*DEGREE
+        end associate
+    end subroutine take_cases
+
+    !> The manoeuvre at its place (first) and along the orbit.
+    subroutine map_places(request, plan, points, error, console)
+        type(request_t), intent(in) :: request
+        type(plan_t), intent(in) :: plan
+        type(map_point_t), allocatable, intent(out) :: points(:)
+        type(error_t), allocatable, intent(out) :: error
+        type(console_t), intent(inout) :: console
+
+        real(dp), allocatable :: times(:)
+
+        times = [plan%time]
+        if (request%map /= '' .or. request%plan%place == EVERYWHERE .or. request%manoeuvres > 0) &
+            times = [times, times_along(plan%orbit, real(request%map_step, dp))]
+        call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
+                           error, console)
+    end subroutine map_places
+
+    !> The manoeuvre at its place, its errors and its motion.
+    subroutine add_plan(request, plan, place, console, results)
+        type(request_t), intent(in) :: request
+        type(plan_t), intent(in) :: plan
+        type(map_point_t), intent(in) :: place
+        type(console_t), intent(inout) :: console
+        type(results_t), intent(inout) :: results
+
+        type(manoeuvre_design_t) :: other
+        type(data_table_t) :: rods
+        character(160) :: row
+
+        rods = rods_table(plan%design%rods)
+        associate (case => plan%calibration%case, design => plan%design, arc => plan%arc%knowledge)
+            write (row, '(a, f4.1, a, f5.1, a)') trim(case%satellite%name)//' satellite, '//time_of(case, place)//' UTC, '// &
+                integer_text(nint(place%time))//' s after the epoch (', abs(place%latitude)/DEGREE, &
+                merge(' N, ', ' S, ', place%latitude >= 0), abs(place%longitude)/DEGREE, &
+                merge(' E)', ' W)', place%longitude >= 0)//', an arc of '//real_text(arc%duration)//' s'
+            call console%paragraph(row)
+            call console%line('')
+            call console%table(rods)
+            call console%line('')
+            call console%line('errors of the CG offset, mm, body axes')
+            if (request%plan%place == EVERYWHERE) then
+                call show_quality('worst of '//integer_text(size(plan%sites))//' places', design, console)
+            else
+                call show_quality('this manoeuvre', design, console)
+            end if
+            if (request%plan%search) then
+                call judge_manoeuvre(plan%arc, plan%sites, pattern_567(request%plan%settings, arc%duration), size(plan%sites), &
+                                     other)
+                call show_quality('5, 6, 7 cycles, for comparison', other, console)
+            end if
+            call console%line('')
+            write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', design%rate/DEGREE, &
+                ' deg/s (limit', arc%limits%rate/DEGREE, '); turn away from the attitude', design%excursion/DEGREE, &
+                ' deg (limit', arc%limits%pointing/DEGREE, ')'
+            call console%paragraph(row)
+            if (request%plan%search) &
+                call console%line(integer_text(design%evaluations)//' evaluations of a manoeuvre at a place')
+            call results%member('case', trim(case%name))
+            call results%member('satellite', trim(case%satellite%name))
+            call results%member('epoch_utc', utc_text(case%epoch))
+            call results%member('duration_s', arc%duration)
+            call results%member('evaluations', design%evaluations)
+            call results%begin('limits')
+            call results%member('rate_deg_s', arc%limits%rate/DEGREE)
+            call results%member('pointing_deg', arc%limits%pointing/DEGREE)
+            call results%end()
+            call rods%to_json(results, 'rods', units=.false.)
+        end associate
+    end subroutine add_plan
+
+    function rods_table(rods) result(table)
+        type(torque_rods_t), intent(in) :: rods
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%column('axis', 'a', 'rod')
+        call table%column('waveform', 'a', 'waveform')
+        call table%column('amplitude_a_m2', 'f17.3', 'amplitude, A m^2')
+        call table%column('frequency_hz', 'f15.6', 'frequency, Hz')
+        call table%column('phase_deg', 'f12.2', 'phase, deg')
+        call table%column('start_s', 'f8.2', 'start')
+        call table%column('stop_s', 'f9.2', 'stop, s')
+        do i = 1, rods%count
+            associate (rod => rods%activations(i))
+                call table%add(AXES(rod%axis))
+                call table%add(WAVEFORM_NAMES(rod%waveform))
+                call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
+            end associate
+        end do
+    end function rods_table
+
+    !> What a second flight, half a revolution away, brings.
+    subroutine add_pair(plan, console, results, error)
+        type(plan_t), intent(in) :: plan
+        type(console_t), intent(inout) :: console
+        type(results_t), intent(inout) :: results
+        type(error_t), allocatable, intent(out) :: error
+
+        type(leakage_pair_t) :: pair
+
+        call find_pair(plan%arc, plan%orbit, plan%sites(1), plan%design%rods, pair, error)
+        if (.not. allocated(error)) call add_leakage(pair, plan%calibration%case, console, results)
+    end subroutine add_pair
+
+    subroutine show_quality(label, design, console)
+        character(*), intent(in) :: label
+        type(manoeuvre_design_t), intent(in) :: design
+        type(console_t), intent(inout) :: console
+
+        type(data_table_t) :: table
+
+        if (.not. design%worst < huge(1.0_dp)) then
+            call console%line(label//': leaves a direction of the offset unseen')
+            return
+        end if
+        call table%column('kind', 'a', label)
+        call axis_columns(table, '', '_mm', 'f10.5', '')
+        call table%add('limit: sigma by the noise of the accelerometer')
+        call table%add(design%sigma/MILLIMETRE)
+        call table%add('error by the density wave')
+        call table%add(design%wave/MILLIMETRE)
+        call table%add('error by curved drag and radiation')
+        call table%add(design%force/MILLIMETRE)
+        call table%add('all together, worst axis')
+        call table%add(design%worst/MILLIMETRE)
+        call table%add_nothing(2)
+        call console%table(table)
+    end subroutine show_quality
+
+    !> The manoeuvre along the orbit, also as a file, and the best programme of flights there.
+    subroutine add_map(request, plan, points, console, results, error)
+        type(request_t), intent(in) :: request
+        type(plan_t), intent(in) :: plan
+        type(map_point_t), intent(in) :: points(:)
+        type(console_t), intent(inout) :: console
+        type(results_t), intent(inout) :: results
+        type(error_t), allocatable, intent(out) :: error
+
+        type(data_table_t) :: map
+        type(candidate_t) :: candidates(size(points))
+        type(programme_t) :: programme
+        real(dp) :: greatest(size(points))
+        integer :: i
+
+        associate (case => plan%calibration%case)
+            map = quality_table(points, case)
+            call map%to_json(results, 'map')
+            if (size(points) == 0) return
+            greatest = [(maxval(points(i)%quality%sigma), i=1, size(points))]
+            call console%line('')
+            call console%line('map: '//integer_text(size(points))//' places of '//integer_text(plan%orbit%revolutions)// &
+                              trim(merge(' revolution ', ' revolutions', plan%orbit%revolutions == 1)))
+            call console%table(quality_table(points([minloc(greatest, 1), maxloc(greatest, 1)]), case, &
+                                             [character(11) :: 'best place', 'worst place']))
+            if (request%map /= '') &
+                call map%write(request%map, [file_comments('design', trim(case%satellite%name)//' satellite, orbit of case '// &
+                                                           trim(case%name)//' from '//utc_text(case%epoch)// &
+                                                           ', a calibration of '//real_text(case%duration)//' s at every place'), &
+                                             [character(200) :: 'sigma: theoretical limit; wave, force: errors by the density '// &
+                                              'wave and by curved drag and radiation; body axes']], error)
+        end associate
+        if (allocated(error) .or. request%manoeuvres == 0) return
+        do i = 1, size(points)
+            candidates(i) = candidate_of_point(points(i), plan%arc%knowledge%duration)
+        end do
+        call best_programme(candidates, request%manoeuvres, programme)
+        call add_programme(candidates, programme, 0.0_dp, console, results)
+    end subroutine add_map
+
+    !> The time of a place in UTC.
+    function time_of(case, point) result(text)
+        type(case_t), intent(in) :: case            !! From whose epoch the time counts
+        type(map_point_t), intent(in) :: point
+        character(:), allocatable :: text
+
+        text = utc_text(utc_plus(case%epoch, point%time))
+    end function time_of
+
+    !> The manoeuvre at its places, a row each.
+    function quality_table(points, case, labels) result(table)
+        type(map_point_t), intent(in) :: points(:)
+        type(case_t), intent(in) :: case            !! From whose epoch the times count
+        character(*), intent(in), optional :: labels(:)     !! Of the places, in a column before the others
+        type(data_table_t) :: table
+
+        integer :: i
+
+        if (present(labels)) call table%column('case', 'a', '')
+        call table%column('time_s', 'i8', 'time, s')
+        call table%column('utc', 'a', 'UTC')
+        call table%column('latitude_deg', 'f8.1', 'lat.')
+        call table%column('longitude_deg', 'f8.1', 'long.')
+        call axis_columns(table, 'sigma_', '_mm', 'f9.5', 'sigma, mm')
+        call table%column('worst_sigma_mm', 'f9.5', 'greatest')
+        call table%columns_of('worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,wave_z_mm,force_x_mm,force_y_mm,force_z_mm,'// &
+                              'rate_deg_s,pointing_deg')
+        do i = 1, size(points)
+            associate (point => points(i), quality => points(i)%quality)
+                if (present(labels)) call table%add(labels(i))
+                call table%add(point%time)
+                call table%add(time_of(case, point))
+                call table%add([point%latitude/DEGREE, point%longitude/DEGREE])
+                call table%add([quality%sigma, point%worst_sigma]/MILLIMETRE)
+                call table%add(point%worst_direction)
+                call table%add([quality%wave, quality%force]/MILLIMETRE)
+                call table%add([quality%motion%rate, quality%motion%excursion]/DEGREE)
+            end associate
+        end do
+    end function quality_table
+
+    !> The case with the manoeuvre, at its place.
+    subroutine write_case(request, plan, console, error)
+        type(request_t), intent(in) :: request
+        type(plan_t), intent(in) :: plan
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(:), allocatable :: text
+
+        call calibration_text(planned_calibration(request%plan, plan), text, error)
+        if (.not. allocated(error)) call file%open(request%out, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+        if (allocated(error)) return
+        call console%line('')
+        if (request%plan%search) &
+            call console%paragraph(request%out//' has `optimal` estimate scale factors and magnetometer bias, too: '// &
+                                   'else they would be the largest errors')
+        call console%line('next: gracecg simulate '//quoted_word(request%out)//' --out run1')
+    end subroutine write_case
+end module gracecg_cli_design

@@ -1,0 +1,285 @@
+!> gracecg estimate: the CG offset from an observation set.
+module gracecg_cli_estimate
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
+    use gracecg_files_file, only: check_writable
+    use gracecg_spacecraft_torque_rods, only: check_rods_fire
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_arc_chain, only: USUAL_ARC, SHORTEST_ARC
+    use gracecg_estimation_arc_length, only: longest_arc
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_joint_estimate, only: joint_options_t
+    use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
+    use gracecg_estimation_plausibility, only: refuse_implausible
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_calibration_argument, only: add_study_options
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_estimate_results, only: asked_estimate_t, show_estimate, show_iterations, publish_estimate, &
+        write_estimate_page
+    use gracecg_cli_joint, only: declare_joint_options, read_joint_options, run_joint, run_chain
+    use gracecg_cli_page_program, only: page_folder
+    use gracecg_cli_results, only: add_format_option, take_format
+    use gracecg_cli_running_file, only: write_running_estimate
+    implicit none
+    private
+    public :: declare_estimate, run_estimate
+
+    integer, parameter :: MOST_RUNS = 1000
+    real(dp), parameter :: MOST_SECONDS = 1e4_dp        !! Of --arc
+
+    !> What the user asks for.
+    type :: request_t
+        type(asked_estimate_t) :: asked         !! Folder, algorithm, file of options
+        character(:), allocatable :: page, running_file     !! Empty: none
+        real(dp) :: arc = 0                     !! Longest arc of a chain, s; 0: as usual
+        integer :: threads = 1
+        logical :: verbose = .false.
+        type(joint_options_t) :: joint          !! Of several runs or arcs
+    end type request_t
+
+contains
+
+    !> Arguments and help of `gracecg estimate`.
+    subroutine declare_estimate(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('estimate', 'RUN ...', 1, MOST_RUNS, &
+                                'Estimates the offset of the centre of gravity, from the '// &
+                                'centre of mass to the proof-mass centre in body axes, from '// &
+                                'the observation set in the folder RUN. The exit status is 1 when the '// &
+                                'estimate does not converge. Of several runs, folders or estimates '// &
+                                'saved with --format json, one offset with --algorithm optimal, and '// &
+                                'whether they agree.', &
+                                'gracecg simulate front-1 --out run1'//new_line('a')// &
+                                'gracecg estimate run1 --algorithm assest-fde --report run1.html')
+        call add_study_options(arguments, '--algorithm')
+        call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
+                                  'guesses, what else to estimate (default: what the algorithm needs no telling)')
+        call add_format_option(arguments)
+        call arguments%add_option('--verbose', '', 'prints each iteration: corrections, state, RMS of the residuals')
+        call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
+                                  'they come from, residuals, verdict (takes Python); its numbers and figures go '// &
+                                  'into the folder FILE_files')
+        call arguments%add_option('--running', 'FILE', 'CSV of the estimate as it grows with the samples; '// &
+                                  'sequential alone has one')
+        call declare_joint_options(arguments)
+        call arguments%add_option('--arc', 'S', 'optimal estimates a run that is too long for one fit in arcs of so many '// &
+                                  'seconds at most (default '//rounded_text(USUAL_ARC, 3)//'), and joins them; given, also '// &
+                                  'a shorter run')
+        call add_study_options(arguments, '--threads')
+    end subroutine declare_estimate
+
+    !> The work of `gracecg estimate`.
+    subroutine run_estimate(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(request_t) :: request
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        logical :: chained
+
+        call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+        if (arguments%positional_count() > 1) then
+            call run_joint(arguments, request%joint, console, error)
+            return
+        end if
+        call check_writable(request%page, error)
+        if (.not. allocated(error)) call check_writable(request%running_file, error)
+        if (allocated(error)) return
+        call read_run(request%asked%folder, request%asked%options_file, observations, options, console, error)
+        chained = .false.
+        if (.not. allocated(error) .and. request%asked%algorithm == 'optimal') &
+            chained = observations%knowledge%duration > merge(request%arc, longest_arc(observations%knowledge), request%arc > 0)
+        if (.not. allocated(error)) call refuse_of_arcs(arguments, observations%knowledge, chained, error)
+        if (chained .and. .not. allocated(error)) then
+            call run_chain(observations, options, request%joint, merge(request%arc, USUAL_ARC, request%arc > 0), &
+                           request%threads, console, error)
+        else
+            call run_one(request, observations, options, console, error)
+        end if
+    end subroutine run_estimate
+
+    !> What is asked for. Misuse: options that one, or several runs, or an algorithm do not have.
+    subroutine read_request(arguments, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(out) :: request
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        integer :: runs
+
+        runs = arguments%positional_count()
+        request%asked%folder = arguments%positional(1)
+        request%verbose = arguments%has('--verbose')
+        call arguments%get('--algorithm', request%asked%algorithm, misuse)
+        call arguments%get('--options', request%asked%options_file, misuse)
+        call arguments%get('--report', request%page, misuse)
+        call arguments%get('--running', request%running_file, misuse)
+        call arguments%get('--arc', request%arc, misuse, default=0.0_dp, low=SHORTEST_ARC, high=MOST_SECONDS)
+        call arguments%get_threads(request%threads, misuse)
+        call read_joint_options(arguments, request%joint, misuse)
+        associate (algorithm => request%asked%algorithm)
+            call refuse_if(request%running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
+                           ' estimates from all samples at once and has no running estimate; use --algorithm sequential', misuse)
+            call refuse_if(runs == 1 .and. arguments%has('--changes'), '--changes is for several runs', misuse)
+            call refuse_if(arguments%has('--arc') .and. (algorithm /= 'optimal' .or. runs > 1), &
+                           '--arc is for one run and --algorithm optimal: several runs are joined as they are', misuse)
+            call refuse_if(runs > 1 .and. (algorithm /= 'optimal' .or. request%page /= ''), &
+                           'several runs are estimated with --algorithm optimal, without --report', misuse)
+        end associate
+    end subroutine read_request
+
+    !> A chain has a fit for each arc: what shows one fit is refused; and of one fit, what only a chain has.
+    subroutine refuse_of_arcs(arguments, knowledge, chained, error)
+        type(arguments_t), intent(in) :: arguments
+        type(operator_knowledge_t), intent(in) :: knowledge
+        logical, intent(in) :: chained      !! The run is estimated in arcs
+        type(error_t), allocatable, intent(out) :: error
+
+        character(9), parameter :: OF_ONE(2) = [character(9) :: '--report', '--verbose'], OF_MANY(2) = [character(9) :: '--own', &
+                                                                                                        '--also']
+        integer :: i
+
+        do i = 1, 2
+            call refuse_if(chained .and. arguments%has(trim(OF_ONE(i))), trim(OF_ONE(i))//' shows one fit, but the run of '// &
+                           rounded_text(knowledge%duration, 6)//' s is estimated in arcs, each with a fit of its own: leave '// &
+                           'it out; --format csv or json has the arcs', error)
+            call refuse_if(.not. chained .and. arguments%has(trim(OF_MANY(i))), trim(OF_MANY(i))//' is for several runs, or '// &
+                           'for one in several arcs (--arc)', error)
+        end do
+    end subroutine refuse_of_arcs
+
+    !> The estimate of one run in one fit. Also one that fails, or could not begin, has its page.
+    subroutine run_one(request, observations, options, console, error)
+        type(request_t), intent(in) :: request
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(inout) :: options
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(inout) :: error      !! Allocated: there is nothing to estimate
+
+        type(solution_t) :: solution
+        type(fit_record_t) :: record
+
+        if (.not. allocated(error)) call estimate(request, console%format == 'json', observations, options, solution, record, &
+                                                  error)
+        if (.not. allocated(error)) then
+            if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
+            if (allocated(error)) return
+            call warn(observations%knowledge, solution, console)
+            if (allocated(solution%history)) call show_iterations(solution, console)
+            call show_estimate(observations%knowledge, solution, console)
+            call publish_estimate(request%asked, observations, solution, record, console, error)
+            if (allocated(error)) return
+            if (.not. solution%converged) &
+                call fail(error, request%asked%algorithm//' did not converge in '//integer_text(solution%iterations)// &
+                          ' iterations: the offset is not to be relied upon; check the star-camera '// &
+                          'samples, or give guess_quaternion and guess_angular_velocity with --options')
+        end if
+        if (request%page /= '') call write_page(request, observations, solution, record, console, error)
+    end subroutine run_one
+
+    !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
+    subroutine write_page(request, observations, solution, record, console, error)
+        type(request_t), intent(in) :: request
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(inout) :: error      !! Allocated: why the estimate is refused
+
+        type(error_t), allocatable :: failure
+
+        if (.not. allocated(error)) then
+            call write_estimate_page(request%page, request%asked, observations, solution, record, console, error)
+            if (.not. allocated(error)) &
+                call console%line('written: '//request%page//'; its numbers and figures: '//page_folder(request%page))
+            return
+        end if
+        call write_estimate_page(request%page, request%asked, observations, solution, record, console, failure, error%message)
+        if (allocated(failure)) then
+            call console%warn('no page: '//failure%message)
+        else
+            call console%message('written: '//request%page//', the page of a refused estimate')
+        end if
+    end subroutine write_page
+
+    !> The observations of a folder, and how to estimate.
+    subroutine read_run(folder, options_file, observations, options, console, error)
+        character(*), intent(in) :: folder, options_file
+        type(observation_set_t), intent(out) :: observations
+        type(estimation_options_t), intent(out) :: options
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: nothing
+
+        call read_observations(folder, observations, error)
+        if (allocated(error)) then
+            observations = nothing      ! not the part that was read
+            return
+        end if
+        call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (.not. allocated(error)) call take_options(folder, options_file, options, console, error)
+    end subroutine read_run
+
+    !> What the algorithm makes of the observations.
+    subroutine estimate(request, json, observations, options, solution, record, error)
+        type(request_t), intent(in) :: request
+        logical, intent(in) :: json             !! JSON is asked for, which tells of the fit as a page does
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(inout) :: options
+        type(solution_t), intent(out) :: solution
+        type(fit_record_t), intent(out) :: record
+        type(error_t), allocatable, intent(out) :: error
+
+        options%history = request%verbose
+        options%information = json .or. request%page /= ''
+        if (options%information) then
+            call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
+        else
+            call estimate_offset(request%asked%algorithm, observations, options, solution, error)
+        end if
+        if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
+    end subroutine estimate
+
+    !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
+    subroutine take_options(folder, options_file, options, console, error)
+        character(*), intent(in) :: folder, options_file
+        type(estimation_options_t), intent(out) :: options
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(estimation_options_t) :: former
+        type(string_t), allocatable :: warning
+
+        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
+        if (allocated(error)) return
+        if (allocated(warning)) call console%warn(warning%text)
+        options = former
+        if (options_file /= '') call read_options(options_file, options, error)
+    end subroutine take_options
+
+    !> What the estimator had to bridge, and what the formal errors leave out.
+    subroutine warn(knowledge, solution, console)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+
+        call console%warn_all(solution%warnings)
+        if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
+        if (.not. all(knowledge%accelerometer_noise%level > 0)) &
+            call console%warn('the setup gives no noise_level of the accelerometer '// &
+                                 'for some axis: the sigmas leave it out')
+        if (.not. all(knowledge%star_camera_sigma > 0)) &
+            call console%warn('the setup gives no noise_about_axes of the star '// &
+                                 'camera for some axis: the sigmas leave it out')
+    end subroutine warn
+end module gracecg_cli_estimate

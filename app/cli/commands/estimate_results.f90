@@ -1,0 +1,512 @@
+!> What gracecg estimate says of an estimate: for people, as CSV, and as JSON.
+module gracecg_cli_estimate_results
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text, rounded_text
+    use gracecg_environment_time, only: utc_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
+    use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
+    use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
+        say_contradiction
+    use gracecg_estimation_iteration, only: iteration_t
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_verdict, only: verdict_t, judge
+    use gracecg_estimation_saved_estimate, only: put_information
+    use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
+        STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
+    use gracecg_cli_calibration_json, only: put_input, put_observed, put_fit, put_verdict, put_fit_tables
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_page_program, only: make_page
+    use gracecg_cli_results, only: results_t
+    implicit none
+    private
+    public :: asked_estimate_t, show_estimate, show_iterations, publish_estimate, write_estimate_page
+
+    !> What was asked for.
+    type :: asked_estimate_t
+        character(:), allocatable :: folder         !! Of the observations
+        character(:), allocatable :: algorithm      !! Its name
+        character(:), allocatable :: options_file   !! Of --options; empty: none
+    end type asked_estimate_t
+
+    character(*), parameter :: COLUMNS = &
+        'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,converged,condition,'// &
+        'residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,'// &
+        'alpha_x_m_s3,alpha_y_m_s3,alpha_z_m_s3,sigma_alpha_x_m_s3,sigma_alpha_y_m_s3,sigma_alpha_z_m_s3,'// &
+        'beta_x_m_s2,beta_y_m_s2,beta_z_m_s2,sigma_beta_x_m_s2,sigma_beta_y_m_s2,sigma_beta_z_m_s2,'// &
+        'q1,q2,q3,q4,sigma_q1,sigma_q2,sigma_q3,sigma_q4,'// &
+        'omega_x_rad_s,omega_y_rad_s,omega_z_rad_s,sigma_omega_x_rad_s,sigma_omega_y_rad_s,sigma_omega_z_rad_s,'// &
+        'variance_factor,edited_accelerometer,edited_star_camera,'// &
+        'undetected_x_mm,undetected_y_mm,undetected_z_mm,contradicted'
+
+contains
+
+    !> The estimate in words and tables.
+    subroutine show_estimate(knowledge, solution, console)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+
+        character(40) :: line
+        real(dp) :: sigma(3)
+        integer :: i
+
+        sigma = sigmas(solution)
+        call console%line(trim(knowledge%name)//', '//solution%algorithm// &
+                          ': CG offset, from centre of mass to proof-mass centre, body axes')
+        do i = 1, 3
+            call console%line('  '//AXES(i)//fitting_text(solution%offset(i)/MILLIMETRE, 12)// &
+                              ' mm   sigma'//fitting_text(sigma(i)/MILLIMETRE, 10)//' mm')
+        end do
+        call console%line('iterations        '//integer_text(solution%iterations)// &
+                          trim(merge(' (converged)    ', ' (not converged)', solution%converged)))
+        write (line, '("condition number  ", es9.2)') solution%condition
+        call console%line(trim(line))
+        call show_three('residual RMS', solution%residual_rms, 'm/s^2 (accelerometer x, y, z)', console)
+        if (solution%variance_factor > 0) then
+            call console%line('variance factor   '//rounded_text(solution%variance_factor, 5)// &
+                              ' (1 when model and noise are right)')
+            call show_three('noise level', solution%noise_level, 'm^2 s^-4/Hz', console)
+            call show_three('noise corner', solution%noise_corner, 'Hz', console)
+            call show_three('star camera sigma', solution%star_camera_sigma, 'rad (camera x, y, boresight)', console)
+        end if
+        if (allocated(solution%beliefs)) call show_beliefs(solution%beliefs, console)
+        call console%line('')
+        call console%line('at the epoch '//utc_text(knowledge%epoch)//' UTC, and what else was estimated')
+        call console%table(other_values(solution))
+    end subroutine show_estimate
+
+    !> Three numbers in a line.
+    subroutine show_three(label, values, unit, console)
+        character(*), intent(in) :: label, unit
+        real(dp), intent(in) :: values(3)
+        type(console_t), intent(inout) :: console
+
+        character(120) :: line
+
+        write (line, '(a, t19, 2(es10.3, ", "), es10.3, 1x, a)') label, values, unit
+        call console%line(trim(line))
+    end subroutine show_three
+
+    pure function sigmas(solution) result(sigma)
+        type(solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)        !! m
+
+        integer :: i
+
+        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end function sigmas
+
+    !> A number with five decimals, or with an exponent where they do not fit into the width.
+    pure function fitting_text(value, width) result(text)
+        real(dp), intent(in) :: value
+        integer, intent(in) :: width
+        character(width) :: text
+
+        write (text, '(f'//integer_text(width)//'.5)') value
+        if (index(text, '*') > 0) write (text, '(es'//integer_text(width)//'.2)') value
+    end function fitting_text
+
+    !> What the data say of the operator's beliefs, in two lines; a contradiction is among the warnings.
+    subroutine show_beliefs(report, console)
+        type(belief_report_t), intent(in) :: report
+        type(console_t), intent(inout) :: console
+
+        character(:), allocatable :: text
+
+        call say_counts(report, text)
+        call console%line('beliefs           '//text)
+        call say_undetected(report, text)
+        call console%line('undetected up to  '//text)
+        call say_untested(report, text)
+        if (text /= '') call console%line('not testable here '//text)
+        if (any(report%apart > 0)) &
+            call console%line('left out of sigma '//rounded_text(report%apart(1)/MILLIMETRE, 2)//', '// &
+                              rounded_text(report%apart(2)/MILLIMETRE, 2)//', '// &
+                              rounded_text(report%apart(3)/MILLIMETRE, 2)//' mm in x, y, z: the '// &
+                              'difference from `optimal`, which knows forces that bend, scale factors and magnetometer bias')
+    end subroutine show_beliefs
+
+    !> Attitude, angular velocity, drift, bias, and what else an algorithm estimates, each with its sigma.
+    function other_values(solution) result(table)
+        type(solution_t), intent(in) :: solution
+        type(data_table_t) :: table
+
+        real(dp) :: sigma(size(STATE_NAMES)), q_sigma(4)
+        integer :: i
+
+        call table%column('name', 'a', 'quantity')
+        call table%column('meaning', 'a', '')
+        call table%column('value', 'es14.6', 'value')
+        call table%column('sigma', 'es10.2', 'sigma')
+        call table%column('unit', 'a', 'unit')
+        sigma = state_sigmas(solution)
+        q_sigma = quaternion_sigmas(solution)
+        do i = 1, merge(4, 0, has_attitude(solution))
+            call add_row('q'//achar(iachar('0') + i), 'attitude, inertial to body', solution%quaternion(i), q_sigma(i), '')
+        end do
+        call add_axes('omega_', 'angular velocity, body axes', solution%angular_velocity, sigma(STATE_RATE), 'rad/s')
+        call add_axes('alpha_', 'drift of the acceleration', solution%drift, sigma(STATE_DRIFT), 'm/s^3')
+        call add_axes('beta_', 'bias of the acceleration', solution%bias, sigma(STATE_BIAS), 'm/s^2')
+        if (.not. allocated(solution%parameters)) return
+        do i = 1, size(solution%parameters)
+            associate (p => solution%parameters(i))
+                call add_row(trim(p%name), '', p%value, p%sigma, trim(unit_text(p%unit)))
+            end associate
+        end do
+
+    contains
+
+        subroutine add_row(name, meaning, value, sigma, unit)
+            character(*), intent(in) :: name, meaning, unit
+            real(dp), intent(in) :: value, sigma
+
+            call table%add(name)
+            call table%add(meaning)
+            call table%add(value)
+            call table%add(sigma)
+            call table%add(unit)
+        end subroutine add_row
+
+        subroutine add_axes(name, meaning, values, sigma, unit)
+            character(*), intent(in) :: name, meaning, unit
+            real(dp), intent(in) :: values(3), sigma(3)
+
+            integer :: axis
+
+            do axis = 1, 3
+                call add_row(name//AXES(axis), meaning, values(axis), sigma(axis), unit)
+            end do
+        end subroutine add_axes
+    end function other_values
+
+    !> A pure number has no unit to be shown.
+    pure function unit_text(unit) result(text)
+        character(*), intent(in) :: unit
+        character(8) :: text
+
+        text = unit
+        if (unit == '1') text = ''
+    end function unit_text
+
+    !> Every iteration, as the F77 program prints it: corrections, state, RMS of the residuals.
+    subroutine show_iterations(solution, console)
+        type(solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+
+        type(data_table_t) :: table
+        character(:), allocatable :: line
+        character(10) :: digits
+        integer :: i, k, place
+
+        do i = 1, size(solution%history)
+            associate (it => solution%history(i))
+                call console%line(trim(it%fit)//', iteration '//integer_text(it%number))
+                line = 'RMS of the residuals before ('//trim(it%residual_unit)//'):'
+                do k = 1, size(it%residual_rms)
+                    write (digits, '(es10.3)') it%residual_rms(k)
+                    line = line//' '//trim(it%residual_names(k))//' '//trim(adjustl(digits))
+                end do
+                call console%paragraph(line)
+                table = data_table_t()
+                call table%column('name', 'a', 'parameter')
+                call table%column('correction', 'es11.3', 'correction')
+                call table%column('state', 'es18.10', 'state')
+                do k = 1, size(it%names)
+                    if (all(it%state_names /= it%names(k))) call add_row(it%names(k), k, 0)
+                end do
+                do k = 1, size(it%state_names)
+                    place = findloc(it%names, it%state_names(k), 1)
+                    call add_row(it%state_names(k), place, k)
+                end do
+                call console%table(table)
+                call console%line('')
+            end associate
+        end do
+
+    contains
+
+        !> A parameter with its places among corrections and state; 0: it has none there.
+        subroutine add_row(name, correction, state)
+            character(*), intent(in) :: name
+            integer, intent(in) :: correction, state
+
+            call table%add(name)
+            if (correction > 0) call table%add(solution%history(i)%correction(correction))
+            if (correction == 0) call table%add_nothing()
+            if (state > 0) call table%add(solution%history(i)%state(state))
+            if (state == 0) call table%add_nothing()
+        end subroutine add_row
+    end subroutine show_iterations
+
+    !> The estimate as CSV or JSON.
+    subroutine publish_estimate(asked, observations, solution, record, console, error)
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record    !! Filled where the format is json
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        type(data_table_t) :: table
+
+        call fill_table(solution, table)
+        if (console%format == 'json') call fill_results(asked, observations, solution, record, results, error)
+        if (.not. allocated(error)) call results%publish(table, console, error)
+    end subroutine publish_estimate
+
+    !> The page of the estimate. With a refusal it shows no offset, begins with the reason, and has what could be read and
+    !> fitted. Fails when the page cannot be made.
+    subroutine write_estimate_page(path, asked, observations, solution, record, console, error, refusal)
+        character(*), intent(in) :: path            !! Of the page
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations     !! Without samples where they could not be read
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record    !! Of the same estimate, as far as it came
+        type(console_t), intent(in) :: console
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: refusal   !! Why there is no offset to be used
+
+        type(results_t) :: results
+        type(data_table_t) :: table
+        character(:), allocatable :: text
+
+        if (present(refusal)) then
+            call table%columns_of(COLUMNS)
+        else
+            call fill_table(solution, table)
+        end if
+        call fill_results(asked, observations, solution, record, results, error, refusal)
+        if (.not. allocated(error)) call results%complete(table, console, text, error)
+        if (.not. allocated(error)) call make_page(path, text, error)
+    end subroutine write_estimate_page
+
+    !> The row of numbers.
+    subroutine fill_table(solution, table)
+        type(solution_t), intent(in) :: solution
+        type(data_table_t), intent(out) :: table
+
+        real(dp) :: sigma(size(STATE_NAMES))
+
+        sigma = state_sigmas(solution)
+        call table%columns_of(COLUMNS)
+        call table%add(solution%algorithm)
+        call table%add(solution%offset/MILLIMETRE)
+        call table%add(sigmas(solution)/MILLIMETRE)
+        call table%add(solution%iterations)
+        call table%add(solution%converged)
+        call table%add(solution%condition)
+        call table%add(solution%residual_rms)
+        call table%add([solution%drift, sigma(STATE_DRIFT), solution%bias, sigma(STATE_BIAS)])
+        if (has_attitude(solution)) then
+            call table%add([solution%quaternion, quaternion_sigmas(solution)])
+        else
+            call table%add_nothing(2*size(solution%quaternion))
+        end if
+        call table%add([solution%angular_velocity, sigma(STATE_RATE)])
+        if (solution%variance_factor > 0) then
+            call table%add(solution%variance_factor)
+        else
+            call table%add_nothing()
+        end if
+        call table%add(solution%edited(1))
+        call table%add(solution%edited(2))
+        if (allocated(solution%beliefs)) then
+            call table%add(solution%beliefs%undetected()/MILLIMETRE)
+            call table%add(solution%beliefs%has_contradiction())
+        else
+            call table%add_nothing(4)
+        end if
+    end subroutine fill_table
+
+    !> Everything but the table. With a refusal there is no offset, but the fit if there was one.
+    subroutine fill_results(asked, observations, solution, record, results, error, refusal)
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
+        type(results_t), intent(inout) :: results
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: refusal
+
+        type(fit_diagnostics_t) :: diagnostics
+        type(verdict_t) :: verdict
+        logical :: usable, fitted
+
+        usable = .not. present(refusal) .and. solution%converged
+        fitted = usable .or. has_fit(record)
+        if (fitted) call diagnose(observations%knowledge, solution, record, diagnostics, error)
+        if (.not. usable .and. allocated(error)) then
+            fitted = .false.
+            deallocate (error)
+        end if
+        if (allocated(error)) return
+        associate (knowledge => observations%knowledge, read => allocated(observations%accelerometer_time))
+            call results%open('estimate')
+            if (read) call results%member('case', trim(knowledge%name))
+            call results%member('observations', asked%folder)
+            if (read) call results%member('epoch_utc', utc_text(knowledge%epoch))
+            if (present(refusal)) then
+                call results%member('refusal', refusal)
+            else
+                call put_solution(solution, results)
+            end if
+            call results%member('algorithm', asked%algorithm)
+            call results%member('options_file', asked%options_file)
+            call results%begin_array('inputs')
+            call put_input(asked%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), results)
+            if (asked%options_file /= '') call put_input(asked%options_file, results)
+            call results%end()
+            if (allocated(solution%warnings)) call results%member('remarks', solution%warnings)
+            if (read) call put_observed(observations, results)
+            if (fitted) then
+                verdict = judge(knowledge, solution, record, diagnostics, refusal)
+                call put_verdict(verdict, knowledge%mass, solution, usable, results)
+                call put_fit(knowledge, record, diagnostics, results)
+                call put_fit_tables(knowledge, record, diagnostics, results)
+            end if
+        end associate
+    end subroutine fill_results
+
+    !> Whether the fit came so far that its residuals can be judged.
+    pure logical function has_fit(record)
+        type(fit_record_t), intent(in) :: record
+
+        integer, parameter :: LEAST_SAMPLES = 40
+
+        has_fit = allocated(record%residual) .and. allocated(record%covariance)
+        if (has_fit) has_fit = size(record%epoch) >= LEAST_SAMPLES
+    end function has_fit
+
+    subroutine put_solution(solution, results)
+        type(solution_t), intent(in) :: solution
+        type(results_t), intent(inout) :: results
+
+        real(dp) :: sigma(size(STATE_NAMES))
+        integer :: i
+
+        sigma = state_sigmas(solution)
+        call results%member('offset_m', solution%offset)
+        call results%begin('covariance')
+        call results%member('names', STATE_NAMES)
+        call results%member('units', STATE_UNITS)
+        call results%member('matrix', solution%state_covariance)
+        call results%end()
+        if (has_attitude(solution)) call results%member('sigma_attitude_rad', sigma(STATE_ATTITUDE))
+        call results%begin_array('parameters')
+        if (allocated(solution%parameters)) then
+            do i = 1, size(solution%parameters)
+                associate (p => solution%parameters(i))
+                    call results%begin(on_one_line=.true.)
+                    call results%member('name', trim(p%name))
+                    call results%member('value', p%value)
+                    call results%member('sigma', p%sigma)
+                    call results%member('unit', trim(p%unit))
+                    call results%end()
+                end associate
+            end do
+        end if
+        call results%end()
+        if (solution%variance_factor > 0) then
+            call results%begin('noise')
+            call results%member('accelerometer_level_m2_s4_hz', solution%noise_level)
+            call results%member('accelerometer_corner_hz', solution%noise_corner)
+            call results%member('star_camera_sigma_rad', solution%star_camera_sigma)
+            call results%end()
+        end if
+        if (allocated(solution%beliefs)) call put_beliefs(solution%beliefs, results)
+        if (allocated(solution%information)) call put_information(solution%information, results)
+        if (allocated(solution%history)) then
+            call results%begin_array('history')
+            do i = 1, size(solution%history)
+                call put_iteration(solution%history(i), results)
+            end do
+            call results%end()
+        end if
+    end subroutine put_solution
+
+    subroutine put_beliefs(report, results)
+        type(belief_report_t), intent(in) :: report
+        type(results_t), intent(inout) :: results
+
+        character(16), parameter :: STATES(3) = [character(16) :: 'confirmed', 'not testable', 'contradicted']
+        character(:), allocatable :: text
+        integer :: i
+
+        call results%begin('beliefs')
+        call results%member('family_level', FAMILY_LEVEL)
+        call results%member('power', POWER)
+        call results%member('critical_score', report%critical)
+        call results%begin_array('values')
+        do i = 1, size(report%values)
+            associate (t => report%values(i), unit => belief_size(report%values(i)%belief))
+                call results%begin(on_one_line=.true.)
+                call results%member('subject', trim(belief_subject(t%belief)))
+                call results%member('state', trim(STATES(t%state)))
+                call results%member('score', t%score)
+                call results%member('value', t%value/unit)
+                call results%member('sigma', t%sigma/unit)
+                call results%member('detectable', t%detectable/unit)
+                call results%member('unit', trim(belief_unit(t%belief)))
+                call results%member('effect_mm', t%effect/MILLIMETRE)
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call results%begin_array('noises')
+        do i = 1, size(report%noises)
+            associate (t => report%noises(i))
+                call results%begin(on_one_line=.true.)
+                call results%member('subject', trim(NOISE_SUBJECTS(t%subject)))
+                call results%member('state', trim(STATES(t%state)))
+                call results%member('score', t%score)
+                call results%member('factor', t%factor)
+                if (t%frequency > 0) call results%member('frequency_hz', t%frequency)
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call say_contradiction(report, text)
+        call results%member('contradiction', text)
+        call say_untested(report, text)
+        call results%member('untested', text)
+        call results%member('undetected_mm', report%undetected()/MILLIMETRE)
+        call results%member('apart_from_optimal_mm', report%apart/MILLIMETRE)
+        call results%end()
+    end subroutine put_beliefs
+
+    subroutine put_iteration(iteration, results)
+        type(iteration_t), intent(in) :: iteration
+        type(results_t), intent(inout) :: results
+
+        call results%begin()
+        call results%member('fit', trim(iteration%fit))
+        call results%member('iteration', iteration%number)
+        call put_values('residual_rms', iteration%residual_names, iteration%residual_rms, results)
+        call results%member('residual_unit', trim(iteration%residual_unit))
+        call put_values('correction', iteration%names, iteration%correction, results)
+        call put_values('state', iteration%state_names, iteration%state, results)
+        call results%end()
+    end subroutine put_iteration
+
+    subroutine put_values(key, names, values, results)
+        character(*), intent(in) :: key, names(:)
+        real(dp), intent(in) :: values(:)
+        type(results_t), intent(inout) :: results
+
+        integer :: i
+
+        call results%begin(key, on_one_line=.true.)
+        do i = 1, size(values)
+            call results%member(trim(names(i)), values(i))
+        end do
+        call results%end()
+    end subroutine put_values
+end module gracecg_cli_estimate_results

@@ -1,0 +1,301 @@
+!> gracecg estimate of several calibrations, or of one long run in arcs: one offset.
+module gracecg_cli_joint
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_text, only: string_t, append, integer_text, rounded_text, join
+    use gracecg_environment_time, only: utc_t, utc_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_file, only: directory_exists
+    use gracecg_observations_observation_files, only: read_observations
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, FAMILY_LEVEL
+    use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
+    use gracecg_estimation_offset_change, only: read_changes
+    use gracecg_estimation_options, only: estimation_options_t, read_options
+    use gracecg_observations_parameters, only: parameter_names, parameter_units
+    use gracecg_estimation_parameters, only: JOINED
+    use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
+    use gracecg_estimation_saved_estimate, only: read_information
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, axis_columns
+    implicit none
+    private
+    public :: declare_joint_options, read_joint_options, run_joint, run_chain, show_offset
+
+contains
+
+    !> The options of `gracecg estimate` that belong to several runs.
+    subroutine declare_joint_options(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--own', 'LIST', 'of several runs: what each has its own instead of one for all: '// &
+                                  join(SHARED_GROUPS, ', '), choices=SHARED_GROUPS)
+        call arguments%add_option('--also', 'LIST', 'of several runs: what of these is estimated though optimal does '// &
+                                  'not by itself, with its a-priori knowledge', choices=SHARED_GROUPS)
+        call arguments%add_option('--changes', 'FILE', 'of several runs: CSV of masses moved between them, time_utc, '// &
+                                  'change of the offset and its sigmas in mm')
+    end subroutine declare_joint_options
+
+    !> What they say, but for the changes.
+    subroutine read_joint_options(arguments, options, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(joint_options_t), intent(out) :: options
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        type(string_t), allocatable :: own(:), also(:)
+        integer :: i
+
+        call arguments%get('--own', own, misuse)
+        call arguments%get('--also', also, misuse)
+        options%own = .false.
+        options%added = .false.
+        do i = 1, size(own)
+            options%own = options%own .or. SHARED_GROUPS == own(i)%text
+        end do
+        do i = 1, size(also)
+            options%added = options%added .or. SHARED_GROUPS == also(i)%text
+        end do
+    end subroutine read_joint_options
+
+    !> The joint estimate of all runs named.
+    subroutine run_joint(arguments, options, console, error)
+        type(arguments_t), intent(in) :: arguments
+        type(joint_options_t), intent(inout) :: options     !! The changes are read into it
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(joint_run_t), allocatable :: runs(:)
+        type(joint_solution_t) :: solution
+        type(string_t), allocatable :: names(:)
+        character(:), allocatable :: changes, options_file
+        integer :: i
+
+        call arguments%get('--options', options_file, error)
+        call arguments%get('--changes', changes, error)
+        if (changes /= '') call read_changes(changes, options%changes, error)
+        if (allocated(error)) return
+        allocate (runs(arguments%positional_count()), names(0))
+        do i = 1, size(runs)
+            call append(names, arguments%positional(i))
+            call read_run(names(i)%text, options_file, runs(i), console, error)
+            if (allocated(error)) return
+        end do
+        call estimate_runs(runs, options, solution, error)
+        if (.not. allocated(error)) &
+            call report('runs', 'joint', names, runs%information%epoch, solution, console, error)
+    end subroutine run_joint
+
+    !> Estimates a run in arcs, and shows them as runs are shown.
+    subroutine run_chain(observations, options, joint, length, threads, console, error)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(joint_options_t), intent(in) :: joint
+        real(dp), intent(in) :: length      !! Of the arcs, at most, s
+        integer, intent(in) :: threads      !! On which arcs are estimated
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(arc_chain_t) :: chain
+        type(string_t), allocatable :: names(:)
+        integer :: i
+
+        call estimate_chain(observations, options, joint, length, threads, chain, error, console)
+        if (allocated(error)) return
+        call console%warn_all(chain%warnings)
+        allocate (names(0))
+        do i = 1, size(chain%arcs)
+            associate (arc => chain%arcs(i))
+                if (arc%joined) call append(names, rounded_text(arc%from, 6)//'-'//rounded_text(arc%to, 6)//' s')
+            end associate
+        end do
+        call report('arcs', trim(observations%knowledge%name), names, &
+                    pack(chain%arcs%information%epoch, chain%arcs%joined), chain%solution, console, error)
+    end subroutine run_chain
+
+    !> A run from a folder of observations, or from a saved estimate.
+    subroutine read_run(path, options_file, run, console, error)
+        character(*), intent(in) :: path, options_file
+        type(joint_run_t), intent(out) :: run
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        integer :: i
+
+        if (.not. directory_exists(path)) then
+            call read_information(path, run%information, error)
+            return
+        end if
+        call read_observations(path, observations, error)
+        if (.not. allocated(error) .and. options_file /= '') call read_options(options_file, options, error)
+        if (allocated(error)) return
+        call run_from_observations(observations, options, run, error)
+        call add_context(error, path)
+        if (allocated(error)) return
+        do i = 1, size(run%solution%warnings)
+            call console%warn(path//': '//run%solution%warnings(i)%text)
+        end do
+    end subroutine read_run
+
+    !> Runs that do not agree are told before anything else.
+    subroutine warn_of_disagreement(kind, names, solution, console)
+        character(*), intent(in) :: kind        !! runs or arcs
+        type(string_t), intent(in) :: names(:)
+        type(joint_solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+
+        integer :: i, worst
+
+        if (solution%consistent) return
+        worst = minloc(solution%runs%probability, 1)
+        call console%warn('the '//kind//' do not agree on one offset: chi square '//rounded_text(solution%statistic, 4)// &
+                          ' for '//integer_text(solution%degrees)//' degrees of freedom, which chance reaches with a '// &
+                          'probability of '//rounded_text(solution%probability, 2)//'; masses that moved between them '// &
+                          'belong into --changes')
+        do i = 1, size(solution%runs)
+            associate (run => solution%runs(i))
+                if (run%agrees .or. size(solution%runs) == 2 .and. i /= worst) cycle
+                call console%warn(names(i)%text//' differs from the rest by '//lengths(run%difference, 3)//' mm (sigma '// &
+                                  lengths(run%difference_sigma, 2)//' mm)')
+            end associate
+        end do
+
+    contains
+
+        function lengths(values, digits) result(text)
+            real(dp), intent(in) :: values(3)       !! m
+            integer, intent(in) :: digits
+            character(:), allocatable :: text       !! mm
+
+            text = rounded_text(values(1)/MILLIMETRE, digits)//', '//rounded_text(values(2)/MILLIMETRE, digits)//', '// &
+                rounded_text(values(3)/MILLIMETRE, digits)
+        end function lengths
+    end subroutine warn_of_disagreement
+
+    !> The joint estimate and each run: for people, as CSV or JSON.
+    subroutine report(kind, case, names, epochs, solution, console, error)
+        character(*), intent(in) :: kind            !! What is joined: runs or arcs
+        character(*), intent(in) :: case            !! Member of JSON
+        type(string_t), intent(in) :: names(:)      !! Of each
+        type(utc_t), intent(in) :: epochs(:)        !! Time 0 of each
+        type(joint_solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        type(data_table_t) :: table, shared
+
+        table = runs_table(kind, names, epochs, solution)
+        shared = shared_table(solution)
+        call warn_of_disagreement(kind, names, solution, console)
+        call console%line(integer_text(size(names))//' '//kind//', one offset at '// &
+                          utc_text(epochs(solution%last))//' UTC')
+        call show_offset(solution%offset, sigma_of(solution), console)
+        call console%line('')
+        call console%line('each '//kind(:3)//' alone, and minus all others')
+        call console%table(table)
+        call console%line('agreement         chi square '//rounded_text(solution%statistic, 4)//' for '// &
+                          integer_text(solution%degrees)//' degrees of freedom, probability '// &
+                          rounded_text(solution%probability, 3)//' (refused below '//rounded_text(FAMILY_LEVEL, 2)//')')
+        if (shared%row_count() > 0) then
+            call console%line('')
+            call console%line('what the '//kind//' share')
+            call console%table(shared)
+        end if
+        call results%open('estimate')
+        call results%member('case', case)
+        call results%member('epoch_utc', utc_text(epochs(solution%last)))
+        call results%member('offset_m', solution%offset)
+        call results%begin('covariance')
+        call results%member('matrix', solution%covariance)
+        call results%end()
+        call results%member('degrees_of_freedom', solution%degrees)
+        call results%member('level', FAMILY_LEVEL)
+        call shared%to_json(results, 'shared', units=.false.)
+        call results%publish(table, console, error)
+    end subroutine report
+
+    !> The joint estimate, then each run alone and its difference from all others.
+    function runs_table(kind, names, epochs, solution) result(table)
+        character(*), intent(in) :: kind            !! As of report, and so on
+        type(string_t), intent(in) :: names(:)
+        type(utc_t), intent(in) :: epochs(:)
+        type(joint_solution_t), intent(in) :: solution
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%column('run', 'a', kind(:3))
+        call table%column('time_utc')
+        call axis_columns(table, 'd', '_mm', 'f10.4', 'd, mm')
+        call table%columns_of('sigma_x_mm,sigma_y_mm,sigma_z_mm')
+        call axis_columns(table, 'difference_', '_mm', 'f10.4', 'difference, mm')
+        call axis_columns(table, 'sigma_difference_', '_mm', 'f9.4', 'its sigma, mm')
+        call table%column('chi_square', 'f9.2', 'chi square|of 3')
+        call table%columns_of('probability,agrees')
+        call table%column('variance_factor', 'f8.3', 'variance|factor')
+        call table%add('joint')
+        call table%add(utc_text(epochs(solution%last)))
+        call table%add([solution%offset, sigma_of(solution)]/MILLIMETRE)
+        call table%add_nothing(6)
+        call table%add([solution%statistic, solution%probability])
+        call table%add(solution%consistent)
+        call table%add(sum(solution%runs%squares)/max(1, sum(solution%runs%redundancy)))
+        do i = 1, size(names)
+            associate (run => solution%runs(i))
+                call table%add(names(i)%text)
+                call table%add(utc_text(epochs(i)))
+                call table%add([run%offset, run%sigma, run%difference, run%difference_sigma]/MILLIMETRE)
+                call table%add([run%statistic, run%probability])
+                call table%add(run%agrees)
+                call table%add(run%squares/max(1, run%redundancy))
+            end associate
+        end do
+    end function runs_table
+
+    !> What the runs share beside the offset.
+    function shared_table(solution) result(table)
+        type(joint_solution_t), intent(in) :: solution
+        type(data_table_t) :: table
+
+        integer :: j
+
+        call table%column('name', 'a', 'parameter')
+        call table%column('value', 'es12.4', 'value')
+        call table%column('sigma', 'es11.2', 'sigma')
+        call table%column('unit', 'a', 'unit')
+        do j = 1, JOINED_COUNT
+            if (.not. solution%parameter_sigma(j) > 0) cycle
+            call table%add(trim(parameter_names(JOINED(j))))
+            call table%add([solution%parameter(j), solution%parameter_sigma(j)])
+            call table%add(trim(parameter_units(JOINED(j))))
+        end do
+    end function shared_table
+
+    pure function sigma_of(solution) result(sigma)
+        type(joint_solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)        !! Of the offset, m
+
+        integer :: i
+
+        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end function sigma_of
+
+    !> An offset with its sigma, for people.
+    subroutine show_offset(offset, sigma, console)
+        real(dp), intent(in) :: offset(3), sigma(3)     !! Body axes, m
+        type(console_t), intent(inout) :: console
+
+        character(100) :: line
+        integer :: i
+
+        do i = 1, 3
+            write (line, '("d", a1, f12.5, " +/-", f9.5, " mm")') AXES(i), [offset(i), sigma(i)]/MILLIMETRE
+            call console%line(trim(line))
+        end do
+    end subroutine show_offset
+end module gracecg_cli_joint

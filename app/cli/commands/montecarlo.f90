@@ -1,0 +1,507 @@
+!> gracecg montecarlo: Tables 6.1 and 6.2 of CSR-TM-00-01, ours beside the published values and the
+!> theoretical prediction; and gracecg merge, which puts the shards of such a campaign together.
+module gracecg_cli_montecarlo
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_progress, only: tell
+    use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_file, only: check_writable, file_exists, is_device
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs, &
+        runs_done
+    use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
+    use gracecg_studies_campaign_merge, only: check_settings, merge_campaigns
+    use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
+    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_launcher, only: find_place
+    use gracecg_cli_process, only: catch_interruption, caught_signal, signal_name
+    use gracecg_cli_results, only: take_format
+    implicit none
+    private
+    public :: declare_montecarlo, run_montecarlo, declare_merge, run_merge
+
+    character(*), parameter :: COMMAND = 'montecarlo', MERGE_COMMAND = 'merge'
+    integer, parameter :: MOST_FILES = 100000   !! That are merged
+    integer, parameter :: MOST_SHOWN = 20       !! Shards that a message names
+    character(*), parameter :: AUTO = 'auto'        !! A shard that the environment names
+    character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
+
+    !> What the user asks for.
+    type :: request_t
+        type(study_t) :: study
+        integer :: shard = 1, shards = 1
+        type(error_switches_t) :: switches
+        character(:), allocatable :: without    !! Error sources that are switched off, as given; empty: none
+        character(:), allocatable :: runs_file  !! Empty: none
+        character(:), allocatable :: resumed_file       !! Runs file of a campaign to go on with; empty: none
+        logical :: keeps = .false.              !! There is a journal of the runs
+    end type request_t
+
+contains
+
+    !> Arguments and help of `gracecg montecarlo`.
+    subroutine declare_montecarlo(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe(COMMAND, '[CASE ...]', 0, MOST_CASES, &
+                                'Simulates and estimates many calibrations of each case and prints the RMS '// &
+                                'error of the CG offset in the layout of Tables 6.1 and 6.2 of '// &
+                                'CSR-TM-00-01, beside the published values and the prediction of a '// &
+                                'covariance analysis. A large campaign can be done in shards, on as many '// &
+                                'machines as there are, and put together by gracecg merge. With --runs-out '// &
+                                'it may be stopped at any moment, by Ctrl-C or otherwise: --resume goes on.', &
+                                'gracecg montecarlo front-3 back-3 --algorithms assest-fde --runs 100')
+        call add_cases_option(arguments, 'all, the six built-in cases')
+        call add_study_options(arguments, '--algorithms --runs', join(REPORT_ESTIMATORS, ','), integer_text(REPORT_RUNS))
+        call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
+                                  'of the whole campaign. auto: K and N of the launcher or job array (Slurm, SGE, Open MPI, '// &
+                                  'MPICH; auto/N of an array of PBS). '//SHARD_MARK//' in names of files stands for K')
+        call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
+                                  join(SOURCE_NAMES, ', ')//' (the three others that are no noise)', choices=SOURCE_NAMES)
+        call add_study_options(arguments, '--seed --threads --out')
+        call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run; while the campaign '// &
+                                  'is at work, the runs that are done stand in FILE.part')
+        call arguments%add_option('--resume', 'FILE', 'go on with a campaign that was interrupted: the same command '// &
+                                  'line, and the FILE of its --runs-out; only the missing runs are done')
+        call add_study_options(arguments, '--format --options')
+    end subroutine declare_montecarlo
+
+    !> The work of `gracecg montecarlo`.
+    subroutine run_montecarlo(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(request_t) :: request
+        type(campaign_t) :: campaign
+        type(simulator_t), allocatable :: simulators(:)
+        type(journal_t) :: journal
+        type(data_table_t) :: first
+        type(error_t), allocatable :: incomplete
+
+        call read_request(arguments, request, console, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call catch_interruption()
+        call prepare_cases(request, simulators, campaign, error)
+        if (.not. allocated(error)) call prepare_theory(request%study, simulators, campaign, console, error)
+        if (.not. allocated(error) .and. request%resumed_file /= '') call resume(request%resumed_file, campaign, console, &
+                                                                                 error)
+        if (.not. allocated(error) .and. request%keeps) call begin_journal(request, campaign, journal, error)
+        if (allocated(error)) return
+        call run_all(request, simulators, campaign, journal, first, console, error)
+        if (allocated(error) .and. .not. console%stops()) return
+        if (allocated(error)) call move_alloc(error, incomplete)
+        call show_first(request, first, console)
+        if (runs_done(campaign) > 0) call show_campaign(campaign, console)
+        if (allocated(incomplete)) then
+            call fail(error, stop_text(arguments, request, campaign))
+            return
+        end if
+        call publish_campaign(campaign, COMMAND, console, error)
+        if (.not. allocated(error) .and. request%study%path /= '') call write_table(request%study%path, campaign, COMMAND, error)
+        if (.not. allocated(error) .and. request%runs_file /= '') call write_runs(request%runs_file, campaign, COMMAND, error)
+        if (request%keeps .and. .not. allocated(error)) call journal%remove()
+    end subroutine run_montecarlo
+
+    !> Simulators of all cases, and the campaign without any run.
+    subroutine prepare_cases(request, simulators, campaign, error)
+        type(request_t), intent(inout) :: request       !! Its cases: with what is switched off in the end
+        type(simulator_t), allocatable, intent(out) :: simulators(:)
+        type(campaign_t), intent(out) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        associate (study => request%study)
+            campaign = new_campaign(padded(study%algorithms), size(study%calibrations), study%seed, study%runs, &
+                                    request%shard, request%shards)
+            allocate (simulators(size(study%calibrations)))
+            do i = 1, size(simulators)
+                call new_switched_simulator(study%calibrations(i)%case, request%switches, simulators(i), error)
+                if (allocated(error)) return
+                study%calibrations(i)%case = simulators(i)%case
+                call add_case(campaign, i, study%calibrations(i), error)
+                if (allocated(error)) return
+            end do
+        end associate
+    end subroutine prepare_cases
+
+    !> Theory of all entries.
+    subroutine prepare_theory(study, simulators, campaign, console, error)
+        type(study_t), intent(in) :: study
+        type(simulator_t), intent(in) :: simulators(:)
+        type(campaign_t), intent(inout) :: campaign
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: a, i
+
+        call console%expect(size(campaign%entries), 'predictions')
+        do i = 1, size(simulators)
+            do a = 1, size(campaign%algorithms)
+                if (console%stops()) then
+                    call fail(error, 'stopped by '//trim(signal_name(caught_signal()))//' before the first run')
+                else
+                    call tell(console, 'theory, '//trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a)))
+                    call predict_entry(campaign, a, i, simulators(i), study%calibrations(i)%options, error)
+                end if
+                if (allocated(error)) return
+                call console%advance()
+            end do
+        end do
+    end subroutine prepare_theory
+
+    !> Takes the runs of a campaign that was interrupted. Fails when it was another one.
+    subroutine resume(path, campaign, console, error)
+        character(*), intent(in) :: path            !! Of its runs file
+        type(campaign_t), intent(inout) :: campaign
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(campaign_t) :: former
+        character(:), allocatable :: found
+        integer :: a, i
+
+        found = journal_path(path)
+        if (.not. file_exists(found)) found = path
+        if (.not. file_exists(found)) then
+            call fail(error, 'option --resume: there is no '//path//', and no '//journal_path(path)//' of a campaign '// &
+                      'that was interrupted; leave --resume out to begin')
+            return
+        end if
+        call read_runs(found, former, error)
+        if (.not. allocated(error)) call check_settings(campaign, former, 'this command and '//found, error)
+        if (allocated(error)) return
+        if (campaign%shard /= former%shard .or. campaign%shards /= former%shards) then
+            call fail(error, 'this command and '//found//' have different shards: '//shard_text(campaign)//' and '// &
+                      shard_text(former))
+            return
+        end if
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                campaign%entries(a, i)%monte_carlo_t = former%entries(a, i)%monte_carlo_t
+            end do
+        end do
+        call console%message(found//' has '//integer_text(runs_done(campaign))//' of '// &
+                             integer_text(runs_wanted(campaign))//' runs: going on with the others')
+    end subroutine resume
+
+    function shard_text(campaign) result(text)
+        type(campaign_t), intent(in) :: campaign
+        character(:), allocatable :: text
+
+        text = integer_text(campaign%shard)//'/'//integer_text(campaign%shards)
+    end function shard_text
+
+    integer function runs_wanted(campaign)
+        type(campaign_t), intent(in) :: campaign
+
+        runs_wanted = size(campaign%entries)*size(shard_runs(campaign))
+    end function runs_wanted
+
+    !> The journal of the runs. Fails when there is one of another campaign, whose runs would be lost.
+    subroutine begin_journal(request, campaign, journal, error)
+        type(request_t), intent(in) :: request
+        type(campaign_t), intent(in) :: campaign
+        type(journal_t), intent(inout) :: journal
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: path
+
+        path = journal_path(request%runs_file)
+        if (file_exists(path) .and. request%resumed_file /= request%runs_file) then
+            call fail(error, path//' has runs of a campaign that was interrupted: go on with it by --resume '// &
+                      request%runs_file//', or remove it')
+        else
+            call journal%begin(path, campaign, COMMAND, error)
+        end if
+    end subroutine begin_journal
+
+    !> The runs of all cases and algorithms, and the first calibration of each case.
+    subroutine run_all(request, simulators, campaign, journal, first, console, error)
+        type(request_t), intent(in) :: request
+        type(simulator_t), intent(in) :: simulators(:)
+        type(campaign_t), intent(inout) :: campaign
+        type(journal_t), intent(inout) :: journal
+        type(data_table_t), intent(inout) :: first
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: a, i, axis
+
+        call first%column('case', 'a', 'case')
+        do axis = 1, size(AXES)
+            call first%column('true', 'f10.4', 'd_'//AXES(axis)//'|true')
+            call first%column('estimate', 'f10.4', '|estimate')
+            call first%column('error', 'f10.4', '|error*')
+        end do
+        call console%expect(runs_wanted(campaign), 'runs', runs_done(campaign))
+        do i = 1, size(simulators)
+            associate (options => request%study%calibrations(i)%options, threads => request%study%threads)
+                do a = 1, size(campaign%algorithms)
+                    if (request%keeps) then
+                        call journal%begin_entry(campaign, a, i)
+                        call run_entry(campaign, a, i, simulators(i), options, threads, error, console, journal)
+                    else
+                        call run_entry(campaign, a, i, simulators(i), options, threads, error, console)
+                    end if
+                    if (allocated(error)) return
+                end do
+                call add_first(simulators(i), options, request%study, campaign%entries(1, i)%predicted, first, error)
+            end associate
+            if (allocated(error)) return
+        end do
+    end subroutine run_all
+
+    !> What was done when the command was stopped, and how to go on.
+    function stop_text(arguments, request, campaign) result(text)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(in) :: request
+        type(campaign_t), intent(in) :: campaign
+        character(:), allocatable :: text
+
+        text = 'stopped by '//trim(signal_name(caught_signal()))//': '//integer_text(runs_done(campaign))//' of '// &
+               integer_text(runs_wanted(campaign))//' runs are done'
+        if (request%keeps) then
+            text = text//', and kept in '//journal_path(request%runs_file)//'; to go on:'//new_line('a')//'  '// &
+                   arguments%command_line()
+            if (.not. arguments%has('--resume')) text = text//' --resume '//request%runs_file
+        else
+            text = text//', and no file keeps them: --runs-out FILE would'
+        end if
+    end function stop_text
+
+    subroutine read_request(arguments, request, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(out) :: request
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(inout) :: misuse
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: table_file
+        integer :: runs
+
+        call arguments%get('--runs', runs, misuse)
+        call read_shard(arguments, runs, request, misuse)
+        call read_switches(arguments, request, misuse)
+        call read_campaign_files(arguments, table_file, request%runs_file, misuse)
+        call arguments%get('--resume', request%resumed_file, misuse)
+        call put_shard(request%shard, request%runs_file)
+        call put_shard(request%shard, request%resumed_file)
+        request%resumed_file = without_ending(request%resumed_file)
+        if (request%runs_file == '') request%runs_file = request%resumed_file
+        request%keeps = request%runs_file /= '' .and. .not. is_device(request%runs_file)
+        if (.not. allocated(misuse)) call check_writable(request%runs_file, error)
+        if (.not. allocated(error)) call take_study(arguments, 'all', console, request%study, misuse, error)
+        if (.not. (allocated(misuse) .or. allocated(error))) call put_shard(request%shard, request%study%path)
+    end subroutine read_request
+
+    !> Puts the number of the shard where a path has SHARD_MARK.
+    subroutine put_shard(shard, path)
+        integer, intent(in) :: shard
+        character(:), allocatable, intent(inout) :: path
+
+        integer :: at
+
+        at = index(path, SHARD_MARK)
+        if (at > 0) path = path(:at - 1)//integer_text(shard)//path(at + len(SHARD_MARK):)
+    end subroutine put_shard
+
+    !> The path of a runs file, where that of its journal is given.
+    function without_ending(path) result(runs_file)
+        character(*), intent(in) :: path
+        character(:), allocatable :: runs_file
+
+        integer :: ending
+
+        runs_file = path
+        ending = len(journal_path('x')) - 1
+        if (len(path) <= ending) return
+        if (journal_path(path(:len(path) - ending)) == path) runs_file = path(:len(path) - ending)
+    end function without_ending
+
+    subroutine read_switches(arguments, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(inout) :: request
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        type(string_t), allocatable :: names(:)
+        integer :: i
+
+        call arguments%get('--without', names, misuse)
+        request%without = join(padded(names), ',')
+        if (allocated(misuse)) return
+        do i = 1, size(names)
+            call switch_off(request%switches, names(i)%text, misuse)
+        end do
+    end subroutine read_switches
+
+    subroutine read_shard(arguments, runs, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        integer, intent(in) :: runs             !! Of the whole campaign
+        type(request_t), intent(inout) :: request
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        character(:), allocatable :: text, problem
+        integer :: slash, given
+        logical :: ok(2)
+
+        call arguments%get('--shard', text, misuse, default='1/1')
+        given = 0
+        slash = index(text, '/')
+        if (text == AUTO .or. index(text, AUTO//'/') == 1) then
+            ok = .true.
+            if (slash > 0) call parse_integer(text(slash + 1:), given, ok(1))
+            call refuse_if(slash > 0 .and. .not. (ok(1) .and. given > 0), 'option --shard: "'//text// &
+                           '" is not auto, or auto/N with a whole number', misuse)
+            if (allocated(misuse)) return
+            call find_place(given, request%shard, request%shards, problem)
+            if (allocated(problem)) call refuse_if(.true., 'option --shard '//text//': '//problem, misuse)
+        else
+            call parse_integer(text(:slash - 1), request%shard, ok(1))
+            call parse_integer(text(slash + 1:), request%shards, ok(2))
+            call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
+                           'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N, nor auto', misuse)
+        end if
+        call refuse_if(request%shard > runs, &
+                       'option --shard: shard '//integer_text(request%shard)//'/'//integer_text(request%shards)//' of '// &
+                       integer_text(runs)//' runs has none; there are as many shards as runs at most', misuse)
+    end subroutine read_shard
+
+    !> The first calibration of each case, and what theory expects of it.
+    subroutine show_first(request, first, console)
+        type(request_t), intent(in) :: request
+        type(data_table_t), intent(in) :: first
+        type(console_t), intent(inout) :: console
+
+        call console%paragraph('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated calibration: '// &
+                               request%study%algorithms(1)%text//', run 1, seed '//integer_text(request%study%seed))
+        call console%table(first)
+        call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
+        if (request%without /= '') call console%line('(error sources switched off here: '//request%without// &
+                                                    '; the report''s values have them all)')
+        call console%line('')
+    end subroutine show_first
+
+    !> The first run of a case, as an operator would see it.
+    subroutine add_first(simulator, options, study, predicted, first, error)
+        type(simulator_t), intent(in) :: simulator
+        type(estimation_options_t), intent(in) :: options
+        type(study_t), intent(in) :: study
+        real(dp), intent(in) :: predicted(3)        !! RMS error by theory, mm
+        type(data_table_t), intent(inout) :: first
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: own
+        type(solution_t) :: solution
+        integer :: i
+
+        call observe(simulator, study%seed, 1, observations, error)
+        if (allocated(error)) return
+        own = options
+        own%covariance = .false.
+        call estimate_offset(study%algorithms(1)%text, observations, own, solution, error)
+        if (allocated(error)) return
+        call first%add(simulator%case%name)
+        do i = 1, 3
+            call first%add([simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, predicted(i)])
+        end do
+    end subroutine add_first
+
+    !> Arguments and help of `gracecg merge`.
+    subroutine declare_merge(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe(MERGE_COMMAND, 'FILE ...', 1, MOST_FILES, &
+                                'Puts the shards of a campaign together: files that gracecg montecarlo '// &
+                                '--shard K/N --runs-out FILE wrote. Table and files are those of the whole '// &
+                                'campaign, to the last digit. Runs that no file has are reported, '// &
+                                'with the shards they are of; a run '// &
+                                'that several files have counts once.', &
+                                'gracecg montecarlo --cases front-3 --runs 20 --shard 1/2 --runs-out '// &
+                                'shard1.csv'//new_line('a')// &
+                                'gracecg montecarlo --cases front-3 --runs 20 --shard 2/2 --runs-out '// &
+                                'shard2.csv'//new_line('a')// &
+                                'gracecg merge shard1.csv shard2.csv --out table.csv')
+        call add_study_options(arguments, '--out')
+        call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
+        call add_study_options(arguments, '--format')
+    end subroutine declare_merge
+
+    !> The work of `gracecg merge`.
+    subroutine run_merge(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(campaign_t), allocatable :: parts(:)
+        type(campaign_t) :: whole
+        type(string_t), allocatable :: names(:)
+        character(:), allocatable :: table_file, runs_file
+        integer :: i, missing
+
+        call read_campaign_files(arguments, table_file, runs_file, misuse)
+        call take_format(arguments, console, misuse)
+        if (allocated(misuse)) return
+
+        allocate (parts(arguments%positional_count()), names(arguments%positional_count()))
+        do i = 1, size(parts)
+            names(i)%text = arguments%positional(i)
+            call read_runs(names(i)%text, parts(i), error)
+            if (allocated(error)) return
+        end do
+        call merge_campaigns(parts, padded(names), whole, missing, error)
+        if (allocated(error)) return
+        call show_campaign(whole, console)
+        if (missing > 0) call console%warn(integer_text(missing)//' of '// &
+                                              integer_text(whole%runs*size(whole%entries))// &
+                                              ' estimates are missing: '//trim(left_out(parts, whole)))
+        call publish_campaign(whole, MERGE_COMMAND, console, error)
+        if (allocated(error)) return
+        if (table_file /= '') call write_table(table_file, whole, MERGE_COMMAND, error)
+        if (allocated(error)) return
+        if (runs_file /= '') call write_runs(runs_file, whole, MERGE_COMMAND, error)
+    end subroutine run_merge
+
+    !> Which shards have runs that no file has, with blanks behind it. They can be named when all files are of a campaign
+    !> in equally many shards.
+    function left_out(parts, whole) result(text)
+        type(campaign_t), intent(in) :: parts(:), whole
+        character(MOST_SHOWN*24 + 120) :: text
+
+        logical, allocatable :: given(:)
+        integer :: e, k, n, shown
+
+        text = 'shards are left out'
+        n = parts(1)%shards
+        if (n < 2 .or. any(parts%shards /= n)) return
+        text = 'run again shard'
+        shown = 0
+        do k = 1, n
+            do e = 1, size(whole%entries)
+                allocate (given(whole%runs), source=.false.)
+                associate (entry => whole%entries(1 + mod(e - 1, size(whole%entries, 1)), &
+                                                  1 + (e - 1)/size(whole%entries, 1)))
+                    given(entry%run) = .true.
+                end associate
+                if (.not. all(given(k::n))) exit
+                deallocate (given)
+            end do
+            if (.not. allocated(given)) cycle
+            deallocate (given)
+            shown = shown + 1
+            if (shown <= MOST_SHOWN) text = trim(text)//trim(merge(',', ' ', shown > 1))//' '//integer_text(k)//'/'//integer_text(n)
+        end do
+        if (shown > MOST_SHOWN) text = trim(text)//' and '//integer_text(shown - MOST_SHOWN)//' more'
+    end function left_out
+end module gracecg_cli_montecarlo

@@ -1,0 +1,197 @@
+!> gracecg reliability: what the tests of the operator's beliefs are worth, tried.
+module gracecg_cli_reliability
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text, join, padded, rounded_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
+    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
+        size_text, SILENT_SIGMAS, FAR_BEYOND
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
+    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t
+    implicit none
+    private
+    public :: declare_reliability, run_reliability
+
+contains
+
+    !> Arguments and help of `gracecg reliability`.
+    subroutine declare_reliability(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('reliability', '[CASE ...]', 0, MOST_CASES, &
+                                'Spoils simulated calibrations by one wrong belief of the operator after the other (gains, '// &
+                                'delays, directions, signs, interchanged axes, conventions, noise levels), each at up to '// &
+                                'three sizes, and counts how often the estimate contradicts it, names it, or is wrong '// &
+                                'without a word. `bound` says beforehand what can be detected.', &
+                                'gracecg reliability front-3 --only quaternions --runs 1')
+        call add_cases_option(arguments, 'front-3')
+        call add_study_options(arguments, '--algorithms --runs', 'optimal', '2')
+        call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
+        call arguments%add_option('--power', '', 'each belief with a value wrong by what its own test finds in 80 of 100 runs, '// &
+                                  'as fits without noise say, instead of three sizes')
+        call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
+        call add_study_options(arguments, '--seed --threads --out --format --options')
+    end subroutine declare_reliability
+
+    !> The work of `gracecg reliability`.
+    subroutine run_reliability(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(study_t) :: study
+        type(wrong_belief_t), allocatable :: list(:)
+        type(tally_t), allocatable :: tallies(:), all_tallies(:)
+        type(data_table_t) :: table
+        type(results_t) :: results
+        character(:), allocatable :: only, names
+        integer :: i
+
+        call arguments%get('--only', only, misuse)
+        call take_study(arguments, 'front-3', console, study, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        list = chosen(all_wrong_beliefs())
+        call refuse_if(size(list) == 0, '--only "'//only//'": no wrong belief has that in its name; try rod, '// &
+                       'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
+        if (allocated(misuse)) return
+        call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,'// &
+                              'own_test,named,silently_wrong,worst_sigmas,own_test_stated')
+        allocate (all_tallies(0))
+        call console%expect_parts(size(study%calibrations), 'cases')
+        do i = 1, size(study%calibrations)
+            call try_case(study%calibrations(i))
+            if (allocated(error)) return
+            call console%next_part()
+            all_tallies = [all_tallies, tallies]
+        end do
+        do i = 1, size(study%algorithms)
+            associate (name => study%algorithms(i)%text)
+                call show(name, pack(all_tallies, all_tallies%algorithm == name), console)
+            end associate
+        end do
+        names = join(padded(study%algorithms), ',')
+        call results%open('reliability')
+        call results%member('algorithms', names)
+        call results%member('seed', study%seed)
+        call results%publish(table, console, error, study%path, names//', seed '//integer_text(study%seed))
+
+    contains
+
+        !> Spoils the calibrations of a case.
+        subroutine try_case(calibration)
+            type(calibration_t), intent(in) :: calibration
+
+            integer :: with_value
+
+            if (arguments%has('--power')) then
+                call beliefs_with_value(calibration, list, error)
+                if (allocated(error)) return
+                list = chosen(list)
+                with_value = size(list)
+                call find_detectable_values(calibration, study%threads, list, error, console)
+                if (allocated(error)) return
+            end if
+            call try_wrong_beliefs(calibration, padded(study%algorithms), .not. arguments%has('--no-causes'), list, study%seed, &
+                                   study%runs, study%threads, tallies, error, console)
+            if (allocated(error)) return
+            call add_rows(trim(calibration%case%name), tallies, table)
+            if (arguments%has('--power')) &
+                call show_power(trim(calibration%case%name), with_value, size(list), tallies, console)
+        end subroutine try_case
+
+        !> Those whose name has the text asked for.
+        function chosen(from) result(some)
+            type(wrong_belief_t), intent(in) :: from(:)
+            type(wrong_belief_t), allocatable :: some(:)
+
+            integer :: k
+
+            some = pack(from, [(index(subject_of(from(k)), only) > 0, k=1, size(from))])
+        end function chosen
+    end subroutine run_reliability
+
+    subroutine add_rows(name, tallies, table)
+        character(*), intent(in) :: name        !! Of the case
+        type(tally_t), intent(in) :: tallies(:)
+        type(data_table_t), intent(inout) :: table
+
+        integer :: i
+
+        do i = 1, size(tallies)
+            associate (t => tallies(i))
+                call table%add(name)
+                call table%add(trim(t%algorithm))
+                call table%add(trim(subject_of(t%wrong)))
+                call table%add(trim(size_text(t%wrong)))
+                call table%add(t%runs)
+                call table%add(t%times)
+                call table%add(real([t%refused, t%contradicted, t%found, t%named, t%silent], dp))
+                call table%add([t%worst, t%stated])
+            end associate
+        end do
+    end subroutine add_rows
+
+    !> How often each belief's own test found it in a case.
+    subroutine show_power(name, with_value, looked_for, tallies, console)
+        character(*), intent(in) :: name        !! Of the case
+        integer, intent(in) :: with_value       !! Beliefs of which `bound` states a value
+        integer, intent(in) :: looked_for       !! Those of which fits find one
+        type(tally_t), intent(in) :: tallies(:)
+        type(console_t), intent(inout) :: console
+
+        type(data_table_t) :: rows
+        integer :: i
+
+        call console%line(name//': '//integer_text(looked_for)//' of '//integer_text(with_value)// &
+                          ' beliefs have a value that fits without noise find in 80 of 100 runs')
+        call rows%column('belief', 'a', '  belief')
+        call rows%column('size', 'a', 'wrong by')
+        call rows%column('times', 'f6.2', 'times bound''s')
+        call rows%column('algorithm', 'a', 'algorithm')
+        call rows%column('found', 'f6.1', 'found by its own test, %')
+        do i = 1, size(tallies)
+            associate (t => tallies(i))
+                call rows%add('  '//subject_of(t%wrong))
+                call rows%add(size_text(t%wrong))
+                call rows%add(t%times)
+                call rows%add(t%algorithm)
+                call rows%add(100*t%found/real(t%runs, dp))
+            end associate
+        end do
+        call console%table(rows)
+    end subroutine show_power
+
+    !> What is wrong without a word, case by case, and the sums.
+    subroutine show(algorithm, tallies, console)
+        character(*), intent(in) :: algorithm
+        type(tally_t), intent(in) :: tallies(:)     !! Of all cases
+        type(console_t), intent(inout) :: console
+
+        type(tally_t), allocatable :: far(:)
+
+        far = pack(tallies, tallies%times > FAR_BEYOND)
+        call console%line(algorithm//': '//integer_text(sum(tallies%runs))//' estimates with one wrong belief each')
+        call line('contradicted or refused', sum(tallies%contradicted), sum(tallies%runs))
+        call line('contradicted by the test of the very belief', sum(tallies%found), sum(tallies%runs))
+        call console%line('  '//rounded_text(sum(tallies%stated), 3)//' of them expected of it, by the detectable values '// &
+                          'that the estimates state')
+        call line('silently wrong, by more than '//rounded_text(SILENT_SIGMAS, 2)//' sigma and what is undetectable', &
+                  sum(tallies%silent), sum(tallies%runs))
+        call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &
+                  sum(far%contradicted), sum(far%runs))
+        call line('of these the right cause among those named', sum(far%named), sum(far%contradicted))
+
+    contains
+
+        subroutine line(what, number, of_all)
+            character(*), intent(in) :: what
+            integer, intent(in) :: number, of_all
+
+            call console%line('  '//integer_text(number)//' of '//integer_text(of_all)//' '//what)
+        end subroutine line
+    end subroutine show
+end module gracecg_cli_reliability

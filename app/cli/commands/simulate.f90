@@ -1,0 +1,109 @@
+!> gracecg simulate: the true arc of a case and one noisy observation set.
+module gracecg_cli_simulate
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: integer_text
+    use gracecg_files_file, only: remove_file
+    use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_options, only: estimation_options_t, write_options
+    use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_cli_calibration_argument, only: take_calibration, warn_of_instruments
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t, quoted_word
+    implicit none
+    private
+    public :: declare_simulate, run_simulate
+
+    character(*), parameter :: OPTIONS_FILE = 'options.nml'
+
+contains
+
+    !> Arguments and help of `gracecg simulate`.
+    subroutine declare_simulate(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('simulate', 'CASE', 1, 1, &
+                                'Propagates the true orbit and attitude of a case and draws '// &
+                                'one noisy observation set. CASE is a built-in case (gracecg '// &
+                                'cases) or a namelist file. Seed and run alone decide the '// &
+                                'random numbers.', &
+                                'gracecg simulate front-1 --out run1 --seed 1 --run 1')
+        call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE//' and the observation set; made if it is not '// &
+                                  'there', required=.true.)
+        call arguments%add_option('--seed', 'S', 'of the random numbers', default='1')
+        call arguments%add_option('--run', 'K', 'number of the run: other random numbers of the same seed', default='1')
+        call arguments%add_option('--rods', 'S', 'also writes rods.csv, the moments that the torque rods truly '// &
+                                  'had, every S seconds: estimate takes them in place of those commanded')
+    end subroutine declare_simulate
+
+    !> The work of `gracecg simulate`.
+    subroutine run_simulate(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(calibration_t) :: calibration
+        type(simulation_order_t) :: order
+        type(simulation_summary_t) :: summary
+
+        call arguments%get('--out', order%folder, misuse)
+        call arguments%get('--seed', order%seed, misuse)
+        call arguments%get('--run', order%run, misuse, low=0)
+        call arguments%get('--rods', order%rods_interval, misuse, default=0.0_dp, low=1e-3_dp, high=10.0_dp)
+        if (allocated(misuse)) return
+
+        call take_calibration(arguments, arguments%positional(1), console, calibration, error)
+        if (allocated(error)) return
+        order%case = calibration%case
+        call write_run(order, calibration%options, summary, error)
+        if (allocated(error)) return
+        call warn_of_instruments(order%case, console)
+        call console%warn_all(summary%warnings)
+        call report(order, summary, console)
+    end subroutine run_simulate
+
+    !> Writes the truth, the observation set and the options; after a failure none of them.
+    subroutine write_run(order, options, summary, error)
+        type(simulation_order_t), intent(inout) :: order
+        type(estimation_options_t), intent(in) :: options
+        type(simulation_summary_t), intent(out) :: summary
+        type(error_t), allocatable, intent(out) :: error
+
+        allocate (order%comments(2))
+        order%comments(1) = 'gracecg '//VERSION//' simulate'
+        order%comments(2) = 'case '//trim(order%case%name)//', seed '//integer_text(order%seed)// &
+            ', run '//integer_text(order%run)
+        call simulate_into(order, summary, error)
+        if (allocated(error)) return
+        call write_options(order%folder//'/'//OPTIONS_FILE, options, order%comments, error)
+        if (allocated(error)) call remove_file(order%folder//'/'//TRUTH_FILE)
+    end subroutine write_run
+
+    !> What was written, and what to do next.
+    subroutine report(order, summary, console)
+        type(simulation_order_t), intent(in) :: order
+        type(simulation_summary_t), intent(in) :: summary
+        type(console_t), intent(inout) :: console
+
+        integer :: i
+
+        call console%line('written to '//order%folder//':')
+        call console%line('  '//TRUTH_FILE//'          the true arc')
+        do i = 1, size(summary%rows)
+            if (i > 4 .and. summary%rows(i) == 0) cycle     ! moments of the rods, where nobody asked for them
+            call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(summary%rows(i))// &
+                              trim(merge(' positions', ' samples  ', i == 4)))
+        end do
+        call console%line('  '//OBSERVATION_FILES(SETUP_FILE)//'  what the operator knows')
+        call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
+        if (summary%moves_rods) then
+            call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm assest-fde --options '// &
+                              quoted_word(order%folder//'/'//OPTIONS_FILE))
+        else
+            call console%warn('all torque rods are off: from these observations no CG offset can '// &
+                                 'be estimated')
+        end if
+    end subroutine report
+end module gracecg_cli_simulate

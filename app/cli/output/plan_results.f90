@@ -1,0 +1,161 @@
+!> What commands say of planned manoeuvres, for people and as JSON: programmes of several, the leakage of the rods into the
+!> accelerometer (sigma without it and with it estimated, of one flight and of two half a revolution apart), and what no
+!> test of the operator's beliefs would see.
+module gracecg_cli_plan_results
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE
+    use gracecg_base_text, only: integer_text, rounded_text
+    use gracecg_environment_time, only: utc_plus, utc_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_json, only: json_writer_t
+    use gracecg_observations_parameters, only: belief_subject
+    use gracecg_estimation_belief_words, only: say_undetected
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_leakage, only: leakage_pair_t
+    use gracecg_planning_programme, only: candidate_t, programme_t
+    use gracecg_planning_reliable_design, only: reliable_design_t
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: axis_columns
+    implicit none
+    private
+    public :: add_programme, add_leakage, add_reliable
+
+contains
+
+    !> A programme: a table, and `programme` in JSON.
+    subroutine add_programme(candidates, programme, wanted, console, json)
+        type(candidate_t), intent(in) :: candidates(:)
+        type(programme_t), intent(in) :: programme
+        real(dp), intent(in) :: wanted      !! Of the largest sigma, m; 0: nothing was asked for
+        type(console_t), intent(inout) :: console
+        class(json_writer_t), intent(inout) :: json     !! In an object
+
+        type(data_table_t) :: table
+        character(:), allocatable :: line
+
+        associate (n => size(programme%chosen), reached => maxval(programme%sigma(:, size(programme%chosen))))
+            line = 'programme of '//integer_text(n)//' manoeuvre'//trim(merge('s', ' ', n > 1))//', in the order of flight'
+            if (wanted > 0) line = line//': largest sigma '//rounded_text(reached/MILLIMETRE, 3)//' mm, wanted '// &
+                                   rounded_text(wanted/MILLIMETRE, 3)//' mm'// &
+                                   trim(merge(': not reached', '             ', reached > wanted))
+        end associate
+        call console%line('')
+        call console%line(line)
+        table = programme_table(candidates, programme)
+        call console%table(table)
+        call console%line('(sigma of all manoeuvres up to this one together, by information)')
+        call table%to_json(json, 'programme')
+    end subroutine add_programme
+
+    function programme_table(candidates, programme) result(table)
+        type(candidate_t), intent(in) :: candidates(:)
+        type(programme_t), intent(in) :: programme
+        type(data_table_t) :: table
+
+        real(dp), parameter :: UNSEEN = 1e3_dp      ! m: beyond, a direction is not seen yet
+        integer :: i, axis
+
+        call table%column('time_s', 'i8', 'time|s')
+        call table%column('duration_s', 'f8.1', 'length|s')
+        call table%column('latitude_deg', 'f8.1', 'lat.|deg')
+        call table%column('longitude_deg', 'f8.1', 'long.|deg')
+        call axis_columns(table, 'sigma_', '_mm', 'f9.5', 'sigma, mm')
+        do i = 1, size(programme%chosen)
+            associate (candidate => candidates(programme%chosen(i)))
+                call table%add(nint(candidate%time))
+                call table%add([candidate%duration, candidate%latitude/DEGREE, candidate%longitude/DEGREE])
+            end associate
+            do axis = 1, 3
+                if (programme%sigma(axis, i) < UNSEEN) then
+                    call table%add([programme%sigma(axis, i)/MILLIMETRE])
+                else
+                    call table%add_nothing()
+                end if
+            end do
+        end do
+    end function programme_table
+
+    !> The leakage of the rods, and `leakage` in JSON.
+    subroutine add_leakage(pair, case, console, json)
+        type(leakage_pair_t), intent(in) :: pair
+        type(case_t), intent(in) :: case    !! Whose epoch the time counts from
+        type(console_t), intent(inout) :: console
+        class(json_writer_t), intent(inout) :: json     !! In an object
+
+        call console%line('')
+        call console%line('leakage of the rods into the accelerometer, sigma in mm:    left out          estimated')
+        call json%begin('leakage')
+        call add('one flight                       ', '', pair%without, pair%with)
+        if (pair%pair_with(1) < huge(1.0_dp)) then
+            call add('and one half a revolution away   ', 'pair_', pair%pair_without, pair%pair_with)
+            call console%paragraph('the second flight: '//utc_text(utc_plus(case%epoch, anint(pair%time)))//' UTC, '// &
+                                   integer_text(nint(pair%time))//' s after the epoch ('// &
+                                   trim(place_text(pair%latitude, 'N', 'S'))//', '//trim(place_text(pair%longitude, 'E', 'W'))// &
+                                   '), where the field is '//integer_text(nint(acos(max(-1.0_dp, min(1.0_dp, pair%opposite)))/ &
+                                   DEGREE))//' deg away in body axes. Leakage that is estimated has the a-priori sigmas of '// &
+                                   'level1 estimate.')
+            call json%member('pair_time_s', pair%time)
+            call json%member('pair_latitude_deg', pair%latitude/DEGREE)
+            call json%member('pair_longitude_deg', pair%longitude/DEGREE)
+        end if
+        call json%end()
+
+    contains
+
+        subroutine add(name, key, without, with)
+            character(*), intent(in) :: name, key       !! For people, and in JSON before sigma_
+            real(dp), intent(in) :: without(3), with(3)     !! m
+
+            character(100) :: line
+
+            write (line, '(a, 2(3f9.4, 4x))') name, min(without/MILLIMETRE, 999.0_dp), min(with/MILLIMETRE, 999.0_dp)
+            call console%line(trim(line))
+            if (all(without < huge(1.0_dp))) call json%member(key//'sigma_without_mm', without/MILLIMETRE)
+            if (all(with < huge(1.0_dp))) call json%member(key//'sigma_with_mm', with/MILLIMETRE)
+        end subroutine add
+    end subroutine add_leakage
+
+    function place_text(angle, positive, negative) result(text)
+        real(dp), intent(in) :: angle               !! rad
+        character(1), intent(in) :: positive, negative
+        character(7) :: text
+
+        write (text, '(f5.1, 1x, a1)') abs(angle)/DEGREE, merge(positive, negative, angle >= 0)
+        text = adjustl(text)
+    end function place_text
+
+    !> The largest undetected effects and whether they are as small as is wanted.
+    subroutine add_reliable(reliable, console, json)
+        type(reliable_design_t), intent(in) :: reliable
+        type(console_t), intent(inout) :: console
+        class(json_writer_t), intent(inout) :: json     !! In an object
+
+        logical :: reached
+        integer :: axis
+        character(:), allocatable :: text
+
+        reached = all(reliable%effect <= reliable%report%wanted)
+        call say_undetected(reliable%report, text)
+        call console%line('')
+        call console%paragraph('a single wrong belief could move the offset undetected by '//text//': '// &
+                               trim(merge('as wanted,             ', 'this search found none,', reached))//' at most '// &
+                               rounded_text(reliable%report%wanted/MILLIMETRE, 3)//' mm; '// &
+                               integer_text(reliable%evaluations)//' manoeuvres were tried')
+        call json%begin('reliability')
+        call json%member('wanted_mm', reliable%report%wanted/MILLIMETRE)
+        call json%member('reached', reached)
+        call json%member('evaluations', reliable%evaluations)
+        call json%begin_array('undetected')
+        do axis = 1, 3
+            call json%begin(on_one_line=.true.)
+            call json%member('effect_mm', reliable%effect(axis)/MILLIMETRE)
+            associate (place => reliable%report%largest(axis))
+                if (place > 0) &
+                    call json%member('belief', trim(belief_subject(reliable%report%values(place)%belief)))
+            end associate
+            call json%end()
+        end do
+        call json%end()
+        call json%end()
+    end subroutine add_reliable
+end module gracecg_cli_plan_results

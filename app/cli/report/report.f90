@@ -1,0 +1,320 @@
+!> gracecg report: everything that CSR-TM-00-01 shows, computed anew. Each study leaves its numbers in a folder as CSV files;
+!> the Python package sets them beside the published ones, judges them and makes one HTML page.
+module gracecg_cli_report
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_file, only: output_file_t
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of, report_campaign, first_runs
+    use gracecg_studies_campaign_files, only: write_table, write_runs
+    use gracecg_studies_com_budget, only: com_budget_table
+    use gracecg_studies_curves, only: verification_t, verify_case, curves_table, curves_file_name, check_windows, &
+        add_window_rows, WINDOW_COLUMNS
+    use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
+        calibrate_with_design, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY
+    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, STUDY_NAMES
+    use gracecg_studies_estimate_windows, only: campaign_windows, loss_windows, estimate_windows_table, LEAST_SHARE_INSIDE
+    use gracecg_studies_gravity_gradient, only: gradient_along_orbit, gradient_table
+    use gracecg_studies_limit, only: limit_study_t, study_limit, limits_table, detectable_excess
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, field_runs_table, &
+        field_settings, LOSS_STUDIES, MODEL_FIELD_ERROR
+    use gracecg_studies_published_axes, only: published_axes_table
+    use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
+    use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, variations_table, VARIATIONS
+    use gracecg_studies_timing, only: timing_study_t, study_timing, places_table
+    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
+    use gracecg_cli_campaign_tables, only: REPORT_RUNS
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
+    use gracecg_cli_report_tables, only: report_cases_table, revolutions_table, marked_places_table, manoeuvres_table
+    use gracecg_cli_statements, only: put_statements
+    implicit none
+    private
+    public :: declare_report, run_report
+
+    integer, parameter :: DEFAULT_RUNS = 200
+    integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
+    real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
+    integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+    character(*), parameter :: SOURCES_CASE = 'front-1', SOURCES_ALGORITHM = 'ascfest'     !! As in the report
+    character(*), parameter :: BY_THEORY = 'arc-length'     !! The statement whose runs would take the longest
+
+contains
+
+    !> Says what the command takes.
+    subroutine declare_report(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe(COMMAND, '', 0, 0, &
+                                'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and '// &
+                                '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
+                                'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
+                                'file for every table and figure, and the figures as SVG; what it states without them; '// &
+                                'then, beyond the report, every estimator against the theoretical limit, and a '// &
+                                'designed manoeuvre. The page takes Python.', &
+                                'gracecg report --out report --runs 30')
+        call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made '// &
+                                  'if it is not there', &
+                                  required=.true.)
+        call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '// &
+                                  integer_text(DEFAULT_RUNS)//', at least '// &
+                                  integer_text(REPORT_RUNS)//', which the report has)')
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the '// &
+                                  'machine); the numbers do not depend on it')
+    end subroutine declare_report
+
+    !> Computes the studies and makes the page.
+    subroutine run_report(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(report_folder_t) :: folder
+        character(:), allocatable :: path
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: runs, threads
+
+        call arguments%get('--out', path, misuse)
+        call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=REPORT_RUNS, high=MOST_RUNS)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
+        call arguments%get_threads(threads, misuse)
+        if (allocated(misuse)) return
+        call open_report(path, runs, seed, threads, folder, error)
+        if (allocated(error)) return
+        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3 + size(STATEMENT_NAMES), 'parts')
+        call put_inputs(folder, error)
+        if (.not. allocated(error)) call put_revolutions(folder, console, error)
+        if (.not. allocated(error)) call put_estimates(folder, console, error)
+        if (.not. allocated(error)) call put_error_sources(folder, console, error)
+        if (.not. allocated(error)) call examine_all(folder, console, error)
+        if (.not. allocated(error)) call put_limits(folder, console, error)
+        if (.not. allocated(error)) call put_designs(folder, console, error)
+        if (.not. allocated(error)) call folder%finish(console, error)
+    end subroutine run_report
+
+    !> What the report is given: the cases, the budget of the centre of mass, the ends of the printed axes.
+    subroutine put_inputs(folder, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibrations(size(REPORT_CASE_NAMES))
+        type(data_table_t) :: table
+        character(:), allocatable :: text
+        integer :: i
+
+        call folder%results%begin('case_files')
+        do i = 1, size(calibrations)
+            call find_calibration(REPORT_CASE_NAMES(i), calibrations(i), error)
+            if (.not. allocated(error)) call calibration_text(calibrations(i), text, error)
+            if (allocated(error)) return
+            call folder%results%member(trim(REPORT_CASE_NAMES(i)), text)
+        end do
+        call folder%results%end()
+        call report_cases_table(calibrations, table, error)
+        if (.not. allocated(error)) call folder%put('cases', table, 'the six cases', error)
+        if (.not. allocated(error)) call folder%put('com_budget', com_budget_table(), 'Tables 1.1 and 1.2', error)
+        if (.not. allocated(error)) call folder%put('printed_axes', published_axes_table(), 'Figures 6.1 to 6.6', error)
+    end subroutine put_inputs
+
+    !> A revolution of either satellite, its case 1 against the printed windows, the gradient along the front one's.
+    subroutine put_revolutions(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(timing_study_t) :: revolutions(size(SATELLITES))
+        type(variation_t) :: changes(VARIATIONS)
+        type(data_table_t) :: windows
+        integer :: i
+
+        call windows%columns_of(WINDOW_COLUMNS)
+        do i = 1, size(SATELLITES)
+            call put_revolution(folder, trim(SATELLITES(i)), revolutions(i), windows, console, error)
+            if (allocated(error)) return
+            call console%next_part()
+        end do
+        call folder%put('revolutions', revolutions_table(revolutions), 'section 6.2', error)
+        if (.not. allocated(error)) call folder%put('windows', windows, 'case 1 and the axes of Figures 5.2 to 5.8', error)
+        if (.not. allocated(error)) call folder%put('gravity_gradient', gradient_table(gradient_along_orbit( &
+            revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP)), &
+            'front satellite; offset 1 mm, its components alike; radial, transverse, normal', error)
+        if (.not. allocated(error)) call study_window_sensitivity(folder%threads, changes, error)
+        if (.not. allocated(error)) call folder%put('window_sensitivity', variations_table(changes), &
+                                                    'front-1 and back-1, windows of Figures 5.4 to 5.8', error)
+    end subroutine put_revolutions
+
+    subroutine put_revolution(folder, satellite, revolution, windows, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        character(*), intent(in) :: satellite
+        type(timing_study_t), intent(out) :: revolution
+        type(data_table_t), intent(inout) :: windows    !! Gets rows
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(verification_t) :: curves
+        character(:), allocatable :: name
+
+        call find_calibration(satellite//'-1', calibration, error)
+        if (.not. allocated(error)) call study_timing(calibration, ORBIT_STEP, folder%threads, revolution, error, console)
+        if (.not. allocated(error)) call verify_case(revolution%case, curves, error)
+        if (allocated(error)) return
+        call add_window_rows(calibration%case%name, check_windows(satellite, curves), windows)
+        name = curves_file_name(calibration%case%name)
+        call folder%put(name(:index(name, '.csv') - 1), curves_table(curves), 'case '//satellite//'-1; body axes', error)
+        if (.not. allocated(error)) call folder%put('timing_'//satellite, places_table(revolution%places, &
+            revolution%case%epoch), satellite//' satellite; field in body axes', error)
+        if (.not. allocated(error)) call folder%put('places_'//satellite, marked_places_table(revolution), &
+                                                    satellite//' satellite; field in body axes', error)
+    end subroutine put_revolution
+
+    !> The six cases by the report's algorithms, and the loss of the magnetometer, against the printed axes.
+    subroutine put_estimates(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(campaign_t) :: campaign
+        type(campaign_agreement_t) :: found
+        type(field_study_t) :: losses(LOSS_STUDIES)
+        character(:), allocatable :: about
+
+        call report_campaign(folder%seed, folder%runs, folder%threads, campaign, error, console)
+        call console%next_part()
+        if (.not. allocated(error)) call write_table(folder%file('montecarlo.csv'), campaign, COMMAND, error)
+        if (.not. allocated(error)) call write_table(folder%file('montecarlo_first_runs.csv'), &
+                                                     first_runs(campaign, REPORT_RUNS), COMMAND, error)
+        if (.not. allocated(error)) call write_runs(folder%file('montecarlo_runs.csv'), campaign, COMMAND, error)
+        if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, folder%seed, folder%runs, &
+                                                                 folder%threads, losses, error, console)
+        call console%next_part()
+        if (allocated(error)) return
+        found = agreement_of(campaign)
+        call folder%results%begin('agreement')
+        call folder%results%member('published', found%published)
+        call folder%results%member('allowed', found%allowed)
+        call folder%results%member('not_converged', found%not_converged)
+        call folder%results%member('worst_difference', found%worst_difference)
+        call folder%results%end()
+        call folder%results%member('least_share_inside', LEAST_SHARE_INSIDE)
+        about = field_settings(folder%seed, MODEL_FIELD_ERROR)
+        call folder%put('estimate_windows', estimate_windows_table([campaign_windows(campaign, 1), &
+            campaign_windows(campaign, 2), loss_windows(losses)]), 'axes of Figures 6.2, 6.3 and 6.6', error)
+        if (.not. allocated(error)) call folder%put('magnetometer_loss', field_table(losses), about, error)
+        if (.not. allocated(error)) call folder%put('magnetometer_loss_runs', field_runs_table(losses), about, error)
+    end subroutine put_estimates
+
+    !> Figure 6.5.
+    subroutine put_error_sources(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(error_study_t) :: sources(size(STUDY_NAMES))
+
+        call find_calibration(SOURCES_CASE, calibration, error)
+        if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, folder%seed, folder%runs, &
+                                                          folder%threads, sources, error, console)
+        call console%next_part()
+        if (.not. allocated(error)) call folder%put('errors', error_table(sources), SOURCES_CASE//', '// &
+            SOURCES_ALGORITHM//', seed '//integer_text(folder%seed), error)
+    end subroutine put_error_sources
+
+    !> What the report states without a table or a figure.
+    subroutine examine_all(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(statement_t) :: statements(size(STATEMENT_NAMES))
+        integer :: i
+
+        do i = 1, size(statements)
+            call examine_statement(STATEMENT_NAMES(i), merge(0, folder%runs, STATEMENT_NAMES(i) == BY_THEORY), folder%seed, &
+                                   folder%threads, statements(i), error, console)
+            if (allocated(error)) return
+            call console%next_part()
+        end do
+        call put_statements(statements, folder%results)
+        call folder%put('statements', statement_table(statements), 'seed '//integer_text(folder%seed)// &
+                        '; 0 runs: theory alone', error)
+    end subroutine examine_all
+
+    !> Beyond the report: every estimator against the limit.
+    subroutine put_limits(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(limit_study_t) :: limits(size(REPORT_CASE_NAMES))
+        type(calibration_t) :: calibration
+        integer :: i
+
+        do i = 1, size(limits)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call study_limit(calibration, folder%seed, folder%runs, folder%threads, limits(i), &
+                                                         error, console)
+            if (allocated(error)) return
+            call console%next_part()
+        end do
+        call folder%results%member('detectable_excess', detectable_excess(folder%runs))
+        call folder%put('bound', limits_table(limits), 'seed '//integer_text(folder%seed)// &
+                        '; systematic errors off; sampling_error: one sigma of the ratio', error)
+    end subroutine put_limits
+
+    !> Beyond the report: a designed manoeuvre for either satellite, and what it reaches in the cases.
+    subroutine put_designs(folder, console, error)
+        type(report_folder_t), intent(inout) :: folder
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(design_study_t) :: designs(size(SATELLITES))
+        type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
+        integer :: i
+
+        do i = 1, size(designs)
+            call study_design(trim(SATELLITES(i)), folder%threads, designs(i), error, console)
+            if (.not. allocated(error)) call write_design_map(folder%file('manoeuvre_map_'//trim(SATELLITES(i))//'.csv'), &
+                                                              COMMAND, designs(i), error)
+            if (.not. allocated(error)) call write_case(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
+                                                        designs(i)%calibration, error)
+            if (allocated(error)) return
+            call console%next_part()
+        end do
+        do i = 1, size(reached)
+            call calibrate_with_design(REPORT_CASE_NAMES(i), &
+                                       designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
+                                       folder%seed, folder%runs, folder%threads, reached(i), error, console)
+            if (allocated(error)) return
+            call console%next_part()
+        end do
+        call folder%results%member('design_places', designs(1)%places)
+        call folder%results%member('design_lowest_frequency_hz', LOWEST_FREQUENCY)
+        call folder%put('designed_manoeuvres', manoeuvres_table(designs), 'three rods, for either satellite', error)
+        if (.not. allocated(error)) call write_designed_calibrations(folder%file('design.csv'), COMMAND, folder%seed, &
+                                                                     reached, error)
+    end subroutine put_designs
+
+    !> A calibration as a file that every command takes.
+    subroutine write_case(path, calibration, error)
+        character(*), intent(in) :: path
+        type(calibration_t), intent(in) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(:), allocatable :: text
+
+        call calibration_text(calibration, text, error)
+        if (.not. allocated(error)) call file%open(path, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+    end subroutine write_case
+end module gracecg_cli_report

@@ -1,0 +1,116 @@
+!> The tables that only the report page has: its cases with what acts in them, its revolutions, the designed manoeuvres.
+module gracecg_cli_report_tables
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES, DEGREE, MILLIMETRE, NANOTESLA
+    use gracecg_base_error, only: error_t
+    use gracecg_environment_time, only: utc_text
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
+    use gracecg_simulation_report_cases, only: TIME_OF_CASE
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_planning_scan, only: orbit_place_t
+    use gracecg_studies_designed_manoeuvre, only: design_study_t
+    use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places, places_table
+    use gracecg_cli_cases, only: case_place, amplitudes_of
+    implicit none
+    private
+    public :: report_cases_table, revolutions_table, marked_places_table, manoeuvres_table
+
+contains
+
+    !> Where, when and with which settings of the models each case is. Fails when a case's models cannot be built.
+    subroutine report_cases_table(calibrations, table, error)
+        type(calibration_t), intent(in) :: calibrations(:)
+        type(data_table_t), intent(out) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: latitude, longitude, height
+        integer :: i
+
+        call table%columns_of('case,epoch_utc,orbit_time_s,latitude_deg,longitude_deg,height_km,rod_x_a_m2,rod_y_a_m2,'// &
+                              'rod_z_a_m2,offset_x_mm,offset_y_mm,offset_z_mm,gravity_model,gravity_degree,gravity_order,'// &
+                              'density_model,density_scale,drag_coefficient,wind_model,wind_east_m_s,wind_north_m_s,'// &
+                              'wave_random,wave_amplitude,wave_period_s,reflectivity_sun,specular,diffuse,earth_segments,'// &
+                              'earth_constants,reflectivity_earth,field_model,strongest_rod_a_m2')
+        do i = 1, size(calibrations)
+            call case_place(calibrations(i)%case, latitude, longitude, height, error)
+            if (allocated(error)) return
+            associate (case => calibrations(i)%case, body => calibrations(i)%case%satellite, &
+                       rings => calibrations(i)%case%earth_radiation_rings)
+                call table%add(case%name)
+                call table%add(utc_text(case%epoch))
+                call table%add(TIME_OF_CASE(case%number))
+                call table%add([latitude/DEGREE, longitude/DEGREE, height/1000])
+                call table%add(amplitudes_of(body%rods))
+                call table%add(body%offset/MILLIMETRE)
+                call table%add(case%gravity_model)
+                call table%add(case%gravity_degree)
+                call table%add(case%gravity_order)
+                call table%add(case%density_model)
+                call table%add([case%density_scale, body%drag_coefficient])
+                call table%add(case%wind_model)
+                call table%add([case%wind_east, case%wind_north])
+                call table%add(case%density_wave_random)
+                call table%add([case%density_wave%amplitude, case%density_wave%period])
+                call table%add([body%reflectivity_sun, body%specular, body%diffuse])
+                call table%add(1 + 3*rings*(rings + 1))
+                call table%add(case%earth_radiation_constants)
+                call table%add(body%reflectivity_earth)
+                call table%add(case%field_model)
+                call table%add(maxval(abs(body%rods%activations%amplitude)))
+            end associate
+        end do
+    end subroutine report_cases_table
+
+    !> What section 6.2 of the report says of a revolution, satellite by satellite.
+    function revolutions_table(studies) result(table)
+        type(timing_study_t), intent(in) :: studies(:)
+        type(data_table_t) :: table
+
+        type(timing_summary_t) :: summary
+        integer :: i
+
+        call table%columns_of('satellite,step_s,strongest_field_nt,largest_acceleration_rad_s2,x_strongest,x_weakest_s')
+        do i = 1, size(studies)
+            summary = summary_of(studies(i))
+            call table%add(studies(i)%case%satellite%name)
+            call table%add(studies(i)%step)
+            call table%add([summary%strongest_field/NANOTESLA, summary%largest, summary%x_strongest])
+            call table%add(summary%x_weakest)
+        end do
+    end function revolutions_table
+
+    !> The places of the report's cases on a revolution, and the best ones.
+    function marked_places_table(study) result(table)
+        type(timing_study_t), intent(in) :: study
+        type(data_table_t) :: table
+
+        character(12), parameter :: LABELS(7) = [character(12) :: 'case 1', 'case 2', 'case 3', 'best for x', 'best for y', &
+                                                 'best for z', 'best for all']
+        type(orbit_place_t) :: places(size(LABELS))
+
+        places(:3) = study%of_cases
+        places(4:) = study%places(best_places(study%places))
+        table = places_table(places, study%case%epoch, LABELS)
+    end function marked_places_table
+
+    !> The designed manoeuvres, a row each activation of a rod.
+    function manoeuvres_table(studies) result(table)
+        type(design_study_t), intent(in) :: studies(:)
+        type(data_table_t) :: table
+
+        integer :: i, k
+
+        call table%columns_of('satellite,rod,waveform,amplitude_a_m2,frequency_hz,phase_deg,start_s,stop_s')
+        do i = 1, size(studies)
+            do k = 1, studies(i)%design%rods%count
+                associate (rod => studies(i)%design%rods%activations(k))
+                    call table%add(studies(i)%calibration%case%satellite%name)
+                    call table%add(AXES(rod%axis))
+                    call table%add(WAVEFORM_NAMES(rod%waveform))
+                    call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
+                end associate
+            end do
+        end do
+    end function manoeuvres_table
+end module gracecg_cli_report_tables

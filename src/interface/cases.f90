@@ -1,0 +1,238 @@
+!> The C interface: cases, force model, propagation. Documented in include/gracecg.h.
+module gracecg_interface_cases
+    use gracecg, only: dp, error_t, utc_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
+        options_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
+        propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, design_settings_t
+    use gracecg_base_vectors, only: cross
+    use gracecg_interface_handles, only: object_t
+    use gracecg_interface_items, only: items_t
+    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
+    implicit none
+    private
+    public :: case_object_t, force_object_t, case_open, is_text, force_model_evaluate, force_model_loads
+    public :: force_model_propagate, force_model_propagate_nadir, tell_settings
+
+    !> A case behind a handle, with how it is estimated.
+    type, extends(object_t) :: case_object_t
+        type(calibration_t) :: calibration      !! As it was read
+    contains
+        procedure :: tell => tell_case          !! Puts its items
+    end type case_object_t
+
+    !> A force model behind a handle.
+    type, extends(object_t) :: force_object_t
+        type(satellite_dynamics_t) :: dynamics  !! Of a case
+    contains
+        procedure :: tell => tell_force_model   !! Puts its items
+    end type force_object_t
+
+contains
+
+    subroutine case_open(source, made, outcome)
+        character(*), intent(in) :: source          !! Name, path or text
+        type(case_object_t), intent(inout) :: made
+        type(outcome_t), intent(inout) :: outcome
+
+        type(error_t), allocatable :: failure
+
+        if (is_text(source)) then
+            call calibration_from_text(source, 'text', made%calibration, failure)
+        else
+            call find_calibration(source, made%calibration, failure)
+        end if
+        call outcome%take(failure)
+    end subroutine case_open
+
+    !> Whether it is the text of settings, not the name of a file.
+    pure logical function is_text(source)
+        character(*), intent(in) :: source      !! Of the caller
+
+        is_text = index(adjustl(source), '&') == 1 .or. index(source, new_line('a')) > 0
+    end function is_text
+
+    subroutine tell_case(self, items)
+        class(case_object_t), intent(in) :: self
+        type(items_t), intent(inout) :: items
+
+        integer :: i
+
+        associate (case => self%calibration%case)
+            call tell_time(items, 'epoch', case%epoch)
+            call items%put('duration', case%duration)
+            call items%put('interval', case%interval)
+            call items%put('state', initial_state(case))
+            call items%put('offset', case%satellite%offset)
+            associate (rods => case%satellite%rods%activations(:case%satellite%rods%count))
+                call items%put('rods', reshape([(rods(i)%amplitude, rods(i)%frequency, rods(i)%phase, rods(i)%start, &
+                                                 rods(i)%stop, rods(i)%taper, rods(i)%rise_time, i=1, size(rods))], &
+                                               [7, size(rods)]))
+                call items%put('rod_kinds', real([(rods(i)%axis, rods(i)%waveform, i=1, size(rods))], dp))
+            end associate
+            call items%put('design_settings', [0.0_dp, case%duration, default_settings(), case%limits%rate, &
+                                               case%limits%pointing])
+            call items%put('design_choices', real(default_choices(), dp))
+        end associate
+        call tell_settings(self%calibration, items)
+    end subroutine tell_case
+
+    subroutine tell_time(items, name, time)
+        type(items_t), intent(inout) :: items
+        character(*), intent(in) :: name
+        type(utc_t), intent(in) :: time
+
+        call items%put(name, [real(time%mjd, dp), time%seconds])
+    end subroutine tell_time
+
+    !> The planner's own numbers that gracecg_design is given.
+    pure function default_settings() result(values)
+        real(dp) :: values(5)                   !! A m^2, Hz, Hz, s, s
+
+        type(design_settings_t) :: default
+
+        values = [default%amplitude, default%lowest_frequency, default%highest_frequency, default%taper, default%rise_time]
+    end function default_settings
+
+    pure function default_choices() result(values)
+        integer :: values(8)
+
+        type(design_settings_t) :: default
+
+        values = [merge(1, 0, default%rod_used), merge(1, 0, default%waveform_used), default%threads]
+    end function default_choices
+
+    !> The texts of a case, which are made when they are asked for.
+    subroutine tell_settings(calibration, items)
+        type(calibration_t), intent(in) :: calibration
+        type(items_t), intent(inout) :: items
+
+        character(:), allocatable :: text
+
+        text = ''
+        if (items%asks('text')) call calibration_text(calibration, text, items%failure)
+        call items%say('text', text)
+        if (items%asks('options')) call options_text(calibration%options, text, items%failure)
+        call items%say('options', text)
+    end subroutine tell_settings
+
+    subroutine tell_force_model(self, items)
+        class(force_object_t), intent(in) :: self
+        type(items_t), intent(inout) :: items
+
+        call tell_time(items, 'epoch', self%dynamics%epoch)
+        call items%put('sidereal_angle', self%dynamics%earth%angle)
+    end subroutine tell_force_model
+
+    subroutine force_model_evaluate(model, n, seconds, position, velocity, quaternion, gravity, drag, solar_radiation, &
+                                    earth_radiation, total, outcome)
+        class(force_object_t), intent(in) :: model
+        integer, intent(in) :: n                                        !! Times
+        real(dp), intent(in) :: seconds(n)                              !! s from the epoch
+        real(dp), intent(in) :: position(3, n), velocity(3, n)          !! Inertial, m, m/s
+        real(dp), intent(in) :: quaternion(4, n)                        !! Inertial to body
+        real(dp), dimension(3, n), intent(inout), optional :: gravity, drag, solar_radiation, earth_radiation, total
+        !! m/s^2, inertial axes
+        type(outcome_t), intent(inout) :: outcome
+
+        type(accelerations_t) :: acting
+        integer :: i
+
+        do i = 1, n
+            call check_motion(model, seconds(i), [position(:, i), velocity(:, i), 0.0_dp, 0.0_dp, 0.0_dp, quaternion(:, i)], &
+                              outcome)
+            if (.not. outcome%good()) return
+            call model%dynamics%accelerations(seconds(i), position(:, i), velocity(:, i), quaternion(:, i), acting)
+            if (present(gravity)) gravity(:, i) = acting%gravity
+            if (present(drag)) drag(:, i) = acting%drag
+            if (present(solar_radiation)) solar_radiation(:, i) = acting%solar_radiation
+            if (present(earth_radiation)) earth_radiation(:, i) = acting%earth_radiation
+            if (present(total)) total(:, i) = acting%total
+        end do
+    end subroutine force_model_evaluate
+
+    !> A state and time that the models are made for.
+    subroutine check_motion(model, seconds, state, outcome)
+        class(force_object_t), intent(in) :: model
+        real(dp), intent(in) :: seconds, state(STATE_SIZE)
+        type(outcome_t), intent(inout) :: outcome
+
+        type(error_t), allocatable :: failure
+
+        if (.not. outcome%good()) return
+        call check_state(model%dynamics, seconds, state, failure)
+        call outcome%take(failure, STATUS_BAD_VALUE)
+    end subroutine check_motion
+
+    subroutine force_model_loads(model, seconds, state, torques, flux_density, rate, rotation, outcome)
+        class(force_object_t), intent(in) :: model
+        real(dp), intent(in) :: seconds, state(STATE_SIZE)          !! s from the epoch; m, m/s, rad/s, quaternion
+        real(dp), intent(inout), optional :: torques(3, 4)          !! Air, sunlight, gravity gradient, rods; body axes, N m
+        real(dp), intent(inout), optional :: flux_density(3)        !! Body axes, T
+        real(dp), intent(inout), optional :: rate(STATE_SIZE)       !! Of the state, per s
+        real(dp), intent(inout), optional :: rotation(3, 3)         !! A row of C's is a column here
+        type(outcome_t), intent(inout) :: outcome
+
+        type(loads_t) :: acting
+
+        call check_motion(model, seconds, state, outcome)
+        if (.not. outcome%good()) return
+        if (present(torques) .or. present(flux_density)) call model%dynamics%loads(seconds, state, acting)
+        if (present(torques)) torques = reshape([acting%torque_aero, acting%torque_solar, acting%torque_gravity, &
+                                                 acting%torque_magnetic], [3, 4])
+        if (present(flux_density)) flux_density = acting%field
+        if (present(rate)) call model%dynamics%rate(seconds, state, rate)
+        if (present(rotation)) rotation = transpose(model%dynamics%earth%from_inertial(seconds))
+    end subroutine force_model_loads
+
+    subroutine force_model_propagate(model, state, interval, steps, tolerance, states, outcome)
+        class(force_object_t), intent(in) :: model
+        real(dp), intent(in) :: state(STATE_SIZE), interval             !! At time 0; s
+        integer, intent(in) :: steps
+        real(dp), intent(in) :: tolerance                               !! 0: one step an interval
+        real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)          !! At each interval
+        type(outcome_t), intent(inout) :: outcome
+
+        call check_motion(model, 0.0_dp, state, outcome)
+        call propagate(model%dynamics, state, interval, steps, tolerance, states, outcome)
+    end subroutine force_model_propagate
+
+    subroutine force_model_propagate_nadir(model, position, velocity, forward, interval, steps, tolerance, states, outcome)
+        class(force_object_t), intent(in) :: model
+        real(dp), intent(in) :: position(3), velocity(3), interval      !! Inertial, m, m/s; s
+        integer, intent(in) :: forward, steps                           !! 0: body x against the orbit
+        real(dp), intent(in) :: tolerance                               !! 0: one step an interval
+        real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)          !! At each interval
+        type(outcome_t), intent(inout) :: outcome
+
+        real(dp), parameter :: ROUNDING = 1e-12_dp      ! of a product of parallel vectors: with fused multiply-add it is not 0
+        type(nadir_pointing_t) :: held
+        real(dp) :: state(STATE_SIZE)
+
+        if (.not. norm2(cross(position, velocity)) > ROUNDING*norm2(position)*norm2(velocity)) &
+            call outcome%refuse(STATUS_BAD_VALUE, 'position and velocity span no plane of an orbit')
+        state = [position, velocity, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+        call check_motion(model, 0.0_dp, state, outcome)
+        held%satellite_dynamics_t = model%dynamics
+        held%forward = forward /= 0
+        call propagate(held, state, interval, steps, tolerance, states, outcome)
+    end subroutine force_model_propagate_nadir
+
+    subroutine propagate(dynamics, state, interval, steps, tolerance, states, outcome)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: state(STATE_SIZE), interval, tolerance
+        integer, intent(in) :: steps
+        real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)
+        type(outcome_t), intent(inout) :: outcome
+
+        type(truth_arc_t) :: arc
+        type(error_t), allocatable :: failure
+
+        if (.not. outcome%good()) return
+        if (tolerance > 0) then
+            call propagate_arc(dynamics, state, interval, steps, arc, failure, tolerance)
+        else
+            call propagate_arc(dynamics, state, interval, steps, arc, failure)
+        end if
+        call outcome%take(failure)
+        if (outcome%good()) states = arc%state
+    end subroutine propagate
+end module gracecg_interface_cases

@@ -1,0 +1,82 @@
+!> The C interface: time, and the turn of the Earth. Documented in include/gracecg.h.
+module gracecg_interface_time
+    use gracecg, only: dp, error_t, utc_t, utc_plus, check_utc_in_range, rotation_z, ARCSECOND, earth_parameters_t, &
+        earth_orientation_t, new_earth_orientation, read_earth_parameters
+    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
+    implicit none
+    private
+    public :: earth_fixed, earth_parameters, earth_orientation, later_time
+
+contains
+
+    !> The time `seconds` after an epoch.
+    subroutine later_time(epoch, seconds, utc, outcome)
+        type(utc_t), intent(in) :: epoch
+        real(dp), intent(in) :: seconds         !! s; may be negative
+        type(utc_t), intent(out) :: utc
+        type(outcome_t), intent(inout) :: outcome
+
+        type(error_t), allocatable :: failure
+
+        utc = utc_plus(epoch, seconds)
+        call check_utc_in_range(utc, failure)
+        call outcome%take(failure, STATUS_BAD_VALUE)
+    end subroutine later_time
+
+    subroutine earth_fixed(sidereal_angle, n, inertial, fixed, outcome)
+        real(dp), intent(in) :: sidereal_angle      !! rad
+        integer, intent(in) :: n                    !! Vectors
+        real(dp), intent(in) :: inertial(3, n)      !! Any unit
+        real(dp), intent(inout) :: fixed(3, n)      !! The same unit; may be the same array
+        type(outcome_t), intent(inout) :: outcome
+
+        real(dp) :: rotation(3, 3), vector(3)
+        integer :: i
+
+        if (.not. outcome%good()) return
+        rotation = rotation_z(sidereal_angle)
+        do i = 1, n
+            vector = inertial(:, i)
+            fixed(:, i) = matmul(rotation, vector)
+        end do
+    end subroutine earth_fixed
+
+    subroutine earth_parameters(path, utc, ut1_minus_utc, pole, outcome)
+        character(*), intent(in) :: path                                !! Of a file of the IERS
+        type(utc_t), intent(in) :: utc
+        real(dp), intent(inout), optional :: ut1_minus_utc, pole(2)     !! s; rad
+        type(outcome_t), intent(inout) :: outcome
+
+        type(earth_parameters_t) :: parameters
+        type(error_t), allocatable :: failure
+
+        call read_earth_parameters(path, utc, parameters, failure)
+        call outcome%take(failure)
+        if (.not. outcome%good()) return
+        if (present(ut1_minus_utc)) ut1_minus_utc = parameters%ut1_minus_utc
+        if (present(pole)) pole = parameters%pole
+    end subroutine earth_parameters
+
+    subroutine earth_orientation(utc, ut1_minus_utc, pole, seconds, rotation, outcome)
+        type(utc_t), intent(in) :: utc
+        real(dp), intent(in) :: ut1_minus_utc, seconds  !! s; s after the time
+        real(dp), intent(in), optional :: pole(2)       !! rad
+        real(dp), intent(inout) :: rotation(3, 3)       !! A row of C's is a column here
+        type(outcome_t), intent(inout) :: outcome
+
+        real(dp), parameter :: GREATEST_POLE = 2*ARCSECOND
+        type(earth_parameters_t) :: parameters
+        type(earth_orientation_t) :: earth
+        type(error_t), allocatable :: failure
+
+        parameters%ut1_minus_utc = ut1_minus_utc
+        if (present(pole)) parameters%pole = pole
+        if (any(abs(parameters%pole) > GREATEST_POLE)) then
+            call outcome%refuse(STATUS_BAD_VALUE, 'the pole has to lie within 2 arcsec, in rad')
+            return
+        end if
+        call new_earth_orientation('iau', utc, 0.0_dp, parameters, earth, failure)
+        call outcome%take(failure)
+        if (outcome%good()) rotation = transpose(earth%from_inertial(seconds))
+    end subroutine earth_orientation
+end module gracecg_interface_time

@@ -1,0 +1,64 @@
+!> Commands run in this process, with what they say captured.
+module command_fixture
+    use gracecg_base_text, only: split_words
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE
+    use gracecg_level1_commands, only: level1_commands
+    use testdrive, only: error_type
+    use fixture, only: check
+    implicit none
+    private
+    public :: run, succeeds, refused
+
+contains
+
+    !> Runs a line of words; gives what went to standard output and standard error.
+    subroutine run(line, status, output, messages)
+        character(*), intent(in) :: line
+        integer, intent(out) :: status
+        character(:), allocatable, intent(out) :: output, messages
+
+        type(console_t) :: console
+
+        console%captured = .true.
+        call run_command_line(split_words(line), console, status, level1_commands())
+        output = ''
+        messages = ''
+        if (allocated(console%output)) output = console%output
+        if (allocated(console%messages)) messages = console%messages
+    end subroutine run
+
+    !> The line must succeed and say nothing on standard error. After a failed check nothing is run.
+    subroutine succeeds(error, line, output)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: line
+        character(:), allocatable, intent(out) :: output
+
+        character(:), allocatable :: messages
+        integer :: status
+
+        output = ''
+        if (allocated(error)) return
+        call run(line, status, output, messages)
+        call check(error, status, STATUS_DONE, line//': '//messages)
+        call check(error, messages, '', line)
+    end subroutine succeeds
+
+    !> The line must end with a status, write no result and say every one of the parts.
+    subroutine refused(error, line, expected_status, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: line, parts(:)
+        integer, intent(in) :: expected_status
+
+        character(:), allocatable :: output, messages
+        integer :: status, i
+
+        if (allocated(error)) return
+        call run(line, status, output, messages)
+        call check(error, status, expected_status, line//': '//messages)
+        call check(error, output, '', line)
+        do i = 1, size(parts)
+            call check(error, index(messages, trim(parts(i))) > 0, '"'//trim(parts(i))//'" is not in the message: '//messages)
+        end do
+    end subroutine refused
+end module command_fixture

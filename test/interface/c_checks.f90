@@ -1,0 +1,77 @@
+!> What the tests of the C interface have in common.
+module c_checks
+    use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
+    use gracecg, only: dp
+    use c_library
+    use testdrive, only: error_type, check
+    implicit none
+    private
+    public :: check_ok, check_refused, check_equal, simulate
+    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
+
+    integer(c_int), parameter :: OK = 0, NULL_POINTER = 1, BAD_HANDLE = 2, BAD_SIZE = 3, BAD_VALUE = 4
+    integer(c_int), parameter :: FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7
+    integer(c_size_t), parameter :: ONE = 1, NONE = 0
+    character(*), parameter :: DATE = '1989-01-02T00:00:00'
+    real(dp), parameter :: PLACE(3) = [-1.2e6_dp, 5.3e6_dp, 4.1e6_dp]   !! m
+    real(dp), parameter :: MASS = 420.0_dp
+
+contains
+
+    !> A call must have succeeded.
+    subroutine check_ok(error, status, failure)
+        type(error_type), allocatable, intent(out) :: error
+        integer(c_int), intent(in) :: status
+        type(error_struct), intent(in) :: failure
+
+        call check(error, int(status), int(OK), message_text(failure))
+        if (allocated(error)) return
+        call check(error, message_text(failure), '', 'a message after success')
+    end subroutine check_ok
+
+    !> A call must have failed with a status and, in its message, a text.
+    subroutine check_refused(error, status, expected, failure, part)
+        type(error_type), allocatable, intent(inout) :: error
+        integer(c_int), intent(in) :: status, expected
+        type(error_struct), intent(in) :: failure
+        character(*), intent(in) :: part
+
+        if (allocated(error)) return
+        call check(error, int(status), int(expected), 'status of "'//part//'": '//message_text(failure))
+        if (allocated(error)) return
+        call check(error, int(failure%status), int(expected), 'status in the error')
+        if (allocated(error)) return
+        call check(error, index(message_text(failure), part) > 0, &
+                   '"'//part//'" is not in "'//trim(message_text(failure))//'"')
+    end subroutine check_refused
+
+    subroutine check_equal(error, actual, expected, what)
+        type(error_type), allocatable, intent(inout) :: error
+        real(dp), intent(in) :: actual(:), expected(:)
+        character(*), intent(in) :: what
+
+        if (allocated(error)) return
+        call check(error, all(abs(actual - expected) <= 0) .and. any(abs(expected) > 0), &
+                   what//': other numbers than those of the Fortran API')
+    end subroutine check_equal
+
+    !> A simulated observation set of a built-in case.
+    subroutine simulate(name, seed, run, observations, status, failure)
+        character(*), intent(in) :: name
+        integer(c_int32_t), intent(in) :: seed, run
+        integer(c_intptr_t), intent(out) :: observations
+        integer(c_int), intent(out) :: status
+        type(error_struct), intent(inout) :: failure
+
+        integer(c_intptr_t) :: handle, simulator
+        integer(c_int) :: ignored
+
+        observations = 0
+        simulator = 0
+        status = gracecg_case_open(c_string(name), handle, failure)
+        if (status == OK) status = gracecg_simulator_open(handle, simulator, failure)
+        if (status == OK) status = gracecg_simulate(simulator, seed, run, observations, failure)
+        ignored = gracecg_free(simulator)
+        ignored = gracecg_free(handle)
+    end subroutine simulate
+end module c_checks

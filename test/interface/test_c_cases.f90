@@ -1,0 +1,275 @@
+!> The C interface to cases, force models, propagation and simulators, called as C calls it: the numbers are those of the
+!> Fortran API.
+module test_c_cases
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
+    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, build_dynamics, &
+        initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, simulator_t, new_simulator, &
+        rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
+    use gracecg_simulation_arc, only: MAX_STEPS
+    use c_library
+    use c_checks
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_c_cases
+
+contains
+
+    subroutine collect_c_cases(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('case-text', test_case_text), &
+                    new_unittest('force-model', test_force_model), &
+                    new_unittest('torques-and-rate', test_torques), &
+                    new_unittest('propagation', test_propagation), &
+                    new_unittest('truth', test_truth)]
+    end subroutine collect_c_cases
+
+    !> The text of a case is that of the Fortran API, and makes the same case again.
+    subroutine test_case_text(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(calibration_t) :: calibration
+        type(error_t), allocatable :: problem
+        character(:), allocatable :: expected, words, again
+        character(kind=c_char), allocatable :: text(:)
+        integer(c_intptr_t) :: handle, copy
+        integer(c_size_t) :: length
+        integer(c_int) :: status
+
+        status = gracecg_case_open(c_string('back-2'), handle, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_get_text(handle, c_string('text'), size=NONE, length=length, error=failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_calibration('back-2', calibration, problem)
+        call calibration_text(calibration, expected, problem)
+        call check(error, int(length), len(expected), 'length')
+        if (allocated(error)) return
+        allocate (text(length))
+        status = gracecg_get_text(handle, c_string('text'), text, length, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'the text needs')
+        if (.not. allocated(error)) call check(error, text(1) == c_null_char, 'no empty text after a failure')
+        call get_words(handle, 'text', words)
+        if (.not. allocated(error)) call check(error, words == expected, 'another text')
+        if (allocated(error)) return
+        status = gracecg_case_open(c_string(words), copy, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call get_words(copy, 'text', again)
+        call check(error, again == words, 'another case from the text')
+        if (allocated(error)) return
+        call check(error, copy /= handle, 'two cases of one handle')
+        status = gracecg_free(handle)
+        status = gracecg_free(copy)
+        status = gracecg_case_open(c_string('&truth positon = 1 /'), handle, failure)
+        call check_refused(error, status, FAILED, failure, 'text')
+    end subroutine test_case_text
+
+    !> Two epochs at once, parts and sum; each output may be NULL.
+    subroutine test_force_model(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(case_t) :: case
+        type(satellite_dynamics_t) :: dynamics
+        type(accelerations_t) :: acting
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: handle, model
+        integer(c_int) :: status
+        real(dp) :: state(13), x(3, 2), v(3, 2), q(4, 2), g(3, 2), d(3, 2), s(3, 2), e(3, 2), total(3, 2)
+        real(dp) :: alone(3, 2)
+        real(dp), parameter :: SECONDS(2) = [0.0_dp, 12.5_dp]
+        integer :: i
+
+        status = gracecg_case_open(c_string('front-3'), handle)
+        status = gracecg_force_model_open(handle, model, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        state = item(handle, 'state', 13)
+        call find_case('front-3', case, problem)
+        call check_equal(error, state, initial_state(case), 'initial state')
+        x = spread(state(STATE_POSITION), 2, 2)
+        v = spread(state(STATE_VELOCITY), 2, 2)
+        q = spread(state(STATE_ATTITUDE), 2, 2)
+        x(:, 2) = x(:, 2) + SECONDS(2)*v(:, 2)
+        status = gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, g, d, s, e, total, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call build_dynamics(case, dynamics, problem)
+        do i = 1, 2
+            call dynamics%accelerations(SECONDS(i), x(:, i), v(:, i), q(:, i), acting)
+            call check_equal(error, [g(:, i), d(:, i), e(:, i), total(:, i)], &
+                             [acting%gravity, acting%drag, acting%earth_radiation, acting%total], 'forces')
+            call check_equal(error, s(:, i) + 1, acting%solar_radiation + 1, 'sunlight')
+        end do
+        status = gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, total=alone, error=failure)
+        call check_equal(error, [alone], [total], 'the sum alone')
+        call check_equal(error, [item(model, 'epoch', 2), item(model, 'sidereal_angle', 1)], &
+                         [real(case%epoch%mjd, dp), case%epoch%seconds, &
+                             case%sidereal_angle], 'epoch')
+        status = gracecg_free(model)
+        status = gracecg_free(handle)
+    end subroutine test_force_model
+
+    subroutine test_torques(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(case_t) :: case
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: acting
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: handle, model
+        integer(c_int) :: status
+        real(dp) :: state(13), rate(13), expected(13), torques(12), b(3), rotation(9)
+        real(dp), parameter :: T = 2.5_dp
+
+        status = gracecg_case_open(c_string('back-1'), handle)
+        status = gracecg_force_model_open(handle, model, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_case('back-1', case, problem)
+        call build_dynamics(case, dynamics, problem)
+        state = initial_state(case)
+        call dynamics%loads(T, state, acting)
+        status = gracecg_force_model_loads(model, T, state, torques, b, error=failure)
+        call check_equal(error, [torques, b], &
+                         [acting%torque_aero, acting%torque_solar, acting%torque_gravity, &
+                          acting%torque_magnetic, acting%field], 'torques')
+        call dynamics%rate(T, state, expected)
+        status = gracecg_force_model_loads(model, T, state, rate=rate, rotation=rotation, error=failure)
+        call check_equal(error, rate, expected, 'rate')
+        call check_equal(error, rotation, [transpose(dynamics%earth%from_inertial(T))], 'orientation')
+        status = gracecg_free(model)
+        status = gracecg_free(handle)
+    end subroutine test_torques
+
+    subroutine test_propagation(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: STEPS = 50
+        type(error_struct) :: failure
+        type(case_t) :: case
+        type(satellite_dynamics_t) :: dynamics
+        type(truth_arc_t) :: arc
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: handle, model
+        integer(c_int) :: status
+        real(dp) :: state(13), states(13, 0:STEPS)
+
+        status = gracecg_case_open(c_string('front-2'), handle)
+        status = gracecg_force_model_open(handle, model, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_case('front-2', case, problem)
+        call build_dynamics(case, dynamics, problem)
+        state = initial_state(case)
+        call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem)
+        status = gracecg_force_model_propagate(model, state, 0.2_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)
+        call check_equal(error, [states], [arc%state], 'fixed steps')
+        call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem, 1e-12_dp)
+        status = gracecg_force_model_propagate(model, state, 0.2_dp, int(STEPS, c_size_t), 1e-12_dp, states, failure)
+        call check_equal(error, [states], [arc%state], 'with step-size control')
+        states = 0
+        status = gracecg_force_model_propagate(model, state, 0.2_dp, NONE, 0.0_dp, states, failure)
+        call check_equal(error, states(:, 0), state, 'no step')
+        status = gracecg_force_model_propagate(model, state, -0.2_dp, ONE, 0.0_dp, states, failure)
+        call check_refused(error, status, FAILED, failure, 'interval')
+        status = gracecg_force_model_propagate(model, state, 0.2_dp, ONE, -1.0_dp, states, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'tolerance')
+        status = gracecg_force_model_propagate(model, state, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
+                                               states, failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'steps')
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3), 1_c_int32_t, 1.0_dp, ONE, 0.0_dp, &
+                                                     states, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'plane')
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3)*[1.0_dp, 1 + epsilon(1.0_dp), 1.0_dp], &
+                                                     1_c_int32_t, 1.0_dp, ONE, 0.0_dp, states, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'plane')
+        if (.not. allocated(error)) call compare_held(error, model, state)
+        status = gracecg_free(model)
+        status = gracecg_free(handle)
+    end subroutine test_propagation
+
+    !> Nadir pointing: body z to the Earth, body x along or against the orbit, near the attitude of the case, whose
+    !> satellite pitches by a degree; the angular velocity turns the attitude as the states have it; the orbit's energy
+    !> changes by a hundred-thousandth at most, whereas a free satellite's attitude would drift away.
+    subroutine compare_held(error, model, state)
+        type(error_type), allocatable, intent(inout) :: error
+        integer(c_intptr_t), intent(in) :: model
+        real(dp), intent(in) :: state(13)               ! of the leading satellite
+
+        integer, parameter :: STEPS = 600
+        real(dp), parameter :: INTERVAL = 1, DEGREES = 2
+        type(error_struct) :: failure
+        integer(c_int) :: status
+        integer(c_int32_t) :: forward
+        real(dp) :: states(13, 0:STEPS), axes(3, 3), turn(4), rate(3)
+        integer :: k
+
+        do forward = 0, 1
+            status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), forward, INTERVAL, &
+                                                         int(STEPS, c_size_t), 0.0_dp, states, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            do k = 0, STEPS, 60
+                axes = rotation_matrix(states(10:13, k))
+                call check(error, dot_product(axes(3, :), states(1:3, k)) < -(1 - 1e-14_dp)*norm2(states(1:3, k)) .and. &
+                           (2*forward - 1)*dot_product(axes(1, :), states(4:6, k)) > 0.99_dp*norm2(states(4:6, k)), &
+                           'axes')
+                if (allocated(error)) return
+            end do
+            ! R(t + h) R(t)^T is the turn by h omega(t + h/2), to third order
+            do k = 1, STEPS - 1, 60
+                turn = quaternion_product(states(10:13, k + 1), conjugate_quaternion(states(10:13, k - 1)))
+                rate = 2*turn(1:3)*sign(1.0_dp, turn(4))/(2*INTERVAL)
+                call check(error, all(abs(rate - states(7:9, k)) < 1e-9_dp), 'angular velocity')
+                if (allocated(error)) return
+            end do
+        end do
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), 0_c_int32_t, INTERVAL, ONE, 0.0_dp, &
+                                                     states, failure)
+        turn = quaternion_product(states(10:13, 0), conjugate_quaternion(state(10:13)))
+        call check(error, 2*norm2(turn(1:3)) < DEGREES*atan(1.0_dp)/45, 'the attitude of the case')
+    end subroutine compare_held
+
+    subroutine test_truth(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(case_t) :: case
+        type(simulator_t) :: expected
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: handle, simulator
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        real(dp), allocatable :: t(:), b(:), drag(:)
+
+        status = gracecg_case_open(c_string('front-1'), handle)
+        status = gracecg_simulator_open(handle, simulator, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_get(simulator, c_string('time'), NONE, count=n, error=failure)
+        call check(error, int(n), 601, 'epochs')
+        if (allocated(error)) return
+        t = item(simulator, 'time', 601)
+        b = item(simulator, 'flux_density', 1803)
+        drag = item(simulator, 'non_gravitational', 1803)
+        call find_case('front-1', case, problem)
+        call new_simulator(case, expected, problem)
+        call check_equal(error, item(simulator, 'state', 13*601), [expected%arc%state], 'states')
+        call check_equal(error, item(simulator, 'angular_acceleration', 1803), [expected%arc%omega_dot], 'angular acceleration')
+        call check_equal(error, b(1801:), [expected%arc%loads(600)%field], 'field')
+        call check_equal(error, drag(901:903), expected%arc%loads(300)%drag + expected%arc%loads(300)%srp + &
+                         expected%arc%loads(300)%erp, 'non-gravitational')
+        call check_equal(error, [t(4), t(n)], [0.3_dp, 60.0_dp], 'times')
+        status = gracecg_get(simulator, c_string('time'), n - 1, t, n, failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'there are 601')
+        status = gracecg_free(simulator)
+        status = gracecg_free(handle)
+    end subroutine test_truth
+end module test_c_cases

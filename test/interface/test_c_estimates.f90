@@ -1,0 +1,573 @@
+!> The C interface to observation sets and estimates, called as C calls it: the numbers are those of the Fortran API.
+module test_c_estimates
+    use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg, only: dp, error_t, case_t, find_case, simulator_t, new_simulator, observe, observation_set_t, solution_t, &
+        estimate_offset, report_options, ESTIMATOR_NAMES, moment_series_t, new_moment_series, take_measured_moments, &
+        dipole_moment, joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs, arc_chain_t, &
+        estimate_chain
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use c_library
+    use c_checks
+    use fixture, only: FOLDER, make_folder
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_c_estimates
+
+    !> What an observation set is made of.
+    type :: samples_t
+        integer :: n(4)
+        integer(c_int32_t), allocatable :: head(:)
+        real(dp), allocatable, dimension(:) :: ta, a, ts, q, tm, b, to, x
+    end type samples_t
+
+contains
+
+    subroutine collect_c_estimates(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('estimate-as-in-fortran', test_estimate), &
+                    new_unittest('joint-estimate-as-in-fortran', test_joint_estimate), &
+                    new_unittest('chain-as-in-fortran', test_chain), &
+                    new_unittest('observations-from-arrays', test_arrays), &
+                    new_unittest('observations-in-files', test_files), &
+                    new_unittest('options', test_options), &
+                    new_unittest('optimal-and-sequential', test_details), &
+                    new_unittest('samples-not-finite', test_bad_samples), &
+                    new_unittest('not-converged', test_not_converged)]
+    end subroutine collect_c_estimates
+
+    !> The samples of an observation set, and how many there are.
+    subroutine take_samples(observations, samples)
+        integer(c_intptr_t), intent(in) :: observations
+        type(samples_t), intent(out) :: samples
+
+        samples%n = nint(item(observations, 'counts', 4))
+        associate (n => samples%n)
+            samples%ta = item(observations, 'accelerometer_time', n(1))
+            samples%a = item(observations, 'acceleration', 3*n(1))
+            samples%ts = item(observations, 'star_camera_time', n(2))
+            samples%head = nint(item(observations, 'star_camera_head', n(2)))
+            samples%q = item(observations, 'quaternion', 4*n(2))
+            samples%tm = item(observations, 'magnetometer_time', n(3))
+            samples%b = item(observations, 'flux_density', 3*n(3))
+            samples%to = item(observations, 'orbit_time', n(4))
+            samples%x = item(observations, 'orbit_position', 3*n(4))
+        end associate
+    end subroutine take_samples
+
+    !> An observation set of samples.
+    integer(c_int) function create(setup, samples, made, failure) result(status)
+        integer(c_intptr_t), intent(in) :: setup
+        type(samples_t), intent(in) :: samples
+        integer(c_intptr_t), intent(inout) :: made
+        type(error_struct), intent(inout) :: failure
+
+        associate (s => samples, n => int(samples%n, c_size_t))
+            status = gracecg_observations_create(setup, n(1), s%ta, s%a, n(2), s%ts, s%head, s%q, n(3), s%tm, s%b, n(4), s%to, &
+                                                 s%x, made, failure)
+        end associate
+    end function create
+
+    !> The offset and its covariance by an algorithm.
+    subroutine estimate(algorithm, observations, numbers, status, failure, warnings)
+        character(*), intent(in) :: algorithm
+        integer(c_intptr_t), intent(in) :: observations
+        real(dp), intent(out) :: numbers(12)
+        integer(c_int), intent(out) :: status
+        type(error_struct), intent(inout) :: failure
+        character(:), allocatable, intent(out), optional :: warnings
+
+        integer(c_intptr_t) :: fit
+
+        status = gracecg_estimate(c_string(algorithm), observations, fit, failure)
+        numbers = [item(fit, 'offset', 3), item(fit, 'covariance', 9)]
+        if (present(warnings)) call get_words(fit, 'warnings', warnings)
+        if (gracecg_free(fit) /= OK) status = FAILED
+    end subroutine estimate
+
+    !> Every algorithm, on the same observations through both interfaces.
+    subroutine test_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(solution_t) :: expected
+        type(error_t), allocatable :: problem
+        character(:), allocatable :: warnings
+        integer(c_intptr_t) :: observations, fit
+        integer(c_int) :: status
+        integer :: i, k
+
+        call simulate('front-3', 5, 2, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 5, 2, set, problem)
+        do i = 1, size(ESTIMATOR_NAMES)
+            status = gracecg_estimate(c_string(trim(ESTIMATOR_NAMES(i))), observations, fit, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, report_options('front-3'), expected, problem)
+            call check_equal(error, [item(fit, 'offset', 3), item(fit, 'covariance', 9), item(fit, 'drift', 3), &
+                                     item(fit, 'bias', 3)], &
+                             [expected%offset, expected%covariance, expected%drift, expected%bias], 'offset')
+            call check_equal(error, [item(fit, 'quaternion', 4), item(fit, 'angular_velocity', 3), &
+                                     item(fit, 'residual_rms', 3), item(fit, 'condition', 1)], &
+                             [expected%quaternion, expected%angular_velocity, expected%residual_rms, &
+                              expected%condition], 'the rest')
+            call check_equal(error, item(fit, 'sigma', 3), [(sqrt(expected%covariance(k, k)), k=1, 3)], 'sigma')
+            call check_equal(error, [item(fit, 'iterations', 1), item(fit, 'converged', 1)], &
+                             [real(expected%iterations, dp), 1.0_dp], 'iterations, convergence')
+            if (allocated(error)) return
+            call get_words(fit, 'warnings', warnings)
+            call check(error, count([(warnings(k:k) == new_line('a'), k=1, len(warnings))]), size(expected%warnings), 'warnings')
+            if (allocated(error)) return
+            status = gracecg_free(fit)
+        end do
+        status = gracecg_free(observations)
+    end subroutine test_estimate
+
+    subroutine test_joint_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(7), parameter :: NAMES(2) = ['front-2', 'front-3']
+        type(error_struct) :: failure
+        type(joint_run_t) :: runs(2)
+        type(joint_solution_t) :: expected
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: observations(2), joint
+        integer(c_int) :: status
+        integer :: i
+
+        do i = 1, 2
+            call simulate(NAMES(i), 5, 2, observations(i), status, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            call find_case(NAMES(i), case, problem)
+            call new_simulator(case, simulator, problem)
+            call observe(simulator, 5, 2, set, problem)
+            call run_from_observations(set, report_options(NAMES(i)), runs(i), problem)
+        end do
+        call estimate_runs(runs, joint_options_t(), expected, problem)
+        status = gracecg_estimate_joint(2_c_size_t, observations, joint, failure)
+        call check_ok(error, status, failure)
+        call check_equal(error, [item(joint, 'offset', 3), item(joint, 'covariance', 9), item(joint, 'chi_square', 1), &
+                                 item(joint, 'probability', 1)], &
+                         [expected%offset, expected%covariance, expected%statistic, expected%probability], 'joint')
+        call check_equal(error, [item(joint, 'difference', 6), item(joint, 'difference_sigma', 6)], &
+                         [expected%runs(1)%difference, expected%runs(2)%difference, expected%runs(1)%difference_sigma, &
+                          expected%runs(2)%difference_sigma], 'differences')
+        call check_equal(error, [item(joint, 'degrees', 1), item(joint, 'consistent', 1)], [3.0_dp, 1.0_dp], 'agreement')
+        status = gracecg_free(joint)
+        status = gracecg_estimate_joint(NONE, observations, joint, failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'count = 0')
+        status = gracecg_free(observations(2))
+        status = gracecg_estimate_joint(2_c_size_t, observations, joint, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+        status = gracecg_free(observations(1))
+    end subroutine test_joint_estimate
+
+    !> A minute in three arcs.
+    subroutine test_chain(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(arc_chain_t) :: expected
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: observations, chain
+        integer(c_int) :: status
+
+        call simulate('front-3', 5, 2, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 5, 2, set, problem)
+        call estimate_chain(set, report_options('front-3'), joint_options_t(), 20.0_dp, 1, expected, problem)
+        status = gracecg_estimate_chain(observations, 20.0_dp, 2, chain, failure)
+        call check_ok(error, status, failure)
+        call check_equal(error, [item(chain, 'offset', 3), item(chain, 'covariance', 9), item(chain, 'chi_square', 1)], &
+                         [expected%solution%offset, expected%solution%covariance, expected%solution%statistic], 'chain')
+        call check_equal(error, [item(chain, 'arcs', 1), item(chain, 'joined', 1)], [3.0_dp, 1.0_dp*count(expected%arcs%joined)], &
+                         'arcs')
+        status = gracecg_free(chain)
+        if (allocated(error)) return
+        status = gracecg_estimate_chain(observations, 20.0_dp, 0, chain, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'threads')
+        status = gracecg_estimate_chain(observations, 1.0_dp, 1, chain, failure)
+        call check_refused(error, status, FAILED, failure, 'arcs of 1 s')
+        status = gracecg_estimate_chain(observations, 20.0_dp, 1, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'chain')
+        status = gracecg_free(observations)
+    end subroutine test_chain
+
+    !> What was taken out of a set makes the same set again: same estimate, bit by bit. With gaps there
+    !> are warnings.
+    subroutine test_arrays(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(samples_t) :: samples, fewer
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(solution_t) :: expected
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: problem
+        character(:), allocatable :: text, warnings
+        real(dp) :: there(12), again(12), time(121), moment(3, 121)
+        integer(c_intptr_t) :: observations, copy, knowledge, measured
+        integer(c_int) :: status
+        integer :: k
+
+        call simulate('front-3', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call take_samples(observations, samples)
+        call check(error, all(samples%n == [600, 240, 60, 61]), 'counts')
+        if (allocated(error)) return
+        ! the setup by way of its text
+        status = gracecg_setup_from(observations, NONE, setup=knowledge, error=failure)
+        call get_words(knowledge, 'text', text)
+        status = gracecg_free(knowledge)
+        status = gracecg_setup_open(c_string(text), knowledge, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = create(knowledge, samples, copy, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call estimate('ascfest', observations, there, status, failure)
+        call estimate('ascfest', copy, again, status, failure)
+        call check_equal(error, again, there, 'estimate of the copy')
+        status = gracecg_free(copy)
+        if (allocated(error)) return
+
+        ! measured moments: the numbers of the Fortran API
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 1, 1, set, problem)
+        time = [(0.5_dp*k, k=0, 120)]
+        do k = 1, size(time)
+            moment(:, k) = 1.02_dp*dipole_moment(set%knowledge%rods, time(k))
+        end do
+        status = gracecg_setup_from(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = create(measured, samples, copy, failure)
+        call estimate('assest-fde', copy, again, status, failure)
+        call new_moment_series(series, time, moment, problem)
+        call take_measured_moments(series, set%knowledge%rods)
+        call estimate_offset('assest-fde', set, report_options('front-3'), expected, problem)
+        call check_equal(error, again, [expected%offset, expected%covariance], 'estimate from measured moments')
+        status = gracecg_free(copy)
+        status = gracecg_free(measured)
+        moment(1, 7) = 1e4_dp
+        status = gracecg_setup_from(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'have to be in A m^2')
+        status = gracecg_setup_from(knowledge, ONE, time, setup=measured, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'moment')
+        if (allocated(error)) return
+
+        fewer = samples
+        fewer%n(1) = 590       ! the last second is missing
+        status = create(knowledge, fewer, copy, failure)
+        call estimate('assest-fde', copy, again, status, failure, warnings)
+        call check(error, status == OK .and. index(warnings, '10 of 600 samples are missing') > 0, warnings)
+        status = gracecg_free(copy)
+        if (allocated(error)) return
+
+        ! without the orbit, and without a magnetometer: neither is too little
+        fewer = samples
+        fewer%n(4) = 0
+        status = create(knowledge, fewer, copy, failure)
+        call check_ok(error, status, failure)
+        status = gracecg_free(copy)
+        fewer%n(3) = 0
+        status = create(knowledge, fewer, copy, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'magnetometer: fewer than two samples')
+        status = gracecg_observations_create(knowledge, NONE, star_camera_count=NONE, magnetometer_count=NONE, &
+                                             orbit_count=NONE, observations=copy, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'accelerometer: fewer than two samples')
+        status = gracecg_free(knowledge)
+        status = gracecg_free(observations)
+    end subroutine test_arrays
+
+    subroutine test_files(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        real(dp) :: there(12), again(12)
+        integer(c_intptr_t) :: observations, copy, knowledge
+        integer(c_int) :: status
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call simulate('back-3', 1, 1, observations, status, failure)
+        status = gracecg_observations_write(observations, c_string(FOLDER//'c-interface'), failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_observations_open(c_string(FOLDER//'c-interface'), copy, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call estimate('assest-rde', observations, there, status, failure)
+        call estimate('assest-rde', copy, again, status, failure)
+        call check_equal(error, again, there, 'estimate from files')
+        if (allocated(error)) return
+        status = gracecg_setup_open(c_string(FOLDER//'c-interface/setup.nml'), knowledge, failure)
+        call check_ok(error, status, failure)
+        status = gracecg_free(knowledge)
+        status = gracecg_free(copy)
+        status = gracecg_free(observations)
+        if (allocated(error)) return
+        status = gracecg_observations_open(c_string(FOLDER//'nowhere'), copy, failure)
+        call check_refused(error, status, FAILED, failure, 'no such folder')
+        status = gracecg_setup_open(c_string(FOLDER//'nowhere/setup.nml'), knowledge, failure)
+        call check_refused(error, status, FAILED, failure, 'no such file')
+    end subroutine test_files
+
+    !> Options travel with the objects, can be told and replaced; the object itself keeps its own.
+    subroutine test_options(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: GAIN_TOO = '&optimal estimate_rod_gain = .true. /'
+        type(error_struct) :: failure
+        integer(c_intptr_t) :: observations, changed, knowledge, from_folder, case, fit
+        integer(c_int) :: status
+        integer(c_size_t) :: before, after
+
+        call simulate('front-3', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_text(observations, 'guess_quaternion = -0.7', .true.)
+        call check_text(observations, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_estimate(c_string('optimal'), observations, fit, failure)
+        status = gracecg_get(fit, c_string('parameter_value'), NONE, count=before)
+        status = gracecg_free(fit)
+        status = gracecg_options_replace(observations, c_string(GAIN_TOO), changed, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_text(changed, 'estimate_rod_gain = .true.', .true.)
+        call check_text(changed, 'guess_quaternion = -0.7', .false.)
+        call check_text(observations, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_estimate(c_string('optimal'), changed, fit, failure)
+        call check_ok(error, status, failure)
+        status = gracecg_get(fit, c_string('parameter_value'), NONE, count=after)
+        status = gracecg_free(fit)
+        if (.not. allocated(error)) call check(error, after == before + 1, 'the gain is estimated')
+        if (allocated(error)) return
+        ! by way of a folder, a setup and a case
+        status = gracecg_observations_write(changed, c_string(FOLDER//'c-options'), failure)
+        status = gracecg_observations_open(c_string(FOLDER//'c-options'), from_folder, failure)
+        call check_ok(error, status, failure)
+        call check_text(from_folder, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_setup_from(changed, NONE, setup=knowledge, error=failure)
+        call check_text(knowledge, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_free(from_folder)
+        status = gracecg_free(changed)
+        status = gracecg_free(observations)
+        status = gracecg_options_replace(knowledge, c_string('&estimation /'), changed, failure)
+        call check_text(changed, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_free(changed)
+        status = gracecg_free(knowledge)
+        status = gracecg_case_open(c_string('back-1'), case, failure)
+        status = gracecg_options_replace(case, c_string(GAIN_TOO), changed, failure)
+        call check_text(changed, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_free(changed)
+        if (allocated(error)) return
+
+        status = gracecg_options_replace(case, c_string('&optimal sigma_rod_gain = 1 /'), changed, failure)
+        call check_refused(error, status, FAILED, failure, '&a_priori')
+        status = gracecg_options_replace(case, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'changed')
+        status = gracecg_free(case)
+        status = gracecg_options_replace(case, c_string('&estimation /'), changed, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'gracecg object')
+        status = gracecg_gravity_open(c_string('point-mass'), 0, 0, case)
+        status = gracecg_options_replace(case, c_string('&estimation /'), changed, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+        status = gracecg_setup_from(case, NONE, setup=changed, error=failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+        status = gracecg_get_text(case, c_string('options'), size=NONE, length=before, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'has none')
+        status = gracecg_free(case)
+
+    contains
+
+        subroutine check_text(object, part, there)
+            integer(c_intptr_t), intent(in) :: object
+            character(*), intent(in) :: part
+            logical, intent(in) :: there
+
+            character(:), allocatable :: text
+
+            if (allocated(error)) return
+            call get_words(object, 'options', text)
+            call check(error, (index(text, part) > 0) .eqv. there, part)
+        end subroutine check_text
+    end subroutine test_options
+
+    !> What `optimal` and `sequential` say beside the offset.
+    subroutine test_details(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(solution_t) :: expected
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: tests
+        type(error_t), allocatable :: problem
+        character(:), allocatable :: names
+        integer(c_intptr_t) :: observations, fit
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        character(10), parameter :: NAMES_OF(3) = [character(10) :: 'optimal', 'sequential', 'ascfest']
+        integer :: i, j, k
+
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 1, 1, set, problem)
+        call simulate('front-3', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        do i = 1, size(NAMES_OF)
+            if (allocated(error)) return
+            call estimate_offset(trim(NAMES_OF(i)), set, report_options('front-3'), expected, problem, record)
+            status = gracecg_estimate(c_string(trim(NAMES_OF(i))), observations, fit, failure)
+            call check_ok(error, status, failure)
+            call check_equal(error, [item(fit, 'offset', 3), item(fit, 'sigma', 3)], &
+                             [expected%offset, [(sqrt(expected%covariance(k, k)), k=1, 3)]], trim(NAMES_OF(i)))
+            k = size(record%epoch)
+            call check_equal(error, [item(fit, 'residual', 3*k), item(fit, 'angular_acceleration', 3*k)], &
+                             [record%residual, record%angular_acceleration], 'series')
+            call check_equal(error, item(fit, 'partials', 9*k), [([transpose(record%partials(:, :, j))], j=1, k)], 'partials')
+            call check_equal(error, item(fit, 'fitted_covariance', size(record%covariance)), [record%covariance], 'covariance')
+            call check_equal(error, item(fit, 'state_covariance', 225), [expected%state_covariance], 'covariance of the state')
+            call diagnose(set%knowledge, expected, record, tests, problem)
+            call check_equal(error, [item(fit, 'test_ratio', 3), item(fit, 'test_direction', 9), &
+                                     item(fit, 'test_torque_factor', 1)], &
+                             [tests%residuals%ratio, [tests%ellipsoid%direction], record%torque_factor], 'tests')
+            call check_equal(error, item(fit, 'belief_undetected', 3), expected%beliefs%undetected(), 'beliefs')
+            if (i == 3 .or. allocated(error)) exit
+            call check_equal(error, [item(fit, 'variance_factor', 1), item(fit, 'noise_level', 3), &
+                                     item(fit, 'noise_corner', 3), item(fit, 'star_camera_sigma', 3)], &
+                             [expected%variance_factor, expected%noise_level, expected%noise_corner, &
+                              expected%star_camera_sigma], 'variance factor and noise')
+            k = size(expected%parameters)
+            call check_equal(error, [item(fit, 'parameter_value', k), item(fit, 'parameter_sigma', k)], &
+                             [expected%parameters%value, expected%parameters%sigma], 'parameters')
+            call get_words(fit, 'parameter_names', names)
+            if (.not. allocated(error)) call check(error, index(names, 'torque_x'//new_line('a')), 1, names)
+            if (i == 2) call check_equal(error, item(fit, 'running_offset', size(expected%running%offset)), &
+                                         [expected%running%offset], 'running')
+            status = gracecg_free(fit)
+        end do
+        status = gracecg_get(fit, c_string('parameter_value'), NONE, count=n)
+        if (.not. allocated(error)) call check(error, n == 0 .and. abs(sum(item(fit, 'variance_factor', 1))) <= 0, &
+                                               'ascfest has no such parameters')
+        status = gracecg_get(fit, c_string('ofset'), 3_c_size_t, count=n, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'did you mean "offset"')
+        status = gracecg_get(fit, c_string('offset'), 2_c_size_t, tests%sigma, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'there are 3')
+        status = gracecg_get(fit, c_string('warnings'), NONE, count=n, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'a text')
+        status = gracecg_get_text(fit, c_string('offset'), size=NONE, length=n, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'numbers')
+        status = gracecg_get(fit, c_string('offset'), NONE, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'values')
+        status = gracecg_free(fit)
+        status = gracecg_free(observations)
+    end subroutine test_details
+
+    !> A NaN in any array of samples.
+    subroutine test_bad_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(samples_t) :: samples
+        integer(c_intptr_t) :: observations, copy, knowledge
+        integer(c_int) :: status
+        real(dp) :: nan
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        call simulate('front-1', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call take_samples(observations, samples)
+        status = gracecg_setup_from(observations, NONE, setup=knowledge, error=failure)
+        call spoil(samples%ta(7), 'number 7 of accelerometer_time')
+        call spoil(samples%a(1799), 'number 1799 of acceleration')
+        call spoil(samples%ts(3), 'star_camera_time')
+        call spoil(samples%q(4), 'quaternion')
+        call spoil(samples%tm(60), 'magnetometer_time')
+        call spoil(samples%b(1), 'flux_density')
+        call spoil(samples%to(1), 'orbit_time')
+        call spoil(samples%x(183), 'orbit_position')
+        samples%head(5) = 3
+        status = create(knowledge, samples, copy, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'head that does not exist')
+        status = gracecg_observations_create(knowledge, 100000000_c_size_t, samples%ta, samples%a, NONE, &
+                                             magnetometer_count=NONE, orbit_count=NONE, observations=copy, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'accelerometer_count')
+        status = gracecg_observations_create(knowledge, NONE, star_camera_count=-ONE, magnetometer_count=NONE, &
+                                             orbit_count=NONE, observations=copy, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'star_camera_count')
+        status = gracecg_observations_create(knowledge, NONE, star_camera_count=NONE, magnetometer_count=NONE, &
+                                             orbit_count=ONE, observations=copy, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'orbit_time')
+        status = gracecg_free(knowledge)
+        status = gracecg_free(observations)
+
+    contains
+
+        subroutine spoil(number, part)
+            real(dp), intent(inout) :: number
+            character(*), intent(in) :: part
+            real(dp) :: kept
+
+            kept = number
+            number = nan
+            status = create(knowledge, samples, copy, failure)
+            call check_refused(error, status, BAD_VALUE, failure, part)
+            number = kept
+        end subroutine spoil
+    end subroutine test_bad_samples
+
+    !> The estimate from a hopeless initial guess does not pass for a good there.
+    subroutine test_not_converged(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        integer(c_intptr_t) :: observations, hopeless, fit
+        integer(c_int) :: status
+
+        call simulate('front-1', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_options_replace(observations, &
+                                         c_string('&estimation guess_angular_velocity = 0.9, -0.9, 0.9 /'), hopeless, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_estimate(c_string('assest-fde'), hopeless, fit, failure)
+        call check(error, status == NOT_CONVERGED .or. status == FAILED, &
+                   'the estimate from a hopeless guess passes: '//trim(message_text(failure)))
+        if (.not. allocated(error)) call check(error, message_text(failure) /= '', 'no message')
+        if (.not. allocated(error)) call check(error, (fit /= 0) .eqv. (status == NOT_CONVERGED), 'a fit that did not converge')
+        status = gracecg_free(fit)
+        status = gracecg_free(hopeless)
+        status = gracecg_free(observations)
+    end subroutine test_not_converged
+end module test_c_estimates

@@ -1,0 +1,394 @@
+!> The C interface to time and models, called as C calls it: the numbers are those of the Fortran API.
+module test_c_models
+    use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int32_t, c_intptr_t, c_size_t
+    use gracecg, only: dp, error_t, utc_t, parse_utc, utc_plus, gmst_1982, geopotential_t, egm96, igrf_t, igrf, decimal_year, &
+        dtm_t, new_dtm, density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
+        atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, tabulated_wind_t, &
+        sun_position, conical_shadow, julian_centuries_tt, satellite_surface_t, new_trapezoid, projected_area, &
+        drag_acceleration, solar_radiation_acceleration, aerodynamic_load, solar_radiation_load, surface_load_t, gas_t, &
+        wall_t, mean_molar_mass, case_t, find_case, build_dynamics, initial_state, satellite_dynamics_t, loads_t, &
+        ESTIMATOR_NAMES, CASE_NAMES, LIBRARY_VERSION, rotation_z
+    use gracecg_interface_general, only: INTERFACE_VERSION
+    use c_library
+    use c_checks
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_c_models
+
+contains
+
+    subroutine collect_c_models(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('constant-texts', test_constant_texts), &
+                    new_unittest('time', test_time), &
+                    new_unittest('gravity', test_gravity), &
+                    new_unittest('geomagnetic-field', test_field), &
+                    new_unittest('density-and-wind', test_air), &
+                    new_unittest('sun-and-earth-radiation', test_light), &
+                    new_unittest('surface', test_surface)]
+    end subroutine collect_c_models
+
+    subroutine test_constant_texts(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer(c_int32_t) :: i
+
+        call check(error, text_at(gracecg_version()), LIBRARY_VERSION)
+        if (allocated(error)) return
+        call check(error, int(gracecg_interface_version()), int(INTERFACE_VERSION))
+        do i = 1, size(ESTIMATOR_NAMES)
+            if (allocated(error)) return
+            call check(error, text_at(gracecg_name(c_string('algorithm'), i - 1)), trim(ESTIMATOR_NAMES(i)))
+        end do
+        do i = 1, size(CASE_NAMES)
+            if (allocated(error)) return
+            call check(error, text_at(gracecg_name(c_string('case'), i - 1)), trim(CASE_NAMES(i)))
+        end do
+        if (allocated(error)) return
+        call check(error,.not. (c_associated(gracecg_name(c_string('algorithm'), -1)) .or. &
+                                c_associated(gracecg_name(c_string('algorithm'), size(ESTIMATOR_NAMES))) .or. &
+                                c_associated(gracecg_name(c_string('case'), size(CASE_NAMES))) .or. &
+                                c_associated(gracecg_name(c_string('cases'), 0)) .or. &
+                                c_associated(gracecg_name(index=0))), 'no NULL outside')
+        if (allocated(error)) return
+        call check(error, text_at(gracecg_status_text(OK)), 'success')
+        if (allocated(error)) return
+        call check(error, text_at(gracecg_status_text(NO_MEMORY)), 'no memory')
+        if (allocated(error)) return
+        call check(error, text_at(gracecg_status_text(99)), 'unknown status')
+        if (allocated(error)) return
+        call check(error, text_at(gracecg_status_text(-1)), 'unknown status')
+    end subroutine test_constant_texts
+
+    subroutine test_time(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(utc_struct) :: before, after
+        type(utc_t) :: time
+        type(error_t), allocatable :: problem
+        integer(c_int) :: status
+        real(dp) :: seconds, angle, back(3)
+
+        status = gracecg_utc_parse(c_string('1989-12-31T23:59:59'), before, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_utc_add(before, 2.0_dp, after, failure)    ! over a leap second
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check(error, after%mjd == before%mjd + 1 .and. abs(after%seconds) <= 0, 'leap second')
+        if (allocated(error)) return
+        status = gracecg_utc_difference(before, after, seconds, failure)
+        call check(error, abs(seconds - 2) <= 0, 'difference over a leap second')
+        if (allocated(error)) return
+        call parse_utc(DATE, time, problem)
+        status = gracecg_sidereal_angle(utc_struct(time%mjd, time%seconds), -0.1_dp, angle, failure)
+        call check_equal(error, [angle], [gmst_1982(time, -0.1_dp)], 'sidereal angle')
+        if (allocated(error)) return
+        status = gracecg_earth_fixed(angle, ONE, PLACE, back, failure)
+        call check_equal(error, back, matmul(rotation_z(angle), PLACE), 'Earth-fixed')
+        status = gracecg_earth_fixed(-angle, ONE, back, back, failure)
+        call check(error, maxval(abs(back - PLACE)) < 1e-8_dp, 'the way back')
+        status = gracecg_utc_parse(c_string('1989-13-02'), before, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'month 13')
+        status = gracecg_sidereal_angle(after, 2.0_dp, angle, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'ut1_minus_utc')
+        status = gracecg_utc_add(utc_struct(0, 0.0_dp), 2.0_dp, after, failure)
+        call check_refused(error, status, BAD_VALUE, failure, '1900')
+        status = gracecg_utc_add(utc_struct(47528, 0.0_dp), 1e12_dp, after, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'outside')
+    end subroutine test_time
+
+    subroutine test_gravity(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(geopotential_t) :: model
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: gravity
+        integer(c_int) :: status
+        real(dp) :: positions(3, 2), a(3, 2), u(2), g(9, 2), expected(3), potential, tensor(3, 3)
+        integer :: i
+
+        status = gracecg_gravity_open(c_string('egm96'), 30, 25, gravity, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        positions(:, 1) = PLACE
+        positions(:, 2) = [6.9e6_dp, 0.0_dp, -1e5_dp]
+        status = gracecg_gravity_evaluate(gravity, 2_c_size_t, positions, a, u, g, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call egm96(30, 25, model, problem)
+        do i = 1, 2
+            call model%acceleration(positions(:, i), expected)
+            call model%potential(positions(:, i), potential)
+            call model%gradient_tensor(positions(:, i), tensor)
+            call check_equal(error, a(:, i), expected, 'acceleration')
+            call check_equal(error, u(i:i), [potential], 'potential')
+            call check_equal(error, g(:, i), [tensor], 'gradient')
+        end do
+        status = gracecg_gravity_evaluate(gravity, NONE, error=failure)
+        call check(error, int(status), int(OK), 'no points')
+        status = gracecg_free(gravity, failure)
+        if (allocated(error)) return
+        call check(error, gravity == 0 .and. status == OK, 'the handle after free')
+        if (allocated(error)) return
+
+        status = gracecg_gravity_open(c_string('point-mass'), 0, 0, gravity, failure)
+        status = gracecg_gravity_evaluate(gravity, ONE, PLACE, a, error=failure)
+        call check_equal(error, a(:, 1), -398600.4415e9_dp/(dot_product(PLACE, PLACE)*norm2(PLACE))*PLACE, &
+                         'point mass')
+        status = gracecg_free(gravity)
+        status = gracecg_gravity_open(c_string('point-mass'), 2, 0, gravity, failure)
+        call check_refused(error, status, FAILED, failure, 'a point mass has degree')
+        status = gracecg_gravity_open(c_string('egm96'), 71, 0, gravity, failure)
+        call check_refused(error, status, FAILED, failure, 'degree = 71')
+    end subroutine test_gravity
+
+    subroutine test_field(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(utc_struct) :: date_of_field
+        type(igrf_t) :: model
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: field
+        integer(c_int) :: status
+        real(dp) :: b(3), expected(3)
+
+        status = gracecg_utc_parse(c_string(DATE), date_of_field)
+        status = gracecg_field_open(c_string('igrf95'), date_of_field, field, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_field_evaluate(field, ONE, PLACE, b, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call igrf('igrf95', decimal_year(utc_t(date_of_field%mjd, date_of_field%seconds)), model, problem)
+        call model%evaluate(PLACE, expected)
+        call check_equal(error, b, expected, 'field')
+        status = gracecg_free(field)
+        status = gracecg_field_open(c_string('igrf95'), utc_struct(60000, 0.0_dp), field, failure)
+        call check_refused(error, status, FAILED, failure, 'igrf14 covers')
+    end subroutine test_field
+
+    subroutine test_air(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(utc_struct) :: epoch
+        type(utc_t) :: time
+        type(dtm_t) :: model
+        class(density_model_t), allocatable :: any_model
+        integer :: i
+        type(tabulated_wind_t) :: table
+        type(atmosphere_point_t) :: point
+        type(atmosphere_state_t) :: air
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: density, wind
+        integer(c_int) :: status
+        real(dp) :: rho(1), t(1), numbers(3), longitude, blows(2), expected(2)
+        real(dp), parameter :: SECONDS(1) = [5000.0_dp]
+
+        status = gracecg_utc_parse(c_string(DATE), epoch)
+        status = gracecg_density_open(c_string('dtm77'), indices=[200.0_dp, 180.0_dp, 3.0_dp], density=density, error=failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, PLACE, rho, t, numbers, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call new_dtm('dtm77', 200.0_dp, 180.0_dp, 3.0_dp, model, problem)
+        time = utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1))
+        call earth_fixed_to_geodetic(PLACE, point%latitude, longitude, point%height)
+        point%local_solar_time = local_mean_solar_time(time, longitude)
+        point%day_of_year = day_of_year(time)
+        call model%evaluate(point, air)
+        call check_equal(error, [rho, t, numbers], &
+                         [air%density, air%temperature, air%n_he, air%n_o, air%n_n2], 'density')
+        status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, 0.945_dp*PLACE, rho, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, '120 km')
+        status = gracecg_free(density)
+        status = gracecg_density_open(c_string('dtm77'), epoch, density=density, error=failure)
+        call check(error, int(status), int(OK), 'indices of the table')
+        if (allocated(error)) return
+        status = gracecg_free(density)
+        status = gracecg_density_open(c_string('dtm77'), utc_struct(50000, 0.0_dp), density=density, error=failure)
+        call check_refused(error, status, FAILED, failure, 'no space weather')
+
+        do i = 1, size(DENSITY_MODELS)
+            status = gracecg_density_open(c_string(trim(DENSITY_MODELS(i))), epoch, density=density, error=failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, PLACE, rho, t, numbers, failure)
+            call new_density_model(trim(DENSITY_MODELS(i)), utc_t(epoch%mjd, epoch%seconds), density_settings_t(), &
+                                   any_model, problem)
+            call any_model%evaluate(point, air)
+            call check_equal(error, [rho, t, numbers + 1], &
+                             [air%density, air%temperature, air%n_he + 1, air%n_o + 1, air%n_n2 + 1], DENSITY_MODELS(i))
+            if (allocated(error)) return
+            status = gracecg_free(density)
+        end do
+        status = gracecg_density_open(c_string('dtm94'), indices=[200.0_dp, 180.0_dp, 12.0_dp], density=density, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'kp')
+        if (allocated(error)) return
+        status = gracecg_density_open(c_string('dtm95'), epoch, density=density, error=failure)
+        call check_refused(error, status, FAILED, failure, 'dtm94')
+        status = gracecg_density_open(c_string('dtm94'), density=density, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'date or indices')
+        status = gracecg_density_open(c_string('dtm94'), epoch, [200.0_dp, 180.0_dp, 3.0_dp], density, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'not both')
+        if (allocated(error)) return
+
+        status = gracecg_wind_open(c_string('hwm93'), wind, failure)
+        if (.not. allocated(error)) call check_ok(error, status, failure)
+        status = gracecg_wind_evaluate(wind, epoch, ONE, SECONDS, PLACE, blows, failure)
+        table = embedded_wind()
+        call table%evaluate(point%latitude, point%local_solar_time, expected(1), expected(2))
+        call check_equal(error, blows, expected, 'wind')
+        status = gracecg_free(wind)
+    end subroutine test_air
+
+    !> The flux is the sum over the segments; the Sun and its shadow are those of the Fortran API.
+    subroutine test_light(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(utc_struct) :: epoch
+        integer(c_intptr_t) :: model
+        integer(c_int) :: status
+        real(dp) :: sun(3), free(1), flux(3), irradiance(38), direction(3, 38), segment_sum(3)
+        real(dp), parameter :: SECONDS(1) = [1000.0_dp]
+        integer :: i
+
+        status = gracecg_utc_parse(c_string(DATE), epoch)
+        status = gracecg_sun_position(epoch, ONE, SECONDS, sun, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_equal(error, sun, sun_position(julian_centuries_tt( &
+                                                  utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1)))), 'Sun')
+        status = gracecg_sun_illumination(ONE, PLACE, sun, free, failure)
+        call check_equal(error, free + 1, [conical_shadow(PLACE, sun)] + 1, 'illumination')
+        if (allocated(error)) return
+
+        status = gracecg_earth_radiation_open(c_string('report'), 2, 1367.0_dp, model, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_earth_radiation_evaluate(model, epoch, ONE, SECONDS, PLACE, flux, error=failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_earth_radiation_evaluate(model, epoch, 2_c_size_t, [0.0_dp, SECONDS], [PLACE, PLACE], &
+                                                  irradiance=irradiance, direction=direction, error=failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        segment_sum = 0
+        do i = 20, 38       ! of the second place
+            segment_sum = segment_sum + irradiance(i)*direction(:, i)
+        end do
+        call check_equal(error, flux, segment_sum, 'sum over the segments')
+        ! some 240 W/m^2 of heat, and reflected light; upwards
+        if (.not. allocated(error)) call check(error, dot_product(flux, PLACE)/norm2(PLACE) > 150 .and. &
+                                               dot_product(flux, PLACE)/norm2(PLACE) < 600, 'size of the flux')
+        status = gracecg_earth_radiation_evaluate(model, epoch, ONE, SECONDS, 0.9_dp*PLACE, flux, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'inside the Earth')
+        status = gracecg_free(model)
+        status = gracecg_earth_radiation_open(c_string('report'), 8, 1367.0_dp, model, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'rings = 8')
+        status = gracecg_earth_radiation_open(c_string('report'), -1, 1367.0_dp, model, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'rings = -1')
+        status = gracecg_earth_radiation_open(c_string('knoke'), 1, 1367.0_dp, model, failure)
+        call check_refused(error, status, FAILED, failure, 'knocke')
+    end subroutine test_light
+
+    subroutine test_surface(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(satellite_surface_t) :: body
+        type(surface_load_t) :: load
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: acting
+        type(case_t) :: case
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: surface, same, model
+        integer(c_int) :: status
+        real(dp) :: a(3), area, force(3), torque(3), flux(3), state(13)
+        real(dp), parameter :: V(3) = [7600.0_dp, 30.0_dp, -20.0_dp], COM(3) = [1e-2_dp, 0.0_dp, 5e-2_dp]
+        real(dp), parameter :: TO_SUN(3) = [1e11_dp, 5e10_dp, -9e10_dp], UP(3) = [0.6_dp, 0.0_dp, -0.8_dp]
+        real(dp), parameter :: NUMBERS(3) = [1e12_dp, 5e13_dp, 2e12_dp]
+
+        status = gracecg_surface_trapezoid(3.122_dp, 0.72_dp, 1.942_dp, 0.693_dp, 0.2_dp, 0.1_dp, surface, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call new_trapezoid(body, 3.122_dp, 0.72_dp, 1.942_dp, 0.693_dp, 0.2_dp, 0.1_dp, problem)
+        status = gracecg_surface_area(surface, UP, area, failure)
+        call check_equal(error, [area], [projected_area(body, UP)], 'area')
+        status = gracecg_surface_drag(surface, MASS, 2.3_dp, 4e-12_dp, V, a, failure)
+        call check_equal(error, a, drag_acceleration(body, MASS, 2.3_dp, 4e-12_dp, V), 'drag')
+        status = gracecg_surface_sunlight(surface, MASS, 0.4_dp, 1367.0_dp, 0.5_dp, TO_SUN, a, failure)
+        call check_equal(error, a, solar_radiation_acceleration(body, MASS, 0.4_dp, 1367.0_dp, 0.5_dp, TO_SUN), &
+                         'sunlight')
+        status = gracecg_surface_aerodynamic_load(surface, COM, 4e-12_dp, 1200.0_dp, NUMBERS, 300.0_dp, &
+                                                  0.9_dp, V, force, torque, failure)
+        load = aerodynamic_load(body, COM, gas_t(4e-12_dp, 1200.0_dp, mean_molar_mass(NUMBERS)), &
+                                wall_t(300.0_dp, 0.9_dp), V)
+        call check_equal(error, [force, torque], [load%force, load%torque], 'aerodynamic load')
+        status = gracecg_surface_sunlight_load(surface, COM, 1367.0_dp, 1.0_dp, TO_SUN, force, torque, failure)
+        load = solar_radiation_load(body, COM, 1367.0_dp, 1.0_dp, TO_SUN)
+        call check_equal(error, [force, torque], [load%force, load%torque], 'load of sunlight')
+        status = gracecg_surface_plates(6_c_size_t, 0*normals(body), body%area(:6), centres(body), &
+                                        body%specular(:6), body%diffuse(:6), same, failure)
+        call check(error, status /= OK .and. same == 0, 'plates with normals that are none')
+        if (allocated(error)) return
+        status = gracecg_surface_plates(6_c_size_t, normals(body), body%area(:6), centres(body), &
+                                        body%specular(:6), body%diffuse(:6), same, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_surface_sunlight_load(same, COM, 1367.0_dp, 1.0_dp, TO_SUN, force, torque, failure)
+        call check_equal(error, [force, torque], [load%force, load%torque], 'the same body, of plates')
+        status = gracecg_free(same)
+
+        ! the Earth's light: what the dynamics of a case have, from the pieces
+        call find_case('front-1', case, problem)
+        call build_dynamics(case, dynamics, problem)
+        state = initial_state(case)
+        call dynamics%loads(0.0_dp, state, acting)
+        status = gracecg_earth_radiation_open(c_string('constant-emissivity'), 2, case%solar_irradiance, model)
+        status = gracecg_earth_radiation_evaluate(model, utc_struct(47528, 0.0_dp), ONE, [0.0_dp], state(:3), flux)
+        status = gracecg_surface_earthlight(surface, case%satellite%mass, case%satellite%reflectivity_earth, flux, state(:3), &
+                                            state(10:13), a, failure)
+        call check(error, norm2(a - acting%erp) < 1e-12_dp*norm2(acting%erp), 'the Earth''s light')
+        status = gracecg_free(model)
+
+        status = gracecg_surface_drag(surface, 0.0_dp, 2.3_dp, 4e-12_dp, V, a, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'mass')
+        status = gracecg_surface_sunlight(surface, MASS, 0.4_dp, 1367.0_dp, 1.5_dp, TO_SUN, a, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'illumination = 1.5')
+        status = gracecg_surface_sunlight(surface, MASS, 0.4_dp, 1367.0_dp, 0.5_dp, 0*TO_SUN, a, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'to_sun is zero')
+        status = gracecg_surface_area(surface, 2*UP, area, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'unit vector')
+        status = gracecg_surface_aerodynamic_load(surface, COM, 4e-12_dp, 1200.0_dp, 0*NUMBERS, 300.0_dp, &
+                                                  0.9_dp, V, force, torque, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'number_density')
+        status = gracecg_surface_plates(33_c_size_t, normals(body), body%area, centres(body), &
+                                        body%specular, body%diffuse, same, failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'n = 33')
+        status = gracecg_free(surface)
+    end subroutine test_surface
+
+    pure function normals(body) result(n)
+        type(satellite_surface_t), intent(in) :: body
+        real(dp) :: n(18)
+
+        n = pack(transpose(body%normal(:6, :)), .true.)
+    end function normals
+
+    pure function centres(body) result(c)
+        type(satellite_surface_t), intent(in) :: body
+        real(dp) :: c(18)
+
+        c = pack(transpose(body%centre(:6, :)), .true.)
+    end function centres
+end module test_c_models

@@ -1,0 +1,435 @@
+#!/usr/bin/env python3
+"""Writes the interfaces to C and Fortran 77 from their table.
+
+    tools/interface.py            writes what is out of date
+    tools/interface.py --check    writes nothing; status 1 when something is out of date
+
+The table is tools/interface.txt, which says how it is written and what is made of it. The module of a Fortran name is
+found by the `public` statements of the two folders.
+"""
+import re
+import sys
+import textwrap
+
+from interface_f77 import Entry, f77, f77_interfaces, f77_table
+from interface_table import ROOT, Mistake, read_table
+from interface_text import KINDS, MADE, WIDTH, comment, folded, shape, uses, words
+
+FOLDERS = {"gracecg": ROOT / "src/interface", "gracecg_level1": ROOT / "level1/src/interface"}
+SHELLS = {"gracecg": "gracecg_interface_c_functions", "gracecg_level1": "gracecg_level1_c_functions"}
+
+
+# ---------------------------------------------------------------- C
+
+
+def c_argument(a):
+    const = "const " if a.way == "in" else ""
+    array = f"[{a.sizes[0]}]" if len(a.sizes) == 1 and a.sizes[0].isdigit() else ""
+    if a.way == "make":
+        return f"gracecg_object **{a.name}"
+    if a.kind in ("text", "settings"):
+        return f"const char *{a.name}" if a.way == "in" else f"char *{a.name}, size_t size, size_t *length"
+    if a.kind == "numbers":
+        return f"size_t capacity, double *{a.name}, size_t *count"
+    if a.kind == "count":
+        return f"size_t {a.name}"
+    if a.kind == "time":
+        return f"{const}gracecg_utc *{a.name}"
+    if a.kind == "handles":
+        return f"gracecg_object *const *{a.name}"
+    if a.is_handle:
+        return f"const gracecg_object *{a.name}"
+    kind = "int32_t" if a.kind == "integer" else "double"
+    if a.way == "in" and not a.sizes:
+        return f"{kind} {a.name}"
+    return f"{const}{kind} {a.name}{array}" if array else f"{const}{kind} *{a.name}"
+
+
+def header(package):
+    yield f"/* {MADE} */"
+    for item in package:
+        if item.kind == "verbatim":
+            yield item.text
+        elif item.kind == "chapter":
+            yield f"/* {'-' * 66} {item.text} */"
+            yield ""
+        elif item.kind == "object":
+            if item.items:
+                yield from boxed(f"Items of a {item.title}:", [(i.shown, i.meaning) for i in item.items])
+        else:
+            yield from boxed(item.text)
+            call = f"gracecg_status gracecg_{item.name}("
+            arguments = [c_argument(a) for a in item.arguments] + ["gracecg_error *error"]
+            yield from textwrap.wrap(call + ", ".join(arguments) + ");", WIDTH, subsequent_indent=" " * len(call))
+            yield ""
+
+
+def boxed(text, rows=()):
+    lines = textwrap.wrap(text, WIDTH, initial_indent="/* ", subsequent_indent="   ", break_on_hyphens=False)
+    for name, meaning in rows:
+        start = f"     {name:<30} " if meaning else f"     {name}"
+        lines += textwrap.wrap(meaning, WIDTH - 3, initial_indent=start, subsequent_indent=" " * 36, break_on_hyphens=False) \
+            or [start]
+    lines[-1] += " */"
+    yield from lines
+    if rows:
+        yield ""
+
+
+# ---------------------------------------------------------------- the shells for C
+
+
+def bind_c(a):
+    """Declarations of an argument in the shell."""
+    intent = "intent(in)" if a.way == "in" else "intent(inout)"
+    if a.way == "make":
+        return [f"integer(c_intptr_t), intent(inout), optional :: {a.name}"]
+    if a.kind in ("text", "settings"):
+        lines = [f"character(kind=c_char), {intent}, optional :: {a.name}(*)"]
+        return lines if a.way == "in" else lines + ["integer(c_size_t), intent(in), value :: size",
+                                                    "integer(c_size_t), intent(inout), optional :: length"]
+    if a.kind == "numbers":
+        return ["integer(c_size_t), intent(in), value :: capacity",
+                f"real(c_double), intent(inout), optional :: {a.name}(*)",
+                "integer(c_size_t), intent(inout), optional :: count"]
+    if a.kind == "count":
+        return [f"integer(c_size_t), intent(in), value :: {a.name}"]
+    if a.kind == "time":
+        return [f"type(c_utc_t), {intent}, optional :: {a.name}"]
+    if a.kind == "handles":
+        return [f"integer(c_intptr_t), intent(in), optional :: {a.name}(*)"]
+    if a.is_handle:
+        return [f"integer(c_intptr_t), intent(in), value :: {a.name}"]
+    kind = "integer(c_int32_t)" if a.kind == "integer" else "real(c_double)"
+    if a.way == "in" and not a.sizes:
+        return [f"{kind}, intent(in), value :: {a.name}"]
+    return [f"{kind}, {intent}, optional :: {a.name}{shape(a.sizes)}"]
+
+
+def c_names(a):
+    """The names that an argument has in C."""
+    return {"numbers": ["capacity", a.name, "count"], "text": [a.name, "size", "length"]}.get(
+        a.kind, [a.name]) if a.way == "out" else [a.name]
+
+
+def elements(a):
+    """How many numbers an array has, as Fortran has it; None when nobody knows."""
+    if "*" in a.sizes:
+        return None
+    sizes = [f"({size[2:]} + 1)" if size.startswith("0:") else size for size in a.sizes]
+    fixed = 1
+    for size in sizes:
+        fixed *= int(size) if size.isdigit() else 1
+    variable = [size for size in sizes if not size.isdigit()]
+    if not variable:
+        return f"{fixed}_c_size_t"
+    return variable[0] if fixed == 1 else f"{fixed}*{variable[0]}"
+
+
+def logical(value):
+    return ".true." if value else ".false."
+
+
+def checks(a, counts):
+    """The statements that check an argument and convert it."""
+    quoted = f"'{a.name}'"
+    counted = [size for size in a.sizes if size in counts]
+    needed = logical(not a.optional or counted)
+    low, high = a.range or (None, None)
+    if a.way == "make":
+        yield f"call start_handle({a.name}, {quoted}, outcome)"
+    elif a.way == "out":
+        if a.kind == "real" and not a.optional:
+            there = f"present({a.name})" + "".join(f" .or. {size} == 0" for size in counted)
+            yield f"call need({there}, {quoted}, outcome)"
+        elif a.kind == "time":
+            yield f"call need(present({a.name}), {quoted}, outcome)"
+    elif a.kind in ("text", "settings"):
+        longest = "LONGEST_NAME" if a.kind == "text" else "LONGEST_TEXT"
+        yield f"call take_text({a.name}, {longest}, {quoted}, {needed}, {a.name}_in, outcome)"
+    elif a.kind == "count":
+        yield f"call check_count({a.name}, {quoted}, {low or 0}, {high or 'huge(0)'}, outcome)"
+    elif a.kind == "time":
+        yield f"call take_time({a.name}, {quoted}, {needed}, {a.name}_in, outcome)"
+    elif a.kind == "integer" and a.range:
+        yield f"call check_integer(int({a.name}), {quoted}, {low}, {high}, outcome)"
+    elif a.kind in ("integer", "handles") and a.sizes:
+        yield f"call need(present({a.name})" + "".join(f" .or. {size} == 0" for size in counted) + f", {quoted}, outcome)"
+    elif a.kind in ("position", "attitude"):
+        yield f"call check_{a.kind}s({a.name}, {a.sizes[1] if a.sizes[1:] else '1_c_size_t'}, {quoted}, outcome)"
+    elif a.kind in ("unit", "vector"):
+        yield f"call check_vector({a.name}, {quoted}, {logical(a.kind == 'unit')}, outcome)"
+    elif a.kind == "state":
+        yield f"call check_state_vector({a.name}, {quoted}, outcome)"
+    elif a.kind == "real" and a.sizes:
+        yield f"call check_numbers({a.name}, {elements(a)}, {quoted}, {needed}, outcome)"
+    elif a.kind == "real":
+        bounds = {">": f", above={high}.0_dp", ">=": f", low={high}.0_dp"}.get(
+            low, f", low={low}.0_dp, high={high}.0_dp") if a.range else ""
+        yield f"call check_number({a.name}, {quoted}, outcome{bounds})"
+
+
+def handed(a):
+    """An argument as the work gets it."""
+    if a.way == "make":
+        return "made"
+    if a.kind in ("text", "settings", "time", "numbers") or a.is_handle:
+        return f"{a.name}_{'in' if a.way == 'in' else 'found'}"
+    if a.kind == "count" or (a.kind == "integer" and not a.sizes):
+        return f"int({a.name})"
+    return a.name
+
+
+def work_of(function, local):
+    """The statements of the work."""
+    if not function.work:
+        return [f"call {function.name}({', '.join([*(handed(a) for a in function.arguments), 'outcome'])})"]
+    text = function.work
+    for a in function.arguments:
+        text = re.sub(rf"(?<![\w%]){a.name}\b", handed(a), text)
+    if function.status:
+        local.append("type(error_t), allocatable :: failure")
+        return [f"call {text[:-1]}, failure)", f"call outcome%take(failure, STATUS_{function.status})"]
+    if re.search(r"\bi\)", text):
+        local.append("integer :: i")
+        return ["do i = 1, int(n)", "    " + text, "end do"]
+    return [text]
+
+
+def shell(function, objects):
+    """The Fortran function that C calls."""
+    arguments = function.arguments
+    counts = {a.name for a in arguments if a.kind == "count"}
+    made = next((a for a in arguments if a.way == "make"), None)
+    used = next((a for a in arguments if a.is_handle and a.way == "in"), None)
+    names = [name for a in arguments for name in c_names(a)] + ["error"]
+    local = ["type(outcome_t) :: outcome"]
+    before = [line for a in sorted(arguments, key=lambda a: a.way != "make") for line in checks(a, counts)]
+    after = []
+    for a in arguments:
+        if a.kind in ("text", "settings"):
+            local.append(f"character(:), allocatable :: {handed(a)}")
+        if a.kind == "time":
+            local.append(f"type(utc_t){', allocatable' if a.way == 'in' else ''} :: {handed(a)}")
+        if a.kind == "numbers":
+            local.append(f"real(dp), allocatable :: {a.name}_found(:)")
+            after.append(f"call give_numbers({a.name}_found, capacity, {a.name}, count, outcome)")
+        if a.way != "out":
+            continue
+        if a.kind == "text":
+            after.append(f"call give_text({a.name}_found, {a.name}, size, length, outcome)")
+        if a.kind == "time":
+            after.append(f"if (outcome%good()) {a.name} = c_utc_t({a.name}_found%mjd, {a.name}_found%seconds)")
+        if a.kind == "real" and not a.sizes:
+            after.append(f"call check_result({a.name}, '{a.name}', outcome)")
+        elif a.kind == "real" and (n := elements(a)):
+            after.append(f"call check_results({a.name}, {n}, '{a.name}', outcome)")
+    work = work_of(function, local)
+    if made:
+        any_kind = made.kind == "object"
+        local += [f"{'class(object_t)' if any_kind else f'type({objects[made.kind].type})'}, pointer :: made"]
+        if any_kind:
+            after = [f"call keep(made, {made.name}, outcome)"]
+            before.append("made => null()")
+        else:
+            local += ["class(object_t), pointer :: made_object", "integer :: memory"]
+            before.append("made_object => null()")
+            after = [f"call keep(made_object, {made.name}, outcome)"]
+            work = ["allocate (made, stat=memory)", "call check_memory(memory, outcome)", "if (outcome%good()) then", "    made_object => made", "    " + work[0], "end if"]
+    if used:
+        local.append(f"class(object_t), pointer :: {used.name}_in")
+        title = objects[used.kind].title if used.kind in objects else "gracecg object"
+        refused = f"call refuse_handle('{title}', outcome)"
+        if used.kind == "object":
+            cases = [("type is (no_object_t)", [refused]), ("class default", work)]
+        else:
+            cases = [(f"class is ({objects[used.kind].type})", work), ("class default", [refused])]
+        work = [f"call acquire(int({used.name}, i8), {used.name}_in)", f"select type ({used.name}_in)"]
+        for guard, lines in cases:
+            work += [guard, *("    " + line for line in lines)]
+        work += ["end select", f"call release(int({used.name}, i8), {used.name}_in)"]
+    something = " .and. n > 0" if "n" in counts and not made else ""
+    body = [*before, f"if (outcome%good(){something}) then", *("    " + line for line in work), "end if", *after,
+            "status = reported(outcome, error)"]
+    yield from comment(f"gracecg_{function.name}", "!> ", "    ")
+    yield from folded(f"function c_{function.name}({', '.join(names)}) result(status) "
+                      f"bind(c, name='gracecg_{function.name}')", "    ")
+    for a in arguments:
+        for line in bind_c(a):
+            yield from folded(line, " " * 8)
+    yield "        type(c_error_t), intent(inout), optional :: error"
+    yield "        integer(c_int) :: status"
+    yield ""
+    for line in local:
+        yield " " * 8 + line
+    yield ""
+    for line in body:
+        depth = len(line) - len(line.lstrip())
+        yield from folded(line.lstrip(), " " * (8 + depth))
+    yield f"    end function c_{function.name}"
+    yield ""
+
+
+def shells(name, functions, objects, modules):
+    lines = [line for function in functions for line in shell(function, objects)]
+    own = {f"c_{function.name}" for function in functions}
+    dummies = {a.name for function in functions for a in function.arguments}
+    works = {function.name for function in functions if not function.work}
+    yield f"! {MADE}"
+    yield f"!> The C interface of {name}.h: every function checks and converts its arguments, and calls its work, the procedure of"
+    yield "!> the same name."
+    yield f"module {SHELLS[name]}"
+    for line in uses(words(lines) - (dummies - works), modules, own):
+        yield from folded(line, "    ")
+    yield "    implicit none"
+    yield "    private"
+    for line in textwrap.wrap(", ".join(sorted(own)), WIDTH - 15):
+        yield f"    public :: {line.rstrip(',')}"
+    yield ""
+    yield "contains"
+    yield ""
+    yield from lines[:-1]
+    yield f"end module {SHELLS[name]}"
+
+
+# ---------------------------------------------------------------- what the tests call
+
+
+def c_declarations(functions):
+    yield f"! {MADE}"
+    yield "!> The C interface as the headers declare it, for tests that call it as C does. An absent argument is NULL."
+    yield "module c_declarations"
+    yield "    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t"
+    yield "    implicit none"
+    yield ""
+    yield "    type, bind(c) :: error_struct"
+    yield "        integer(c_int32_t) :: status = -1"
+    yield "        character(kind=c_char) :: message(1020) = '?'"
+    yield "    end type error_struct"
+    yield ""
+    yield "    type, bind(c) :: utc_struct"
+    yield "        integer(c_int32_t) :: mjd = 0"
+    yield "        real(c_double) :: seconds = 0"
+    yield "    end type utc_struct"
+    yield ""
+    yield "    interface"
+    for function in functions:
+        names = [name for a in function.arguments for name in c_names(a)] + ["error"]
+        lines = [line.replace("c_utc_t", "utc_struct") for a in function.arguments for line in bind_c(a)]
+        lines += ["type(error_struct), intent(inout), optional :: error", "integer(c_int) :: status"]
+        lines = [re.sub(r"(real\(c_double\).*:: \w+)\(.*\)", r"\1(*)", line) for line in lines]
+        imports = [name for name in (*KINDS, "error_struct", "utc_struct") if name in words(lines)]
+        yield from folded(f"function gracecg_{function.name}({', '.join(names)}) result(status) "
+                          f"bind(c, name='gracecg_{function.name}')", " " * 8)
+        yield f"            import :: {', '.join(imports)}"
+        for line in lines:
+            yield from folded(line, " " * 12)
+        yield f"        end function gracecg_{function.name}"
+        yield ""
+    yield "    end interface"
+    yield "end module c_declarations"
+
+
+# ---------------------------------------------------------------- the documentation
+
+
+def first_sentence(text):
+    return re.match(r"(.*?(?<!i\.e)[.])(?= [A-Z\"`]|$)", text).group(1).rstrip(".") if "." in text else text
+
+
+def c_table(packages):
+    yield "| gracecg_... | does |"
+    yield "|---|---|"
+    yield "| `version()`, `interface_version()`, `status_text(status)`, `name(list, index)` | constant texts and numbers, without " \
+          "`error`: version, names of estimators and cases |"
+    yield "| `free(object)` | gives an object back |"
+    for package in packages.values():
+        for item in package:
+            if item.kind == "function":
+                names = ", ".join(name for a in item.arguments for name in c_names(a))
+                yield f"| `{item.name}({names})` | {first_sentence(item.text).replace('|', '')} |"
+
+
+def item_table(packages):
+    yield "| object | items: numbers with their sizes, texts in quotes |"
+    yield "|---|---|"
+    for package in packages.values():
+        for item in package:
+            if item.kind == "object" and item.items:
+                yield f"| {item.title} | {', '.join(f'`{i.shown}`' for i in item.items)} |"
+
+
+def document(packages, entries):
+    path = ROOT / "docs/api.md"
+    text = path.read_text(encoding="utf-8")
+    for name, lines in (("C", c_table(packages)), ("ITEMS", item_table(packages)), ("F77", f77_table(entries))):
+        table = "\n".join(lines)
+        text, found = re.subn(rf"(<!-- {name}: made by tools/interface.py -->\n).*?(<!-- end -->)",
+                              lambda match, table=table: match.group(1) + table + "\n" + match.group(2), text, flags=re.S)
+        if found != 1:
+            raise Mistake(f"docs/api.md has no marks for the table {name}")
+    return path, text
+
+
+# ---------------------------------------------------------------- all together
+
+
+def exported():
+    """The module of every public name of the interfaces."""
+    umbrella = (ROOT / "src/gracecg.f90").read_text(encoding="utf-8")
+    found = {name: "gracecg" for line in re.findall(r"^    public :: (.*)$", umbrella, flags=re.M) for name in re.findall(r"\w+", line)}
+    found["i8"] = "gracecg_base_kinds"
+    for folder in FOLDERS.values():
+        for path in sorted(folder.glob("*.f90")):
+            text = re.sub(r"&\s*\n\s*", "", re.sub(r"!.*", "", path.read_text(encoding="utf-8")))
+            module = re.search(r"^module (\w+)", text, flags=re.M)
+            if module and module.group(1) not in SHELLS.values():
+                for names in re.findall(r"^    public :: (.*)$", text, flags=re.M):
+                    found.update({name: module.group(1) for name in re.findall(r"\w+", names)})
+    return found
+
+
+def generate():
+    packages = read_table()
+    modules, objects, all_functions, all_entries = exported(), {}, [], []
+    for package in packages.values():
+        objects.update({item.name: item for item in package if item.kind == "object"})
+    objects["design"].parent = "case"
+    for name, package in packages.items():
+        functions = [item for item in package if item.kind == "function"]
+        entries = [Entry(line, function, objects) for function in functions for line in function.f77]
+        for function in functions:
+            if not function.work and function.name not in modules:
+                raise Mistake(f"no module of the interfaces has a public {function.name}")
+        yield ROOT / f"include/{name}.h", "\n".join(header(package)) + "\n"
+        yield FOLDERS[name] / "c_functions.f90", "\n".join(shells(name, functions, objects, modules)) + "\n"
+        of_shells = modules | {f"c_{function.name}": SHELLS[name] for function in functions}
+        yield FOLDERS[name] / "f77_entries.f90", "\n".join(f77(name, entries, of_shells)) + "\n"
+        all_functions += functions
+        all_entries += entries
+    if long := [entry.name for entry in all_entries if len(entry.name) > 6]:
+        raise Mistake(f"Fortran 77 allows six characters: {long}")
+    yield ROOT / "test/interface/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
+    yield ROOT / "test/interface/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
+    yield document(packages, all_entries)
+
+
+def main():
+    check, status = "--check" in sys.argv[1:], 0
+    try:
+        files = list(generate())
+    except Mistake as mistake:
+        print(f"tools/interface.txt: {mistake}")
+        return 1
+    for path, text in files:
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            continue
+        status = int(check)
+        if not check:
+            path.write_text(text, encoding="utf-8")
+        print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

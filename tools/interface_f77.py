@@ -1,0 +1,325 @@
+"""The entries of Fortran 77 that tools/interface.py writes, and their table."""
+import re
+
+from interface_table import Mistake
+from interface_text import MADE, comment, folded, shape, uses, words
+
+F77_TYPES = {"text": "character(*)", "settings": "character(*)", "integer": "integer", "count": "integer", "object": "integer",
+             "handles": "integer"}
+
+
+class Entry:
+    """An entry of Fortran 77 and what its body is made of."""
+
+    def __init__(self, line, function, objects):
+        self.name, self.text, self.function, self.objects = line.name, line.text, function, objects
+        self.arguments = []         # name, type, sizes, is a result, meaning
+        self.call, self.before, self.after, self.local = [], [], [], []
+        self.handle = self.made = None
+        self.columns = ""
+        self.translate(line.arguments)
+        self.fetch(line.gets)
+
+    def add(self, name, kind, sizes=(), result=False, meaning=""):
+        self.arguments.append((name, kind, list(sizes), result, meaning))
+
+    def translate(self, given):
+        """The arguments of the call. A count that is 1 takes its size away from the arrays."""
+        function, one = self.function, set()
+        if function.name in ("get", "get_text"):
+            self.translate_get(given)
+            return
+        if len(given) != len(function.arguments):
+            raise Mistake(f"{self.name} has {len(given)} arguments, gracecg_{function.name} {len(function.arguments)}")
+        counts = {}
+        for word, a in zip(given, function.arguments):
+            if a.kind == "count":
+                counts[a.name] = word
+                if word == "1":
+                    one.add(a.name)
+        for word, a in zip(given, function.arguments):
+            if word == "-":
+                continue
+            sizes = [counts.get(size, size) for size in a.sizes if size not in one]
+            sizes = [f"0:{counts[size[2:]]}" if size.startswith("0:") else size for size in sizes]
+            value = self.value(word, a, sizes, set(a.sizes) & one)
+            self.call.append(f"{a.name}={value}")
+
+    def value(self, word, a, sizes, single):
+        """One argument of the call to C."""
+        meaning = f"`{a.name}` of gracecg_{self.function.name}"
+        if a.way == "make":
+            self.made = (a, word)
+            if word != "*":
+                self.add(word, "integer", result=True, meaning="A handle, to be given back with GCFREE; 0 after a failure")
+            return "handle"
+        if a.kind == "time":
+            day, seconds = word.split()
+            self.add(day, "integer", result=a.way == "out", meaning="Modified Julian day number, UTC")
+            self.add(seconds, "real(dp)", result=a.way == "out", meaning="s of the day")
+            if a.way == "in":
+                return f"c_utc_t({day}, {seconds})"
+            self.local.append("type(c_utc_t) :: utc")
+            self.before.append("utc = c_utc_t(0, 0.0_dp)")
+            self.after += [f"{day} = utc%mjd", f"{seconds} = utc%seconds"]
+            return "utc"
+        if word.startswith("["):
+            names = word.strip("[]").split(", ")
+            for name in names:
+                self.add(name, "real(dp)", result=a.way == "out", meaning=f"Of {meaning}")
+            if a.way == "in":
+                return word
+            return self.values(names)
+        if re.match(r"[\d']", word):
+            text = a.kind in ("text", "settings")
+            return f"c_text({word})" if text else f"{word}_c_size_t" if a.kind == "count" else \
+                f"[{word}.0_dp]" if a.sizes else f"{word}.0_dp" if a.kind == "real" else f"{word}_c_int32_t"
+        name = word.rstrip("'")
+        kind = "integer" if a.is_handle else F77_TYPES.get(a.kind, "real(dp)")
+        self.add(name, kind, sizes, a.way == "out", meaning)
+        if a.is_handle:
+            self.handle = name
+            return f"c_handle({name})"
+        if a.kind in ("text", "settings"):
+            return f"c_text({name})"
+        if a.kind == "count":
+            return f"int({name}, c_size_t)"
+        if a.kind == "handles":
+            return f"c_handle({name}(:{sizes[0]}))"
+        if word.endswith("'"):
+            self.local.append(f"real(dp) :: rows({sizes[0]}, {sizes[1]})")
+            self.before.append("rows = 0")
+            self.after.append(f"{name} = transpose(rows)")
+            return "rows"
+        if single and not sizes:
+            return f"[{name}]" if a.way == "in" else self.values([name])
+        return name
+
+    def values(self, names):
+        """A local array whose numbers go to single arguments."""
+        array = f"values_{sum(line.startswith('real(dp) :: values_') for line in self.local) + 1}"
+        self.local.append(f"real(dp) :: {array}({len(names)})")
+        self.before.append(f"{array} = 0")
+        self.after += [f"{name} = {array}({i})" for i, name in enumerate(names, 1)]
+        return array
+
+    def room(self, size):
+        """A local array for what is fetched."""
+        array = f"fetched_{sum(line.startswith('real(dp) :: fetched_') for line in self.local) + 1}"
+        self.local.append(f"real(dp) :: {array}({size})")
+        self.before.append(f"{array} = 0")
+        return array
+
+    def translate_get(self, given):
+        self.add(given[0], "integer", meaning="A handle")
+        self.handle = given[0]
+        if given[1] == "-":
+            return
+        self.add(given[1], "character(*)", meaning="Name of the item")
+        if self.function.name == "get_text":
+            self.add(given[2], "character(*)", result=True, meaning="Its text; ISTAT is 3 when it is longer")
+            self.after.append(f"call fetch_text(c_handle({given[0]}), {given[1]}, {given[2]}, status, error)")
+            return
+        limit, count, values = given[2:]
+        self.add(limit, "integer", meaning="Room in the array")
+        self.add(count, "integer", result=True, meaning="How many numbers there are")
+        self.add(values, "real(dp)", [limit], True, "The numbers")
+        self.after += [f"call fetch_count(c_handle({given[0]}), {given[1]}, 1, {count}, status, error)",
+                       f"call fetch(c_handle({given[0]}), {given[1]}, {limit}, {values}, status, error)"]
+
+    def fetch(self, gets):
+        """What is fetched from the object that was made or, without one, given."""
+        source = "handle" if self.made else f"c_handle({self.handle})"
+        kind = self.made[0].kind if self.made else "case" if self.handle == "icas" else "observations"
+        items = self.objects[kind].all_items(self.objects) if gets else {}
+        for get in gets:
+            name, _, wanted = (part.strip() for part in get.partition("="))
+            name, sizes = re.match(r"([\w ]+?)(?:\((.*)\))?$", name).groups()
+            sizes = [size.strip() for size in sizes.split(",")] if sizes else []
+            if not wanted:
+                self.add(name, "integer", meaning="Columns that the arrays have room for")
+                continue
+            if name == "msg":
+                self.after.append(f"call fetch_message({source}, '{wanted}', status, error)")
+                continue
+            first = wanted.lstrip("#").split()[0]
+            if first not in items:
+                raise Mistake(f"no item {first} of {kind}")
+            item = items[first]
+            if wanted.startswith("#"):
+                row = 1
+                for size in item.sizes:
+                    row *= int(size) if size.isdigit() else 1
+                self.add(name, "integer", result=True, meaning="How many columns there are")
+                self.after.append(f"call fetch_count({source}, '{first}', {row}, {name}, status, error)")
+            elif " " in name:
+                day, seconds = name.split()
+                self.add(day, "integer", result=True, meaning="Modified Julian day number, UTC")
+                self.add(seconds, "real(dp)", result=True, meaning="s of the day")
+                array = self.room("2")
+                self.after += [f"call fetch({source}, '{first}', 2, {array}, status, error)", f"{day} = nint({array}(1))",
+                               f"{seconds} = {array}(2)"]
+            else:
+                self.fetch_numbers(name, sizes, wanted.split(), item, source)
+        if self.made and self.made[1] == "*":
+            self.after.append("call discard(handle)")
+
+    def fetch_numbers(self, name, sizes, wanted, item, source):
+        integer = name[0] in "ijklmn"
+        meaning = item.meaning or f"Item {wanted[0]}"
+        self.add(name, "integer" if integer else "real(dp)", sizes, True, meaning[0].upper() + meaning[1:])
+        size = sizes and sizes[0] if len(sizes) == 1 and sizes[0].isdigit() else "*".join(sizes)
+        if not integer and sizes and len(wanted) == 1:
+            self.after.append(f"call fetch({source}, '{wanted[0]}', {size}, {name}, status, error)")
+            return
+        for i, one in enumerate(wanted, 1):
+            place = f"{name}({i})" if len(wanted) > 1 else name
+            room = "1" if len(wanted) > 1 or not sizes else size
+            array = self.room(room)
+            value = f"nint({array})" if integer else array
+            if sizes and not sizes[-1].isdigit():       # of assumed size
+                columns = f"max({sizes[-1]}, 0)"
+                place, value = f"{name}(:, :{columns})", f"reshape({value}, [{sizes[0]}, {columns}])"
+            self.after += [f"call fetch({source}, '{one}', {room}, {array}, status, error)",
+                           f"{place} = {value}" if room != "1" else f"{place} = {value[:-1]}(1))" if integer else
+                           f"{place} = {value}(1)"]
+
+    def declarations(self):
+        for name, kind, sizes, result, meaning in self.arguments:
+            yield f"{kind}, intent({'inout' if result else 'in'}) :: {name}{shape(sizes)}", meaning
+
+    def lines(self, modules):
+        body = list(self.before)
+        if self.call:
+            body.append(f"status = c_{self.function.name}({', '.join(self.call)}, error=error)")
+        else:
+            body.append("call start_call(status, error)")
+        body += self.after
+        new = self.made and self.made[1] != "*"
+        if self.made:
+            body.insert(0, "handle = 0")
+            self.local.append("integer(c_intptr_t) :: handle")
+        if new:
+            body.append(f"{self.made[1]} = int(handle)")
+        body.append("call finish(status, error, istat, msg)")
+        names = [name for name, *_ in self.arguments] + ["istat", "msg"]
+        text = [f"{line}    !! {meaning}" for line, meaning in self.declarations()]
+        local = [*self.local, "type(c_error_t) :: error", "integer(c_int) :: status"]
+        yield from comment(self.text[0].upper() + self.text[1:] + ".", "!> ")
+        yield from folded(f"subroutine {self.name}({', '.join(names)})", "")
+        for line in uses(words(text + local + body), modules, names):
+            yield from folded(line, "    ")
+        yield "    implicit none"
+        for line, meaning in self.declarations():
+            yield f"    {line}"
+            yield from comment(meaning, "!! ", "    ")
+        yield "    integer, intent(out) :: istat"
+        yield "    character(*), intent(inout) :: msg"
+        yield ""
+        yield from (f"    {line}" for line in local)
+        yield ""
+        for line in body:
+            yield from folded(line, "    ")
+        yield f"end subroutine {self.name}"
+
+
+BY_HAND = """
+!> The version as a text.
+subroutine gcvers(vers)
+    use gracecg, only: LIBRARY_VERSION
+    implicit none
+    character(*), intent(inout) :: vers     !! "0.2.0"
+
+    vers = LIBRARY_VERSION
+end subroutine gcvers
+
+!> The version of the interface.
+subroutine gcvint(nvers)
+    use gracecg_interface_general, only: INTERFACE_VERSION
+    implicit none
+    integer, intent(inout) :: nvers     !! As gracecg_interface_version
+
+    nvers = INTERFACE_VERSION
+end subroutine gcvint
+
+!> Gives an object of any kind back; its handle becomes 0.
+subroutine gcfree(ih, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_interface_outcome, only: c_error_t
+    use gracecg_interface_general, only: c_free
+    use gracecg_interface_f77_support, only: finish
+    implicit none
+    integer, intent(inout) :: ih    !! Of any kind; 0 afterwards
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    handle = ih
+    status = c_free(handle, error)
+    ih = int(handle)
+    call finish(status, error, istat, msg)
+end subroutine gcfree
+"""
+ROWS_BY_HAND = ["| `GCVERS(`**VERS**`)` | version as text; no ISTAT, MSG |",
+                "| `GCVINT(`**NVERS**`)` | version of the interface; no ISTAT, MSG |",
+                "| `GCFREE(`**IH**, ...`)` | gives any handle back and sets it to 0 |"]
+
+
+def f77(name, entries, modules):
+    yield f"! {MADE}"
+    yield "!"
+    yield "! The Fortran 77 entry points: external procedures that need no module where they are called. docs/api.md lists"
+    yield "! their arguments. Each calls a function of the C interface, and ends with istat (0 or a status) and msg."
+    if name == "gracecg":
+        yield BY_HAND.rstrip()
+    for entry in entries:
+        yield ""
+        yield from entry.lines(modules)
+
+
+def f77_interfaces(entries):
+    yield f"! {MADE}"
+    yield "!> The Fortran 77 entry points, for tests: checked by the compiler, called as from Fortran 77."
+    yield "module f77_interfaces"
+    yield "    implicit none"
+    yield ""
+    yield "    interface"
+    yield "        subroutine gcvers(vers)"
+    yield "            character(*) :: vers"
+    yield "        end subroutine gcvers"
+    yield ""
+    yield "        subroutine gcvint(nvers)"
+    yield "            integer :: nvers"
+    yield "        end subroutine gcvint"
+    yield ""
+    yield "        subroutine gcfree(ih, istat, msg)"
+    yield "            integer :: ih, istat"
+    yield "            character(*) :: msg"
+    yield "        end subroutine gcfree"
+    for entry in entries:
+        names = [name for name, *_ in entry.arguments] + ["istat", "msg"]
+        yield ""
+        yield from folded(f"subroutine {entry.name}({', '.join(names)})", " " * 8)
+        for kind, fortran in (("character(*)", "character(*)"), ("integer", "integer"), ("real(dp)", "double precision")):
+            own = [f"{name}{shape(sizes)}" for name, of, sizes, *_ in entry.arguments if of == kind]
+            own += ["istat"] * (kind == "integer") + ["msg"] * (kind == "character(*)")
+            if own:
+                yield from folded(f"{fortran} :: {', '.join(own)}", " " * 12)
+        yield f"        end subroutine {entry.name}"
+    yield "    end interface"
+    yield "end module f77_interfaces"
+
+
+def f77_table(entries):
+    yield "| call | does |"
+    yield "|---|---|"
+    yield from ROWS_BY_HAND
+    for entry in entries:
+        arguments = []
+        for name, _, sizes, result, _ in entry.arguments:
+            text = f"{name}{f'({chr(44).join(sizes)})' if sizes else ''}".upper()
+            arguments.append(f"**{text}**" if result else text)
+        yield f"| `{entry.name.upper()}(`{', '.join(arguments)}, ...`)` | {entry.text} |"
