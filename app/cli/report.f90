@@ -6,9 +6,8 @@ module gracecg_cli_report
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: output_file_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text, write_calibration
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of, report_campaign, first_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_studies_com_budget, only: com_budget_table
@@ -283,7 +282,7 @@ contains
             call study_design(trim(SATELLITES(i)), folder%threads, designs(i), error, console)
             if (.not. allocated(error)) call write_design_map(folder%file('manoeuvre_map_'//trim(SATELLITES(i))//'.csv'), &
                                                               COMMAND, designs(i), error)
-            if (.not. allocated(error)) call write_case(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
+            if (.not. allocated(error)) call write_calibration(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
                                                         designs(i)%calibration, error)
             if (allocated(error)) return
             call console%next_part()
@@ -301,20 +300,4 @@ contains
         if (.not. allocated(error)) call write_designed_calibrations(folder%file('design.csv'), COMMAND, folder%seed, &
                                                                      reached, error)
     end subroutine put_designs
-
-    !> A calibration as a file that every command takes.
-    subroutine write_case(path, calibration, error)
-        character(*), intent(in) :: path
-        type(calibration_t), intent(in) :: calibration
-        type(error_t), allocatable, intent(out) :: error
-
-        type(output_file_t) :: file
-        character(:), allocatable :: text
-
-        call calibration_text(calibration, text, error)
-        if (.not. allocated(error)) call file%open(path, error)
-        if (allocated(error)) return
-        call file%line(text)
-        call file%commit(error)
-    end subroutine write_case
 end module gracecg_cli_report
