@@ -24,12 +24,13 @@ module gracecg_cli_report
     use gracecg_studies_published_axes, only: published_axes_table
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
     use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, variations_table, VARIATIONS
-    use gracecg_studies_timing, only: timing_study_t, study_timing, places_table
+    use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
+        revolutions_table
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
-    use gracecg_cli_report_tables, only: report_cases_table, revolutions_table, marked_places_table, manoeuvres_table
+    use gracecg_cli_report_tables, only: report_cases_table, manoeuvres_table
     use gracecg_cli_statements, only: put_statements
     implicit none
     private
@@ -50,22 +51,19 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe(COMMAND, '', 0, 0, &
-                                'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and '// &
-                                '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
-                                'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
-                                'file for every table and figure, and the figures as SVG; what it states without them; '// &
-                                'then, beyond the report, every estimator against the theoretical limit, and a '// &
-                                'designed manoeuvre. The page takes Python.', &
+                                'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and 6.2, Figures 3.1, '// &
+                                '5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML page, '//PAGE_NAME//', with each beside '// &
+                                'the published numbers, a CSV file for every table and figure, and the figures as SVG; '// &
+                                'what it states without them; then, beyond the report, every estimator against the '// &
+                                'theoretical limit, and a designed manoeuvre. The page takes Python.', &
                                 'gracecg report --out report --runs 30')
-        call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made '// &
-                                  'if it is not there', &
+        call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made if it is not there', &
                                   required=.true.)
-        call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '// &
-                                  integer_text(DEFAULT_RUNS)//', at least '// &
+        call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '//integer_text(DEFAULT_RUNS)//', at least '// &
                                   integer_text(REPORT_RUNS)//', which the report has)')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the '// &
-                                  'machine); the numbers do not depend on it')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); the numbers do '// &
+                                  'not depend on it')
     end subroutine declare_report
 
     !> Computes the studies and makes the page.

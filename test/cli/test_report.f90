@@ -131,20 +131,18 @@ contains
         integer :: status, i
 
         call make_folder(error)
-        if (allocated(error)) return
         path = FOLDER//'report/'
         call remove_file(path//'index.html')
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)
         call check(error, status == STATUS_DONE .and. messages == '', messages)
-        if (allocated(error)) return
         call read_text_file(path//'index.html', page, failure)      ! which is result.json here
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call check(error, index(page%text, '"allowed": 71') > 0, page%text)
+        call check(error, index(page%text, '"allowed": 71') > 0, page%text)
         do i = 1, size(FILES, 2)
             if (allocated(error)) return
             call read_text_file(path//trim(FILES(1, i)), file, failure)
             call check_passes(error, message_of(failure))
-            if (.not. allocated(error)) call check(error, index(file%text, trim(FILES(2, i))) == 1 .and. &
+            call check(error, index(file%text, trim(FILES(2, i))) == 1 .and. &
                                                    index(page%text, '"'//trim(FILES(1, i))//'"') > 0, trim(FILES(1, i)))
         end do
         call read_text_file(path//'montecarlo.csv', file, failure)
