@@ -5,8 +5,8 @@ module mission_check
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between
+    use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_offset_change, only: offset_change_t
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, offset_history_t, trace_offset, YEAR
     use gracecg_estimation_saved_estimate, only: dated_offset_t
@@ -123,10 +123,8 @@ contains
                 result%times = result%times + 1
                 result%filtered = result%filtered + filtered**2
                 result%smoothed = result%smoothed + smoothed**2
-                result%filtered_squares = result%filtered_squares + &
-                    dot_product(filtered, matmul(inverse_3x3(point%filtered_covariance), filtered))
-                result%smoothed_squares = result%smoothed_squares + &
-                    dot_product(smoothed, matmul(inverse_3x3(point%smoothed_covariance), smoothed))
+                result%filtered_squares = result%filtered_squares + squares_of(filtered, point%filtered_covariance)
+                result%smoothed_squares = result%smoothed_squares + squares_of(smoothed, point%smoothed_covariance)
                 if (j == size(history%points)) cycle
                 if (.not. history%points(j + 1)%is_calibration .or. point%is_calibration) cycle
                 result%before = result%before + 1
