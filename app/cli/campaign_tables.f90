@@ -11,7 +11,7 @@ module gracecg_cli_campaign_tables
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t
     use gracecg_studies_campaign_files, only: campaign_table
-    use gracecg_base_number_formats, only: percent_text
+    use gracecg_cli_number_text, only: percent_text
     implicit none
     private
     public :: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS

@@ -5,14 +5,14 @@ module gracecg_cli_design
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: tell
-    use gracecg_files_file, only: check_writable
+    use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
     use gracecg_simulation_case, only: case_t
-    use gracecg_planning_calibration, only: calibration_t, write_calibration
+    use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
@@ -161,8 +161,7 @@ contains
         end if
         call publish(plan, points, pair, reliable, candidates, programme, console, error)
         if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
-        if (.not. allocated(error) .and. request%out /= '') &
-            call write_calibration(request%out, planned_calibration(request%plan, plan), error)
+        if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
 
     subroutine read_request(arguments, request, misuse)
@@ -535,4 +534,20 @@ contains
                           ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
                           'wave and by curved drag and radiation; body axes'], error)
     end subroutine write_map
+
+    !> The case with the manoeuvre, at its place.
+    subroutine write_case(request, plan, error)
+        type(request_t), intent(in) :: request
+        type(plan_t), intent(in) :: plan
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(:), allocatable :: text
+
+        call calibration_text(planned_calibration(request%plan, plan), text, error)
+        if (.not. allocated(error)) call file%open(request%out, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+    end subroutine write_case
 end module gracecg_cli_design

@@ -7,14 +7,13 @@ module gracecg_cli_timing
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
     use gracecg_base_text, only: integer_text, string_t, split
-    use gracecg_base_version, only: file_comments
     use gracecg_files_value, only: real_from_text
     use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
         shortest_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
-    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, marked_places_table
+    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, write_places
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
@@ -73,7 +72,6 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(timing_study_t) :: study
-        type(data_table_t) :: table
         type(calibration_t) :: calibration
         character(:), allocatable :: satellite, pattern, path
         type(request_t) :: request
@@ -97,16 +95,13 @@ contains
         call study_timing(calibration, step, threads, study, error, console)
         if (allocated(error)) return
         call show_heading(study, console)
-        call console%table(marked_places_table(study))
-        call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
+        call show_table(study, console)
         call show_weakest_x(study, step, console)
         if (request%manoeuvres > 0) call plan_programme(study, request, threads, console, error)
         if (allocated(error)) return
         call publish(study, step, request, console, error)
         if (allocated(error)) return
-        if (path == '') return
-        table = places_table(study%places, study%case%epoch)
-        call table%write(path, file_comments('timing', trim(study%case%satellite%name)//' satellite; field in body axes'), error)
+        if (path /= '') call write_places(path, 'timing', study%case, study%places, error)
     end subroutine run_timing
 
     !> What is asked of a programme.
@@ -210,6 +205,22 @@ contains
                                'amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
     end subroutine show_heading
+
+    !> The places of the report's cases and the best ones.
+    subroutine show_table(study, console)
+        type(timing_study_t), intent(in) :: study
+        type(console_t), intent(inout) :: console
+
+        character(8) :: labels(size(study%of_cases) + 4)
+        integer :: i
+
+        do i = 1, size(study%of_cases)
+            labels(i) = 'case '//integer_text(i)
+        end do
+        labels(size(study%of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
+        call console%table(places_table([study%of_cases, study%places(best_places(study%places))], study%case%epoch, labels))
+        call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
+    end subroutine show_table
 
     !> When the angular acceleration about x is the smallest of the three: section 6.2 expects about
     !> 100 s of a revolution.

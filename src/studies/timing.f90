@@ -6,6 +6,7 @@ module gracecg_studies_timing
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text
+    use gracecg_base_version, only: file_comments
     use gracecg_files_data_table, only: data_table_t
     use gracecg_environment_time, only: utc_t, utc_plus, utc_text, seconds_between
     use gracecg_simulation_case, only: case_t
@@ -16,7 +17,7 @@ module gracecg_studies_timing
     implicit none
     private
     public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, places_table, &
-        marked_places_table, revolutions_table
+        write_places, marked_places_table, revolutions_table
 
     !> One revolution of one satellite.
     type :: timing_study_t
@@ -188,4 +189,17 @@ contains
             call table%add(summary%x_weakest)
         end do
     end function revolutions_table
+
+    !> The places as a CSV file.
+    subroutine write_places(path, command, case, places, error)
+        character(*), intent(in) :: path, command   !! The file; the command that computed it
+        type(case_t), intent(in) :: case            !! Whose epoch the times count from
+        type(orbit_place_t), intent(in) :: places(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(data_table_t) :: table
+
+        table = places_table(places, case%epoch)
+        call table%write(path, file_comments(command, trim(case%satellite%name)//' satellite; field in body axes'), error)
+    end subroutine write_places
 end module gracecg_studies_timing

@@ -8,7 +8,7 @@ module test_report
     use gracecg_studies_table_report_rms, only: RMS_VALUES
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use gracecg_base_number_formats, only: fixed_text, scientific_text, decimal_exponent, percent_text, share_text, pick_text
+    use gracecg_cli_number_text, only: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
     use testdrive, only: new_unittest, unittest_type, error_type
     use fixture, only: check, FOLDER, make_folder, make_file, check_passes
     implicit none
@@ -49,7 +49,7 @@ contains
         call same(fixed_text(-1e-9_dp, 2), '0.00')
         call same(fixed_text(-12.4_dp, 0), '-12')
         call same(fixed_text(0.4_dp, 0), '0')
-        call same(scientific_text(6.43e-7_dp, 1), '6.4E-07')
+        call same(scaled_text(6.43e-7_dp, -7, 1), '6.4')
         call same(percent_text(0.184_dp), '18.4 %')
         call same(share_text(69, 72), '69 of 72')
         call same(pick_text(.true., 'yes', 'no'), 'yes')

@@ -5,7 +5,6 @@ module gracecg_studies_estimate_statements
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_number_formats, only: fixed_text, scientific_text, pick_text
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_quaternion, only: normalised
     use gracecg_base_text, only: integer_text
@@ -26,8 +25,8 @@ module gracecg_studies_estimate_statements
     use gracecg_simulation_switches, only: error_switches_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_studies_examination, only: examination_t, statement_row_t, in_part, mm_text, range_text, HOLDS, HOLDS_IN_PART, &
-        HOLDS_NOT, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
+    use gracecg_studies_examination, only: examination_t, statement_row_t, in_part, mm_text, range_text, plain_text, &
+        pick_text, HOLDS, HOLDS_IN_PART, HOLDS_NOT, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
     implicit none
     private
     public :: examine_weights, examine_accuracy, examine_curved_force, examine_condition, examine_two_steps, examine_stars
@@ -81,8 +80,8 @@ contains
         work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, by_camera .or. by_accelerometer), &
                              by_camera .and. by_accelerometer)
         work%found = in_part(work%verdict, pick_text(by_camera, 'star camera', 'accelerometer'))// &
-            ' its weights change the errors by a factor of up to '//fixed_text(range, 1)// &
-            '; that of the star camera, from 90 down to 1e-11, by '//scientific_text(change, 1)//' of them at most.'
+            ' its weights change the errors by a factor of up to '//plain_text(range, '(f10.1)')// &
+            '; that of the star camera, from 90 down to 1e-11, by '//plain_text(change, '(es9.1)')//' of them at most.'
     end subroutine examine_weights
 
     !> The accuracy of section 7.1(3) in the best case of each axis.
@@ -149,7 +148,7 @@ contains
             end associate
         end do
         call work%conclude(count(share < SMALL_SHARE), size(share), 'components', 'the curvature makes '// &
-            range_text(share)//' % of their variance, on average '//fixed_text(100*sum(share)/size(share), 0)//' %.')
+            range_text(share)//' % of their variance, on average '//plain_text(100*sum(share)/size(share), '(f10.0)')//' %.')
         work%details = 'Without the density wave, whose size and period the report does not give, the curvature '// &
             'changes it by '//range_text(smooth)//' %: of smooth drag and light the statement holds.'
     end subroutine judge_curved_force
@@ -181,10 +180,10 @@ contains
         reduced = maxval(work%rows(2::3)%condition)
         across = minval(work%rows(3::3)%condition)
         call work%conclude(count([full < REGULAR .and. across > SINGULAR]), 1, '', 'condition of the full state to '// &
-                           fixed_text(full, 1)//', of the reduced one to '//fixed_text(reduced, 1)//'.')
+                           plain_text(full, '(f10.1)')//', of the reduced one to '//plain_text(reduced, '(f10.1)')//'.')
         work%details = 'With unit weights every observation determines the length of q as well '// &
             'as its direction; weighed by its own covariance, which has rank three, the full state is singular '// &
-            '(condition '//scientific_text(across, 1)//' and more).'
+            '(condition '//plain_text(across, '(es9.1)')//' and more).'
     end subroutine examine_condition
 
     !> Condition of the normal matrix of kind 1 full, 2 reduced, 3 full with every observation projected across its
@@ -352,11 +351,12 @@ contains
         so_many = abs(mean/STARS_OF_REPORT - 1) <= ROUGHLY .and. range(1) >= STARS_AT_LEAST
         better = all(best(3, :) < first(3, :))
         work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, so_many .or. better), so_many .and. better)
-        work%found = in_part(work%verdict, pick_text(so_many, 'number', 'choice'))//' a field has '//fixed_text(mean, 1)// &
-            ' stars on average of all attitudes, '//integer_text(range(1))//' to '//integer_text(range(2))// &
-            ' in the cases; the best '//integer_text(STARS_AT_LEAST)//' lower sigma about the boresight by '// &
-            range_text(1 - best(3:, :)/first(3:, :))//' %.'
-        work%details = 'Across the boresight the choice gains '//fixed_text(100*(1 - sum(best(:2, :))/sum(first(:2, :))), 0)// &
+        work%found = in_part(work%verdict, pick_text(so_many, 'number', 'choice'))//' a field has '// &
+            plain_text(mean, '(f10.1)')//' stars on average of all attitudes, '//integer_text(range(1))//' to '// &
+            integer_text(range(2))//' in the cases; the best '//integer_text(STARS_AT_LEAST)// &
+            ' lower sigma about the boresight by '//range_text(1 - best(3:, :)/first(3:, :))//' %.'
+        work%details = 'Across the boresight the choice gains '// &
+            plain_text(100*(1 - sum(best(:2, :))/sum(first(:2, :))), '(f6.0)')// &
             ' % on average. The offset does not feel it: the star camera''s noise is hardly a part of its error (Figure 6.5).'
     end subroutine judge_stars
 end module gracecg_studies_estimate_statements

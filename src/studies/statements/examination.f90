@@ -3,8 +3,8 @@ module gracecg_studies_examination
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
-    use gracecg_base_number_formats, only: fixed_text, share_text
     use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: integer_text
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
@@ -12,9 +12,10 @@ module gracecg_studies_examination
         prediction_t, predict_errors
     implicit none
     private
-    public :: claim_t, statement_row_t, statement_t, examination_t, in_part, mm_text, range_text
-    public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS, SINGLE_ALGORITHM, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, &
-        SMALL_SHARE
+    public :: claim_t, statement_row_t, statement_t, examination_t
+    public :: in_part, mm_text, range_text, plain_text, share_text, pick_text
+    public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
+    public :: SINGLE_ALGORITHM, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
 
     integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
     !> The verdicts in words, by HOLDS, HOLDS_IN_PART, HOLDS_NOT
@@ -141,7 +142,7 @@ contains
         real(dp), intent(in) :: value               !! m
         character(:), allocatable :: text
 
-        text = fixed_text(value/MILLIMETRE, 4)
+        text = plain_text(value/MILLIMETRE, '(f10.4)')
     end function mm_text
 
     !> The least and the greatest part of 1, in percent.
@@ -149,6 +150,40 @@ contains
         real(dp), intent(in) :: parts(:, :)
         character(:), allocatable :: text
 
-        text = fixed_text(100*minval(parts), 0)//' to '//fixed_text(100*maxval(parts), 0)
+        text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
     end function range_text
+
+    !> A number without what stands before and behind its digits.
+    function plain_text(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
+        character(:), allocatable :: text
+
+        character(16) :: field
+
+        write (field, form) value
+        text = trim(adjustl(field))
+        if (text(len(text):) == '.') text = text(:len(text) - 1)
+    end function plain_text
+
+    !> Counts as '3 of 4'.
+    function share_text(part, whole) result(text)
+        integer, intent(in) :: part, whole
+        character(:), allocatable :: text
+
+        text = integer_text(part)//' of '//integer_text(whole)
+    end function share_text
+
+    !> One of two texts.
+    pure function pick_text(condition, if_true, if_false) result(text)
+        logical, intent(in) :: condition                !! Which of the two
+        character(*), intent(in) :: if_true, if_false
+        character(:), allocatable :: text
+
+        if (condition) then
+            text = if_true
+        else
+            text = if_false
+        end if
+    end function pick_text
 end module gracecg_studies_examination

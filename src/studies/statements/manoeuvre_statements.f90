@@ -4,7 +4,6 @@ module gracecg_studies_manoeuvre_statements
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_number_formats, only: fixed_text, share_text, pick_text
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
@@ -13,8 +12,8 @@ module gracecg_studies_manoeuvre_statements
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
-    use gracecg_studies_examination, only: examination_t, statement_row_t, mm_text, HOLDS, HOLDS_IN_PART, HOLDS_NOT, &
-        SINGLE_ALGORITHM, FRONT_CASES, SMALL_SHARE
+    use gracecg_studies_examination, only: examination_t, statement_row_t, mm_text, plain_text, share_text, pick_text, &
+        HOLDS, HOLDS_IN_PART, HOLDS_NOT, SINGLE_ALGORITHM, FRONT_CASES, SMALL_SHARE
     implicit none
     private
     public :: examine_one_rod, examine_dominance, examine_arc_length
@@ -181,12 +180,12 @@ contains
             end do
         end do
         call work%conclude(count(left_out >= SMALL_SHARE), size(left_out), 'trials', 'what the fit leaves out (other '// &
-            'torques, scale factors, biases) makes at most '//fixed_text(100*maxval(left_out), 1)// &
+            'torques, scale factors, biases) makes at most '//plain_text(100*maxval(left_out), '(f10.1)')// &
             ' % of the variance of one rod''s worst axis.')
-        work%details = 'One rod''s torque is more than '//fixed_text(DOMINATES, 0)//' times that of all others in '// &
+        work%details = 'One rod''s torque is more than '//plain_text(DOMINATES, '(f10.0)')//' times that of all others in '// &
             share_text(size(left_out) - weak, size(left_out))//' trials; in the rest the rod lies along the field. What is '// &
-            'lacking is observability: with all torques known, the worst axis of one rod is still '//fixed_text(loss, 1)// &
-            ' times that of two, or more.'
+            'lacking is observability: with all torques known, the worst axis of one rod is still '// &
+            plain_text(loss, '(f10.1)')//' times that of two, or more.'
     end subroutine judge_dominance
 
     !> Longer arcs with the report's rods and algorithm.

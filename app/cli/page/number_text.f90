@@ -1,10 +1,10 @@
-!> Numbers as tables and sentences show them.
-module gracecg_base_number_formats
+!> Numbers as the pages and the tables of the commands show them.
+module gracecg_cli_number_text
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: fixed_text, scientific_text, decimal_exponent, percent_text, share_text, pick_text
+    public :: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
 
 contains
 
@@ -27,19 +27,15 @@ contains
         if (text(1:1) == '-' .and. verify(text, '-0.') == 0) text = text(2:)
     end function fixed_text
 
-    !> A number with an exponent: 1.4E-08.
-    function scientific_text(value, decimals) result(text)
+    !> A number without its power of ten.
+    function scaled_text(value, exponent, decimals) result(text)
         real(dp), intent(in) :: value           !! Any
-        integer, intent(in) :: decimals         !! Digits behind the point, 1 and more
+        integer, intent(in) :: exponent         !! Of the power of ten that is taken out
+        integer, intent(in) :: decimals         !! Digits behind the point, 0 and more
         character(:), allocatable :: text
 
-        character(40) :: digits
-        character(12) :: form
-
-        write (form, '(a, i0, a)') '(es40.', decimals, ')'
-        write (digits, form) value
-        text = trim(adjustl(digits))
-    end function scientific_text
+        text = fixed_text(value/10.0_dp**exponent, decimals)
+    end function scaled_text
 
     !> The power of ten of a number: floor(log10(abs(value))), 0 for 0.
     pure integer function decimal_exponent(value) result(exponent)
@@ -77,4 +73,4 @@ contains
 
         text = integer_text(part)//' of '//integer_text(whole)
     end function share_text
-end module gracecg_base_number_formats
+end module gracecg_cli_number_text
