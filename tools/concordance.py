@@ -292,10 +292,9 @@ def known_names(root, found, tests):
     commands = root / "app/cli/command_line.f90"
     if commands.exists():
         names |= {f"gracecg {c}" for c in re.findall(r"command_t\('([^']+)'", commands.read_text(encoding="utf-8"))}
-    statements = root / "src/studies/statements.f90"
+    statements = root / "src/studies/statements/statements.f90"
     if statements.exists():
-        listed = re.search(r"STATEMENT_NAMES\(\d+\) = \[character\(\d+\) :: (.*?)\]", statements.read_text(encoding="utf-8"), re.S)
-        names |= {f"gracecg statements {s}" for s in re.findall(r"'([^']+)'", listed.group(1))}
+        names |= {f"gracecg statements {s}" for s in re.findall(r"claim_t\('([^']+)'", statements.read_text(encoding="utf-8"))}
     return names
 
 

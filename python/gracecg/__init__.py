@@ -14,7 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import plot
+    from . import plot, report
     from ._library import GracecgError
     from .calibration import (Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
                               MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 __all__ = ["Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
            "Setup", "Simulator", "Solution", "Surface", "Utc", "Wind", "algorithms", "case_names", "earth_fixed",
-           "estimate_joint", "estimate_level1", "monte_carlo", "plot", "sun_illumination", "sun_position"]
+           "estimate_joint", "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
 
 
 def __getattr__(name: str) -> Any:
     """The public names, found when they are first used: pages and figures do without the shared library."""
-    if name == "plot":
-        return importlib.import_module(".plot", __name__)
+    if name in ("plot", "report"):
+        return importlib.import_module("." + name, __name__)
     if name == "__version__":
         library = importlib.import_module("._library", __name__)
         return library.text_of(library.lib.gracecg_version())

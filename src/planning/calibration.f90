@@ -3,6 +3,7 @@
 module gracecg_planning_calibration
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t
+    use gracecg_files_file, only: output_file_t
     use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in
@@ -10,7 +11,7 @@ module gracecg_planning_calibration
     use gracecg_estimation_report_options, only: report_options
     implicit none
     private
-    public :: calibration_t, find_calibration, calibration_from_text, calibration_text
+    public :: calibration_t, find_calibration, calibration_from_text, calibration_text, write_calibration
 
     !> A case and how it is estimated.
     type :: calibration_t
@@ -61,4 +62,20 @@ contains
         if (.not. allocated(error)) call options_text(calibration%options, options, error)
         if (.not. allocated(error)) text = text//new_line('a')//new_line('a')//options
     end subroutine calibration_text
+
+    !> The same as a file that every command takes for a case. Fails as calibration_text, and when it cannot be written.
+    subroutine write_calibration(path, calibration, error)
+        character(*), intent(in) :: path                !! An existing file is replaced
+        type(calibration_t), intent(in) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(:), allocatable :: text
+
+        call calibration_text(calibration, text, error)
+        if (.not. allocated(error)) call file%open(path, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+    end subroutine write_calibration
 end module gracecg_planning_calibration

@@ -242,9 +242,9 @@ contains
 
     !> The curves of a case against their windows as rows of WINDOW_COLUMNS.
     subroutine add_window_rows(case_name, checks, table)
-        character(*), intent(in) :: case_name
+        character(*), intent(in) :: case_name       !! In the first column
         type(window_check_t), intent(in) :: checks(:)
-        type(data_table_t), intent(inout) :: table
+        type(data_table_t), intent(inout) :: table  !! With WINDOW_COLUMNS; gets a row for each check
 
         integer :: i
 

@@ -5,6 +5,7 @@ module gracecg_studies_timing
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, MICROTESLA
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
+    use gracecg_base_text, only: integer_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_environment_time, only: utc_t, utc_plus, utc_text, seconds_between
     use gracecg_simulation_case, only: case_t
@@ -14,7 +15,8 @@ module gracecg_studies_timing
     use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
     implicit none
     private
-    public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, places_table
+    public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, places_table, &
+        marked_places_table, revolutions_table
 
     !> One revolution of one satellite.
     type :: timing_study_t
@@ -153,4 +155,37 @@ contains
             end associate
         end do
     end function places_table
+
+    !> The places of the report's cases on a revolution, or that of the case, and the best ones.
+    function marked_places_table(study) result(table)
+        type(timing_study_t), intent(in) :: study
+        type(data_table_t) :: table
+
+        character(8) :: labels(size(study%of_cases) + 4)
+        integer :: i
+
+        do i = 1, size(study%of_cases)
+            labels(i) = 'case '//integer_text(i)
+        end do
+        labels(size(study%of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
+        table = places_table([study%of_cases, study%places(best_places(study%places))], study%case%epoch, labels)
+    end function marked_places_table
+
+    !> What section 6.2 of the report says of a revolution, satellite by satellite.
+    function revolutions_table(studies) result(table)
+        type(timing_study_t), intent(in) :: studies(:)
+        type(data_table_t) :: table
+
+        type(timing_summary_t) :: summary
+        integer :: i
+
+        call table%columns_of('satellite,step_s,strongest_field_nt,largest_acceleration_rad_s2,x_strongest,x_weakest_s')
+        do i = 1, size(studies)
+            summary = summary_of(studies(i))
+            call table%add(studies(i)%case%satellite%name)
+            call table%add(studies(i)%step)
+            call table%add([summary%strongest_field/NANOTESLA, summary%largest, summary%x_strongest])
+            call table%add(summary%x_weakest)
+        end do
+    end function revolutions_table
 end module gracecg_studies_timing

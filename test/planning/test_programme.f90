@@ -11,7 +11,7 @@ module test_programme
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_estimation_offset_history, only: history_settings_t
     use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_studies_history_check, only: mission_t, history_check_t, check_history
+    use mission_check, only: mission_result_t, check_mission
     use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
     use testdrive, only: new_unittest, unittest_type, error_type
@@ -129,9 +129,9 @@ contains
         integer, parameter :: RUNS = 200
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
-        type(mission_t) :: mission
+        real(dp) :: covariance(3, 3)
         type(history_settings_t) :: settings
-        type(history_check_t) :: result
+        type(mission_result_t) :: result
         type(error_t), allocatable :: failure
         real(dp) :: limits(2)
         integer :: i
@@ -139,9 +139,9 @@ contains
         call places_of([(i*120.0_dp, i=0, 45)], [60.0_dp], candidates, error)
         if (allocated(error)) return
         call best_programme(candidates, 2, programme)
-        mission%covariance = inverse_3x3(candidates(programme%chosen(1))%information + &
-                                         candidates(programme%chosen(2))%information)
-        call check_history(mission, settings, RUNS, 3_i8, result, failure)
+        covariance = inverse_3x3(candidates(programme%chosen(1))%information + &
+                                 candidates(programme%chosen(2))%information)
+        call check_mission(covariance, settings, RUNS, 3_i8, result, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(result%worst <= 10e-6_dp) .and. all(result%smoothed < result%filtered), '10 micrometres')
@@ -153,7 +153,7 @@ contains
         call check(error, result%statistic > limits(1) .and. result%statistic < limits(2), 'innovations')
         ! a history that trusts too small a walk is found out
         settings%walk = 30e-6_dp
-        call check_history(mission, settings, 20, 3_i8, result, failure)
+        call check_mission(covariance, settings, 20, 3_i8, result, failure)
         call check(error, any(result%worst > 10e-6_dp), 'a larger walk')
     end subroutine test_five_years
 end module test_programme

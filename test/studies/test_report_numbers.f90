@@ -44,7 +44,6 @@ contains
         call check(error, all(abs(rss_of_effects('1.1') - [0.28_dp, 0.23_dp, 0.24_dp]) <= 0.005_dp))
         call check(error, all(abs(rss_of_effects('1.2') - [0.0462_dp, 0.0007_dp, 0.0007_dp]) &
                                                           <= 0.00005_dp) .and. all(abs(rss_of_effects('9.9')) <= 0))
-        if (allocated(error)) return
         table = com_budget_table()
         call table%csv(lines, failure)
         call check_passes(error, message_of(failure))

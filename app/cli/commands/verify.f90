@@ -30,6 +30,13 @@ module gracecg_cli_verify
     public :: declare_verify, run_verify
 
     character(*), parameter :: DEFAULT_CASES = 'front-1,back-1'
+    !> Curves whose names are no words, and what they are
+    character(20), parameter :: IN_WORDS(2, 14) = reshape([character(20) :: &
+        'srp', 'solar radiation', 'erp', 'Earth radiation', 'non_gravitational', 'non-gravitational', &
+        'a_vel', 'offset: rotation', 'a_gg', 'offset: gradient', 'a_acc', 'offset: spin-up', 'a_total', 'offset: total', &
+        'torque_aero', 'torque of air', 'torque_solar', 'torque of sunlight', 'torque_gravity', 'gravity torque', &
+        'torque_magnetic', 'magnetic torque', 'torque_total', 'total torque', 'omega', 'angular velocity', &
+        'omega_dot', 'angular acceleration'], [2, 14])
     integer, parameter :: CASE_WITH_WINDOWS = 1     !! Figures 5.2-5.8 show case 1 of each satellite
 
 contains
@@ -348,40 +355,13 @@ contains
     !> A curve's name in words.
     pure function curve_words(quantity) result(words)
         character(*), intent(in) :: quantity    !! Of CURVE_NAMES
-        character(:), allocatable :: words
+        character(20) :: words
 
-        select case (quantity)
-        case ('srp')
-            words = 'solar radiation'
-        case ('erp')
-            words = 'Earth radiation'
-        case ('non_gravitational')
-            words = 'non-gravitational'
-        case ('a_vel')
-            words = 'offset: rotation'
-        case ('a_gg')
-            words = 'offset: gradient'
-        case ('a_acc')
-            words = 'offset: spin-up'
-        case ('a_total')
-            words = 'offset: total'
-        case ('torque_aero')
-            words = 'torque of air'
-        case ('torque_solar')
-            words = 'torque of sunlight'
-        case ('torque_gravity')
-            words = 'gravity torque'
-        case ('torque_magnetic')
-            words = 'magnetic torque'
-        case ('torque_total')
-            words = 'total torque'
-        case ('omega')
-            words = 'angular velocity'
-        case ('omega_dot')
-            words = 'angular acceleration'
-        case default
-            words = trim(quantity)
-        end select
+        integer :: place
+
+        place = findloc(IN_WORDS(1, :) == quantity, .true., 1)
+        words = quantity
+        if (place > 0) words = IN_WORDS(2, place)
     end function curve_words
 
     !> A line for each curve: its range and mean.

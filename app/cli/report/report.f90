@@ -6,9 +6,8 @@ module gracecg_cli_report
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: output_file_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text, write_calibration
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of, report_campaign, first_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_studies_com_budget, only: com_budget_table
@@ -25,12 +24,13 @@ module gracecg_cli_report
     use gracecg_studies_published_axes, only: published_axes_table
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
     use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, variations_table, VARIATIONS
-    use gracecg_studies_timing, only: timing_study_t, study_timing, places_table
+    use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
+        revolutions_table
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
-    use gracecg_cli_report_tables, only: report_cases_table, revolutions_table, marked_places_table, manoeuvres_table
+    use gracecg_cli_report_tables, only: report_cases_table, manoeuvres_table
     use gracecg_cli_statements, only: put_statements
     implicit none
     private
@@ -51,22 +51,19 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe(COMMAND, '', 0, 0, &
-                                'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and '// &
-                                '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
-                                'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
-                                'file for every table and figure, and the figures as SVG; what it states without them; '// &
-                                'then, beyond the report, every estimator against the theoretical limit, and a '// &
-                                'designed manoeuvre. The page takes Python.', &
+                                'Runs everything that CSR-TM-00-01 shows - Tables 1.1, 1.2, 6.1 and 6.2, Figures 3.1, '// &
+                                '5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML page, '//PAGE_NAME//', with each beside '// &
+                                'the published numbers, a CSV file for every table and figure, and the figures as SVG; '// &
+                                'what it states without them; then, beyond the report, every estimator against the '// &
+                                'theoretical limit, and a designed manoeuvre. The page takes Python.', &
                                 'gracecg report --out report --runs 30')
-        call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made '// &
-                                  'if it is not there', &
+        call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made if it is not there', &
                                   required=.true.)
-        call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '// &
-                                  integer_text(DEFAULT_RUNS)//', at least '// &
+        call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '//integer_text(DEFAULT_RUNS)//', at least '// &
                                   integer_text(REPORT_RUNS)//', which the report has)')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the '// &
-                                  'machine); the numbers do not depend on it')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); the numbers do '// &
+                                  'not depend on it')
     end subroutine declare_report
 
     !> Computes the studies and makes the page.
@@ -283,7 +280,7 @@ contains
             call study_design(trim(SATELLITES(i)), folder%threads, designs(i), error, console)
             if (.not. allocated(error)) call write_design_map(folder%file('manoeuvre_map_'//trim(SATELLITES(i))//'.csv'), &
                                                               COMMAND, designs(i), error)
-            if (.not. allocated(error)) call write_case(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
+            if (.not. allocated(error)) call write_calibration(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
                                                         designs(i)%calibration, error)
             if (allocated(error)) return
             call console%next_part()
@@ -301,20 +298,4 @@ contains
         if (.not. allocated(error)) call write_designed_calibrations(folder%file('design.csv'), COMMAND, folder%seed, &
                                                                      reached, error)
     end subroutine put_designs
-
-    !> A calibration as a file that every command takes.
-    subroutine write_case(path, calibration, error)
-        character(*), intent(in) :: path
-        type(calibration_t), intent(in) :: calibration
-        type(error_t), allocatable, intent(out) :: error
-
-        type(output_file_t) :: file
-        character(:), allocatable :: text
-
-        call calibration_text(calibration, text, error)
-        if (.not. allocated(error)) call file%open(path, error)
-        if (allocated(error)) return
-        call file%line(text)
-        call file%commit(error)
-    end subroutine write_case
 end module gracecg_cli_report

@@ -1,20 +1,18 @@
-!> The tables that only the report page has: its cases with what acts in them, its revolutions, the designed manoeuvres.
+!> The tables that only the report page has: its cases with what acts in them, the designed manoeuvres.
 module gracecg_cli_report_tables
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, DEGREE, MILLIMETRE, NANOTESLA
+    use gracecg_base_constants, only: AXES, DEGREE, MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_environment_time, only: utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_planning_scan, only: orbit_place_t
     use gracecg_studies_designed_manoeuvre, only: design_study_t
-    use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places, places_table
     use gracecg_cli_cases, only: case_place, amplitudes_of
     implicit none
     private
-    public :: report_cases_table, revolutions_table, marked_places_table, manoeuvres_table
+    public :: report_cases_table, manoeuvres_table
 
 contains
 
@@ -61,38 +59,6 @@ contains
             end associate
         end do
     end subroutine report_cases_table
-
-    !> What section 6.2 of the report says of a revolution, satellite by satellite.
-    function revolutions_table(studies) result(table)
-        type(timing_study_t), intent(in) :: studies(:)
-        type(data_table_t) :: table
-
-        type(timing_summary_t) :: summary
-        integer :: i
-
-        call table%columns_of('satellite,step_s,strongest_field_nt,largest_acceleration_rad_s2,x_strongest,x_weakest_s')
-        do i = 1, size(studies)
-            summary = summary_of(studies(i))
-            call table%add(studies(i)%case%satellite%name)
-            call table%add(studies(i)%step)
-            call table%add([summary%strongest_field/NANOTESLA, summary%largest, summary%x_strongest])
-            call table%add(summary%x_weakest)
-        end do
-    end function revolutions_table
-
-    !> The places of the report's cases on a revolution, and the best ones.
-    function marked_places_table(study) result(table)
-        type(timing_study_t), intent(in) :: study
-        type(data_table_t) :: table
-
-        character(12), parameter :: LABELS(7) = [character(12) :: 'case 1', 'case 2', 'case 3', 'best for x', 'best for y', &
-                                                 'best for z', 'best for all']
-        type(orbit_place_t) :: places(size(LABELS))
-
-        places(:3) = study%of_cases
-        places(4:) = study%places(best_places(study%places))
-        table = places_table(places, study%case%epoch, LABELS)
-    end function marked_places_table
 
     !> The designed manoeuvres, a row each activation of a rod.
     function manoeuvres_table(studies) result(table)

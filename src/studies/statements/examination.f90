@@ -1,0 +1,189 @@
+!> A statement of CSR-TM-00-01 while it is examined: rows of errors by theory and runs, and the verdict by counts.
+module gracecg_studies_examination
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: integer_text
+    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
+        prediction_t, predict_errors
+    implicit none
+    private
+    public :: claim_t, statement_row_t, statement_t, examination_t
+    public :: in_part, mm_text, range_text, plain_text, share_text, pick_text
+    public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
+    public :: SINGLE_ALGORITHM, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
+
+    integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
+    !> The verdicts in words, by HOLDS, HOLDS_IN_PART, HOLDS_NOT
+    character(13), parameter :: VERDICT_WORDS(3) = [character(13) :: 'holds', 'holds in part', 'does not hold']
+    character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde', COMBINED_ALGORITHM = 'ascfest'
+    !> The cases of the report's front satellite
+    character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
+    real(dp), parameter :: BEST_ACCURACY(3) = [0.02_dp, 0.01_dp, 0.02_dp]*MILLIMETRE    !! Section 7.1(3), x, y, z
+    real(dp), parameter :: SMALL_SHARE = 0.1_dp         !! Of the variance of an error: a small impact, 5 % of the RMS
+
+    !> What the report says.
+    type :: claim_t
+        character(12) :: name = ''          !! As on the command line
+        character(40) :: place = ''         !! In the report
+        character(240) :: claim = ''        !! What the report says
+        character(200) :: method = ''       !! What is computed
+    end type claim_t
+
+    !> One setting of a statement's study.
+    type :: statement_row_t
+        character(16) :: case_name = ''     !! Of the report, or several joined by +
+        character(40) :: setting = ''       !! What is changed
+        integer :: runs = 0                 !! Of the Monte Carlo; 0: theory alone
+        real(dp) :: rms(3) = 0              !! Error of d in these runs, x, y, z, m
+        real(dp) :: predicted(3) = 0        !! By theory, m; 0: not of errors
+        real(dp) :: condition = 0           !! Of a normal matrix; 0: not asked for
+        real(dp) :: torque_ratio = 0        !! Rods' torque over the sum of all others, RMS; 0: not asked for
+        real(dp) :: stars = 0               !! In the field of a star camera, on average; 0: not asked for
+        real(dp) :: camera_sigma(3) = 0     !! Of its attitude, about camera x, y, boresight, rad; 0: not asked for
+    end type statement_row_t
+
+    !> A statement and what is found.
+    type, extends(claim_t) :: statement_t
+        integer :: verdict = 0              !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
+        character(200) :: found = ''        !! The verdict in a sentence, with the numbers that make it
+        character(400) :: details = ''      !! More of them
+        type(statement_row_t), allocatable :: rows(:)   !! The numbers behind it
+    end type statement_t
+
+    !> A statement while it is examined. After a failure its procedures do nothing.
+    type, extends(statement_t) :: examination_t
+        integer :: runs = 0, threads = 1    !! Of each Monte Carlo, 0: theory alone; in parallel
+        integer(i8) :: seed = 1             !! Of the random numbers
+    contains
+        procedure :: add_errors             !! A row of errors
+        procedure :: conclude               !! Verdict and finding by counts
+    end type examination_t
+
+contains
+
+    !> Theory of a calibration with an algorithm, and runs beside it: a row.
+    subroutine add_errors(self, calibration, algorithm, setting, error, progress, switches)
+        class(examination_t), intent(inout) :: self
+        type(calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: algorithm, setting
+        type(error_t), allocatable, intent(inout) :: error
+        class(progress_t), intent(inout), optional :: progress
+        type(error_switches_t), intent(in), optional :: switches    !! Error sources that act; all when absent
+
+        type(error_switches_t) :: acting
+        type(statement_row_t) :: row
+        type(simulator_t) :: simulator
+        type(prediction_t) :: prediction
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        integer :: i
+
+        if (allocated(error)) return
+        row%case_name = trim(calibration%case%name)     ! of the report: 7 letters
+        row%setting = setting
+        row%runs = self%runs
+        call tell(progress, trim(self%name)//', '//trim(row%case_name)//', '//setting)
+        if (present(switches)) acting = switches
+        call new_switched_simulator(calibration%case, acting, simulator, error)
+        if (.not. allocated(error)) call predict_errors(simulator, algorithm, calibration%options, prediction, error)
+        if (allocated(error)) return
+        row%predicted = prediction%rms
+        if (self%runs > 0) then
+            call run_monte_carlo(simulator, algorithm, calibration%options, self%seed, [(i, i=1, self%runs)], &
+                                 self%threads, results, error, progress=progress)
+            if (allocated(error)) return
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+            row%rms = statistics%rms*MILLIMETRE
+        end if
+        self%rows = [self%rows, row]
+    end subroutine add_errors
+
+    !> A statement holds when all of so many things are met, and in part when some are.
+    subroutine conclude(self, met, of, of_what, found)
+        class(examination_t), intent(inout) :: self
+        integer, intent(in) :: met, of
+        character(*), intent(in) :: of_what         !! In the plural
+        character(*), intent(in) :: found           !! A sentence, its first letter small
+
+        self%verdict = merge(HOLDS, merge(HOLDS_NOT, HOLDS_IN_PART, met == 0), met == of)
+        select case (self%verdict)
+        case (HOLDS)
+            self%found = 'Holds: '//found
+        case (HOLDS_NOT)
+            self%found = 'Does not hold: '//found
+        case default
+            self%found = 'Holds for '//share_text(met, of)//' '//of_what//': '//found
+        end select
+    end subroutine conclude
+
+    !> How the finding of a statement of two halves begins.
+    function in_part(verdict, half) result(text)
+        integer, intent(in) :: verdict
+        character(*), intent(in) :: half            !! Which holds, if one does
+        character(:), allocatable :: text
+
+        select case (verdict)
+        case (HOLDS)
+            text = 'Holds:'
+        case (HOLDS_NOT)
+            text = 'Does not hold:'
+        case default
+            text = 'Holds for the '//half//' only:'
+        end select
+    end function in_part
+
+    !> Millimetres with two significant digits and more.
+    function mm_text(value) result(text)
+        real(dp), intent(in) :: value               !! m
+        character(:), allocatable :: text
+
+        text = plain_text(value/MILLIMETRE, '(f10.4)')
+    end function mm_text
+
+    !> The least and the greatest part of 1, in percent.
+    function range_text(parts) result(text)
+        real(dp), intent(in) :: parts(:, :)
+        character(:), allocatable :: text
+
+        text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
+    end function range_text
+
+    !> A number without what stands before and behind its digits.
+    function plain_text(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
+        character(:), allocatable :: text
+
+        character(16) :: field
+
+        write (field, form) value
+        text = trim(adjustl(field))
+        if (text(len(text):) == '.') text = text(:len(text) - 1)
+    end function plain_text
+
+    !> Counts as '3 of 4'.
+    function share_text(part, whole) result(text)
+        integer, intent(in) :: part, whole
+        character(:), allocatable :: text
+
+        text = integer_text(part)//' of '//integer_text(whole)
+    end function share_text
+
+    !> One of two texts.
+    pure function pick_text(condition, if_true, if_false) result(text)
+        logical, intent(in) :: condition                !! Which of the two
+        character(*), intent(in) :: if_true, if_false
+        character(:), allocatable :: text
+
+        if (condition) then
+            text = if_true
+        else
+            text = if_false
+        end if
+    end function pick_text
+end module gracecg_studies_examination
