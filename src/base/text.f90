@@ -385,13 +385,13 @@ contains
         text = merge('true ', 'false', value)
     end function logical_text
 
-    !> true or false, as logical_text writes it. Not ok: anything else.
+    !> true or false, as logical_text writes it, or as version 0.1 did: T, F, 1, 0. Not ok: anything else.
     pure subroutine parse_logical(text, value, ok)
         character(*), intent(in) :: text    !! With or without blanks around it
         logical, intent(out) :: value       !! False when not ok
         logical, intent(out) :: ok          !! The text is one of them
 
-        value = adjustl(text) == 'true'
-        ok = value .or. adjustl(text) == 'false'
+        value = any(lower_case(trim(adjustl(text))) == [character(5) :: 'true', 't', '1'])
+        ok = value .or. any(lower_case(trim(adjustl(text))) == [character(5) :: 'false', 'f', '0'])
     end subroutine parse_logical
 end module gracecg_base_text

@@ -76,25 +76,27 @@ contains
     !> Reads a CSV file: the line of the columns' names, which must be `columns`, and the rows. Lines above that begin
     !> with # are comments. Fails when the header differs or, where rows are needed, there is none. Lines may end as on
     !> Windows; blank lines are allowed at the end.
-    subroutine read_csv_rows(path, columns, file, error)
+    subroutine read_csv_rows(path, columns, file, error, former)
         character(*), intent(in) :: path        !! Of the file
         character(*), intent(in) :: columns(:)  !! Names in the header, in their order
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
 
         type(text_file_t) :: text
 
         call read_text_file(path, text, error)
-        if (.not. allocated(error)) call csv_of_text(text, columns, file, error)
+        if (.not. allocated(error)) call csv_of_text(text, columns, file, error, former=former)
     end subroutine read_csv_rows
 
     !> The same of a text in memory.
-    subroutine csv_of_text(text, columns, file, error, rows_needed)
+    subroutine csv_of_text(text, columns, file, error, rows_needed, former)
         type(text_file_t), intent(in) :: text
         character(*), intent(in) :: columns(:)  !! Names in the header, in their order
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: rows_needed    !! True when absent
+        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
 
         integer :: header, last, i
         logical :: needed
@@ -116,7 +118,7 @@ contains
                               'the columns '//join(columns, ','))
             return
         end if
-        call check_header(file%text, header, columns, error)
+        call check_header(file%text, header, columns, error, former)
         needed = .true.
         if (present(rows_needed)) needed = rows_needed
         if (.not. allocated(error) .and. needed .and. last == header) &
@@ -156,17 +158,23 @@ contains
         if (present(comments)) call move_alloc(file%comments, comments)
     end subroutine read_csv_numbers
 
-    subroutine check_header(text, line_number, columns, error)
+    subroutine check_header(text, line_number, columns, error, former)
         type(text_file_t), intent(in) :: text
         integer, intent(in) :: line_number
         character(*), intent(in) :: columns(:)
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: former(:)
 
         type(string_t), allocatable :: found(:)
         character(:), allocatable :: problem
         integer :: i
 
         allocate (found, source=split(text%line(line_number), COMMA))
+        if (present(former)) then
+            if (size(found) == size(former)) then
+                if (all([(trim(adjustl(found(i)%text)) == former(i), i=1, size(former))])) return
+            end if
+        end if
         do i = 1, min(size(found), size(columns))
             if (trim(adjustl(found(i)%text)) == columns(i)) cycle
             problem = 'column '//integer_text(i)//' is "'//trim(adjustl(found(i)%text))// &

@@ -40,6 +40,12 @@ module gracecg_observations_observation_files
         [character(8) :: 'time_s', 'rx_m', 'ry_m', 'rz_m']
     character(8), parameter :: RODS_COLUMNS(4) = &
         [character(8) :: 'time_s', 'mx_a_m2', 'my_a_m2', 'mz_a_m2']
+    !> The same without units, which are read, too
+    character(8), parameter :: BARE_RODS(4) = [character(8) :: 'time_s', 'mx', 'my', 'mz']
+    !> The same in files of version 0.1, which are read, too
+    character(8), parameter :: FORMER_ACCELEROMETER(4) = [character(8) :: 'time_s', 'ax', 'ay', 'az']
+    character(8), parameter :: FORMER_MAGNETOMETER(4) = [character(8) :: 'time_s', 'bx', 'by', 'bz']
+    character(8), parameter :: FORMER_ORBIT(4) = [character(8) :: 'time_s', 'rx', 'ry', 'rz']
 
     !> The files of an observation set on their way: rows are written as they come, and the files stand under their
     !> names after `commit`.
@@ -252,7 +258,7 @@ contains
 
         type(series_t) :: series
 
-        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
+        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error, FORMER_ACCELEROMETER)
         if (.not. allocated(error)) call check_times(series, error)
         if (.not. allocated(error)) &
             call check_coverage(series, observations%knowledge%accelerometer_interval, &
@@ -270,7 +276,7 @@ contains
         type(series_t) :: series
 
         if (.not. file_exists(path_of(folder, ORBIT))) return
-        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error)
+        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error, FORMER_ORBIT)
         if (.not. allocated(error)) call check_times(series, error)
         if (allocated(error)) return
         observations%orbit_time = series%table(:, 1)
@@ -288,7 +294,7 @@ contains
             allocate (observations%magnetometer_time(0), observations%field(3, 0))
             return
         end if
-        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
+        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error, FORMER_MAGNETOMETER)
         if (.not. allocated(error)) call check_times(series, error)
         if (.not. allocated(error) .and. .not. has_orbit(observations)) then
             call check_coverage(series, observations%knowledge%magnetometer_interval, &
@@ -336,7 +342,7 @@ contains
         real(dp), allocatable :: rows(:, :)     ! without those that are given twice
 
         if (.not. file_exists(path_of(folder, RODS))) return
-        call read_series(path_of(folder, RODS), RODS_COLUMNS, series, error)
+        call read_series(path_of(folder, RODS), RODS_COLUMNS, series, error, BARE_RODS)
         if (.not. allocated(error)) call check_times(series, error)
         if (allocated(error)) return
         associate (all_rows => series%table, n => size(series%table, 1))
@@ -406,12 +412,13 @@ contains
 
     !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last
     !> number may have lost digits.
-    subroutine read_series(path, columns, series, error)
+    subroutine read_series(path, columns, series, error, former)
         character(*), intent(in) :: path, columns(:)
         type(series_t), intent(out) :: series
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: former(:)     !! Columns of version 0.1
 
-        call read_csv(path, columns, series%file, error)
+        call read_csv(path, columns, series%file, error, former=former)
         if (.not. allocated(error)) call series%file%get_numbers(columns, series%table, error)
         if (allocated(error)) return
         associate (file => series%file%text)

@@ -1,7 +1,7 @@
 !> The files of a Monte Carlo campaign: the table of its statistics, and the estimates of every run,
 !> which can be read back.
 !>
-!> What FILE.meta.json tells of a runs file, in this order; of a journal these are comment lines
+!> What FILE.meta.json tells of a runs file, in this order; in files of version 0.1 these are comment lines
 !> of the file itself:
 !>
 !>     gracecg VERSION COMMAND
@@ -41,6 +41,7 @@ module gracecg_studies_campaign_files
     !! Of a journal, behind RUNS_COLUMNS: as in monte_carlo_t; -1: not known
     character(*), parameter :: SHARD_COMMENT = 'shard ', CASE_COMMENT = 'case ', PREDICTED_COMMENT = 'predicted '
     !! How they begin
+    character(8), parameter :: VERSIONS(2) = [character(8) :: '0.1.0', VERSION]     !! Whose files are read
     integer, parameter :: COMMENT_LENGTH = 200
     real(dp), parameter :: LARGEST_OFFSET = 1e9_dp
     !! Of a run, mm: beyond what an estimate that diverged leaves, and far from where its statistics would overflow
@@ -312,14 +313,17 @@ contains
 
         type(string_t), allocatable :: words(:)
         logical :: ok(2)
+        integer :: i
 
         if (size(file%comments) < 2) then
             call file%fail_at_comment(0, 'what tells of version, seed and cases is missing: it stands in this '// &
                                       'file, which belongs beside the one with the runs', error)
             return
         end if
-        campaign%version = VERSION
-        if (index(file%comments(1)%text, 'gracecg '//VERSION//' ') /= 1) then
+        do i = 1, size(VERSIONS)
+            if (index(file%comments(1)%text, 'gracecg '//trim(VERSIONS(i))//' ') == 1) campaign%version = VERSIONS(i)
+        end do
+        if (campaign%version == '') then
             call file%fail_at_comment(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
             return
         end if

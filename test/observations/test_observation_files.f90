@@ -28,6 +28,7 @@ contains
 
         testsuite = [ &
                     new_unittest('round-trip', test_round_trip), &
+                    new_unittest('files-of-version-0.1', test_former), &
                     new_unittest('time-tags', test_time_tags), &
                     new_unittest('missing-files', test_missing), &
                     new_unittest('optional-files', test_optional), &
@@ -135,6 +136,39 @@ contains
             call check(error, all(abs(a - b) <= 0), name//' differ after reading')
         end subroutine same
     end subroutine test_round_trip
+
+    !> Comments above the header, and columns without units: read as the files of today.
+    subroutine test_former(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(16), parameter :: FORMER(4) = [character(16) :: 'time_s,ax,ay,az', '', 'time_s,bx,by,bz', &
+                                                 'time_s,rx,ry,rz']
+        type(observation_set_t) :: today, again
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: header
+        integer :: i
+
+        call write_set(error)
+        if (allocated(error)) return
+        call read_observations(SET, today, failure)
+        call check_passes(error, message_of(failure))
+        do i = 1, size(FORMER)
+            if (allocated(error)) return
+            call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), file, failure)
+            header = trim(FORMER(i))
+            if (header == '') header = file%line(1)
+            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), '# gracecg 0.1.0 simulate'//new_line('a')// &
+                           '# second'//new_line('a')//header//file%text(file%last(1) + 1:))
+        end do
+        if (allocated(error)) return
+        call read_observations(SET, again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(today%acceleration - again%acceleration) <= 0) .and. &
+                   all(abs(today%quaternion - again%quaternion) <= 0) .and. &
+                   all(abs(today%field - again%field) <= 0) .and. &
+                   all(abs(today%orbit_position - again%orbit_position) <= 0))
+    end subroutine test_former
 
     !> Time tags are the shortest decimals: 0.3, not 0.30000000000000004.
     subroutine test_time_tags(error)

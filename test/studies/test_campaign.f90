@@ -297,9 +297,9 @@ contains
 
         call make_journal(error, campaign, simulator, options, journal)
         call refused(journal%line(journal%line_count())//LF, [character(W) :: 'stands above already'])
-        call refused('front-3,optimal,2,1,2,3,true'//LF, [character(W) :: '7 columns, expected 8'])
-        call refused('front-3,optimal,2,1,2,3,true,x'//LF, [character(W) :: 'column normalised'])
-        call refused('front-3,optimal,6,1,2,3,true,0'//LF, [character(W) :: 'from 1 to 5'])
+        call refused('front-3,optimal,2,1,2,3,1'//LF, [character(W) :: '7 columns, expected 8'])
+        call refused('front-3,optimal,2,1,2,3,1,x'//LF, [character(W) :: 'column normalised'])
+        call refused('front-3,optimal,6,1,2,3,1,0'//LF, [character(W) :: 'from 1 to 5'])
 
     contains
 
@@ -314,7 +314,7 @@ contains
         end subroutine refused
     end subroutine test_broken_journal
 
-    !> A file of runs with one line changed, and its comments above the rows, as a journal has them.
+    !> A file of runs with one line changed, as version 0.1 wrote it: comments above the rows.
     subroutine test_broken(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: ROW = 'front-3,assest-fde,1,'
@@ -323,7 +323,7 @@ contains
         type(error_t), allocatable :: failure
 
         call run_campaign(error, 'sound', 1, 2, 2, campaign)
-        if (.not. allocated(error)) call read_with_comments(error, 'sound_runs.csv', sound)
+        if (.not. allocated(error)) call read_as_former(error, 'sound_runs.csv', sound)
         if (allocated(error)) return
         call broken('# gracecg', '# gracecg 0.0.0 montecarlo', [character(W) :: 'broken.csv:1', 'make it anew'])
         call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', 'seed S, runs 1 to N'])
@@ -339,13 +339,13 @@ contains
                     [character(W) :: 'expected the prediction of my own case, ascrest'])
         call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
         call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
-        call broken(ROW, 'front-2,assest-fde,1,1,2,3,true', [character(W) :: 'nothing tells of this case'])
-        call broken(ROW, 'front-3,assest-fde,6,1,2,3,true', [character(W) :: 'from 1 to 5'])
-        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,true', [character(W) :: 'column run'])
-        call broken(ROW, ROW//'1,nan,3,true', [character(W) :: 'finite numbers'])
-        call broken(ROW, ROW//'1,1e30,3,true', [character(W) :: 'from -1e9 to 1e9 mm'])
+        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'nothing tells of this case'])
+        call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
+        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,1', [character(W) :: 'column run'])
+        call broken(ROW, ROW//'1,nan,3,1', [character(W) :: 'finite numbers'])
+        call broken(ROW, ROW//'1,1e30,3,1', [character(W) :: 'from -1e9 to 1e9 mm'])
         call broken(ROW, ROW//'1,2,3,yes', [character(W) :: 'column converged'])
-        call broken(ROW, 'front-3,assest-fde,3,1,2,3,true', [character(W) :: 'not in the order'])
+        call broken(ROW, 'front-3,assest-fde,3,1,2,3,1', [character(W) :: 'not in the order'])
 
     contains
 
@@ -376,15 +376,15 @@ contains
         end subroutine broken
     end subroutine test_broken
 
-    !> A file of runs with what stands beside it as comments above.
-    subroutine read_with_comments(error, name, whole)
+    !> A file of runs as version 0.1 wrote it: the comments above, and 1 or 0 for converged.
+    subroutine read_as_former(error, name, former)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name
-        type(text_file_t), intent(out) :: whole
+        type(text_file_t), intent(out) :: former
 
         type(table_file_t) :: file
         type(error_t), allocatable :: failure
-        character(:), allocatable :: text
+        character(:), allocatable :: text, line
         integer :: i
 
         call read_csv(FOLDER//name, [character(9) :: 'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', &
@@ -397,20 +397,41 @@ contains
             text = text//'# '//file%comments(i)%text//LF
         end do
         do i = 1, file%text%line_count()
-            text = text//file%text%line(i)//LF
+            line = file%text%line(i)
+            if (index(line, ',true') > 0) line = line(:index(line, ',true'))//'1'
+            text = text//line//LF
         end do
-        whole = text_file_of(text, name)
-    end subroutine read_with_comments
+        former = text_file_of(text, name)
+    end subroutine read_as_former
 
-    !> A file without what stands beside it is refused, and one beside which something else stands.
+    !> Files of version 0.1 are read as those of today; a file without what stands beside it is refused.
     subroutine test_side_file(error)
         type(error_type), allocatable, intent(out) :: error
-        type(campaign_t) :: campaign, today
-        type(text_file_t) :: side
+        type(campaign_t) :: campaign, today, former
+        type(text_file_t) :: old, side
         type(error_t), allocatable :: failure
-        integer :: i
+        integer :: i, a
 
         call run_campaign(error, 'beside', 1, 2, 2, campaign)
+        if (.not. allocated(error)) call read_as_former(error, 'beside_runs.csv', old)
+        if (.not. allocated(error)) call make_file(error, 'former.csv', old%text)
+        if (allocated(error)) return
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call read_runs(FOLDER//'former.csv', former, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, today%seed == former%seed .and. today%runs == former%runs .and. &
+                   all(today%cases%checksum == former%cases%checksum))
+        do i = 1, size(today%cases)
+            do a = 1, size(today%algorithms)
+                if (allocated(error)) return
+                call check(error, all(today%entries(a, i)%run == former%entries(a, i)%run) .and. &
+                           all(abs(today%entries(a, i)%offset - former%entries(a, i)%offset) <= 0) .and. &
+                           all(today%entries(a, i)%converged .eqv. former%entries(a, i)%converged))
+            end do
+        end do
         if (allocated(error)) return
         call read_text_file(FOLDER//'beside_runs.csv.meta.json', side, failure)
         call remove_file(FOLDER//'beside_runs.csv.meta.json')
