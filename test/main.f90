@@ -44,6 +44,8 @@ program tester
     use test_level1_estimate, only: collect_level1_estimate
     use test_level1_fuzz, only: collect_level1_fuzz
     use test_level1_simulation, only: collect_level1_simulation
+    use test_level1_simulated_files, only: collect_level1_simulated_files
+    use test_level1_round_trip, only: collect_level1_round_trip
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -115,7 +117,7 @@ program tester
                                            'sequential', 'design', 'beliefs/scores-are-standard-normal', &
                                            'beliefs/wrong-beliefs-are-found-and-named', 'beliefs/power-is-that-stated', &
                                            'beliefs/tried-one-after-the-other', 'joint/errors-are-those-predicted', &
-                                           'state-sigmas/sigmas-against-scatter', 'level1-simulation/faults', &
+                                           'state-sigmas/sigmas-against-scatter', 'level1-round-trip/faults', &
                                            'knowledge-errors/every-source-in-every-estimator', &
                                            'operator/knowledge-mends-the-samples', &
                                            'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set', &
@@ -173,6 +175,8 @@ program tester
              new_testsuite('level1-estimate', collect_level1_estimate), &
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('level1-simulation', collect_level1_simulation), &
+             new_testsuite('level1-simulated-files', collect_level1_simulated_files), &
+             new_testsuite('level1-round-trip', collect_level1_round_trip), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &

@@ -33,9 +33,11 @@ FLOORS = {"base": 0, "files": 1, "environment": 2, "spacecraft": 3, "observation
           "simulation": 5, "estimation": 5, "planning": 6, "studies": 7, "umbrella": 8,
           "interface": 9, "cli": 9, "level1": 10, "app": 11}
 
-# The same within a floor. Contract: what is asked and answered; checks: of data and beliefs; then the families
-# of estimators; door: an estimator by its name; verdict: what is said of its solution.
-FOLDERS = {"estimation": {"contract": 0, "data": 1, "model": 2, "checks": 3,
+# The same within a floor. Simulation: what flies, and what it is seen with; what is to be flown; the simulator.
+# Estimation: contract, what is asked and answered; checks, of data and beliefs; then the families of estimators;
+# door, an estimator by its name; verdict, what is said of its solution.
+FOLDERS = {"simulation": {"dynamics": 0, "instruments": 0, "case": 1, "simulator": 2},
+           "estimation": {"contract": 0, "data": 1, "model": 2, "checks": 3,
                           "report": 4, "optimal": 4, "sequential": 4, "joint": 5, "door": 6, "verdict": 7},
            "level1": {"files": 0, "estimation": 1, "simulation": 1, "": 2, "interface": 3, "commands": 3}}
 
@@ -259,7 +261,10 @@ def plant_clean_house(root):
     plant(root, "src/environment/tables/table_wind.f90", "stop_time = distance(1.0)")
     plant(root, "src/environment/wind.f90", "use gracecg_environment_table_wind, only: wind")
     plant(root, "src/observations/observation_set.f90", "use gracecg_environment_time")
-    plant(root, "src/simulation/dynamics.f90", "use gracecg_environment_wind")
+    plant(root, "src/simulation/dynamics/dynamics.f90", "use gracecg_environment_wind")
+    plant(root, "src/simulation/instruments/accelerometer.f90")
+    plant(root, "src/simulation/simulator/simulator.f90", "use gracecg_simulation_dynamics",
+          "use gracecg_simulation_accelerometer")
     plant(root, "src/estimation/data/fitting_data.f90", "use gracecg_observations_observation_set")
     plant(root, "src/estimation/report/assest.f90", "use gracecg_environment_time",
           "use gracecg_estimation_fitting_data")
@@ -286,7 +291,7 @@ PLANTED = (
     (("src/estimation/report/assest.f90", "use &", "  gracecg_simulation_dynamics"),
      "assest.f90:2:", "truth"),
     (("src/estimation/report/assest.f90", "use gracecg_simulation_dynamics"), "assest.f90:2:", "never meet"),
-    (("src/simulation/dynamics.f90", "use gracecg_estimation_fitting_data"),
+    (("src/simulation/dynamics/dynamics.f90", "use gracecg_estimation_fitting_data"),
      "dynamics.f90:2:", "never meet"),
     (("src/observations/observation_set.f90", "use gracecg_simulation_dynamics"),
      "observation_set.f90:2:", "above"),
@@ -310,6 +315,8 @@ PLANTED = (
      "fitting_data.f90:2:", "folder above"),
     (("src/estimation/model/b.f90", "use gracecg_estimation_optimal"), "b.f90:2:", "folder above"),
     (("src/estimation/optimal/optimal.f90", "use gracecg_estimation_assest"), "optimal.f90:2:", "never meet"),
+    (("src/simulation/case/b.f90", "use gracecg_simulation_simulator"), "b.f90:2:", "folder above"),
+    (("src/simulation/dynamics/b.f90", "use gracecg_simulation_accelerometer"), "b.f90:2:", "never meet"),
     (("src/estimation/attic/b.f90",), "b.f90:1:", "no folder"),
     (("src/estimation/b.f90",), "b.f90:1:", "no folder"),
     (("src/planning/a.f90", "end module", "module gracecg_planning_b"), "a.f90:1:", "one module"),

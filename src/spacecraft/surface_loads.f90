@@ -11,16 +11,14 @@ module gracecg_spacecraft_surface_loads
     use gracecg_base_lanes, only: LANES, lanes_exponentials, lanes_erfc, total_of
     use gracecg_base_error, only: error_t, fail_out_of_range
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
-    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, surface_of, projected_area
+    use gracecg_spacecraft_plates, only: satellite_surface_t, projected_area
     use gracecg_base_vectors, only: transformed
     implicit none
     private
     public :: drag_acceleration, solar_radiation_acceleration, earth_radiation_acceleration
+    public :: earth_flux_acceleration
     public :: gas_t, wall_t, surface_load_t, validate_wall, mean_molar_mass
-    public :: free_molecular_traction
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
-    public :: air_on_surface, sunlight_on_surface, earth_flux_acceleration
-    public :: flow_t, light_t, plate_sums_t, plates_in_air, plates_in_light
 
     real(dp), parameter :: GAS_CONSTANT = 8.31446261815324_dp
     !! J/(mol K), exact (SI 2019)
@@ -40,13 +38,13 @@ module gracecg_spacecraft_surface_loads
         real(dp) :: accommodation = 1       !! Energy accommodation coefficient, 0 to 1 (assumed)
     end type wall_t
 
-    !> A gas that flows past walls.
-    type :: flow_t
-        real(dp) :: velocity(3) = 0       !! Of the satellite relative to the air, body axes, m/s
-        real(dp) :: density = 0           !! rho, kg/m^3
-        real(dp) :: thermal_speed = 0     !! c, m/s
-        real(dp) :: leaving_speed = 0     !! c_r, m/s
-    end type flow_t
+    !> What acts on the whole surface.
+    type :: surface_load_t
+        real(dp) :: force(3) = 0          !! Body axes, N
+        real(dp) :: torque(3) = 0         !! About the centre of mass, body axes, N m
+        real(dp) :: projected_area = 0
+        !! That of `projected_area`, of the velocity, m^3/s, or of the direction to the light, m^2
+    end type surface_load_t
 
     !> Light of one direction.
     type :: light_t
@@ -54,69 +52,52 @@ module gracecg_spacecraft_surface_loads
         real(dp) :: pressure = 0          !! P, N/m^2
     end type light_t
 
-    !> Sums over plates.
-    type :: plate_sums_t
-        real(dp) :: force(3) = 0          !! Body axes, N
-        real(dp) :: torque(3) = 0         !! About the centre of mass, body axes, N m
-        real(dp) :: projected_area = 0    !! That of `projected_area`, of the velocity or the direction to the light
-    end type plate_sums_t
-
-    !> What acts on the whole surface.
-    type :: surface_load_t
-        real(dp) :: force(3)        !! Body axes, N
-        real(dp) :: torque(3)       !! About the centre of mass, body axes, N m
-    end type surface_load_t
-
 contains
 
-    !> Drag, CSR-TM-00-01 eqs. (2-6), (2-7), body axes, m/s^2.
-    pure function drag_acceleration(surface, mass, drag_coefficient, density, velocity) &
-        result(acceleration)
+    !> Drag, CSR-TM-00-01 eqs. (2-6), (2-7), body axes, m/s^2: v_r A_d(v_r/v_r) = A_d(v_r), that of a vector scales with
+    !> its length.
+    pure function drag_acceleration(surface, mass, drag_coefficient, density, velocity, area) result(acceleration)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: mass                !! m_S, kg
         real(dp), intent(in) :: drag_coefficient    !! C_d
         real(dp), intent(in) :: density             !! rho, kg/m^3
         real(dp), intent(in) :: velocity(3)         !! v_r, relative to the air, body axes, m/s
+        real(dp), intent(in), optional :: area      !! Projected area of the velocity, where it is known, m^3/s
         real(dp) :: acceleration(3)
 
-        acceleration = drag_of(projected_area(surface, velocity), mass, drag_coefficient, density, velocity)
+        real(dp) :: seen
+
+        if (present(area)) then
+            seen = area
+        else
+            seen = projected_area(surface, velocity)
+        end if
+        acceleration = -0.5_dp*drag_coefficient*density/mass*seen*velocity
     end function drag_acceleration
 
-    !> The same of a projected area: v_r A_d(v_r/v_r) = A_d(v_r), that of a vector scales with its length.
-    pure function drag_of(projected_area, mass, drag_coefficient, density, velocity) result(acceleration)
-        real(dp), intent(in) :: projected_area      ! Of the velocity, m^3/s
-        real(dp), intent(in) :: mass, drag_coefficient, density, velocity(3)
-        real(dp) :: acceleration(3)
-
-        acceleration = -0.5_dp*drag_coefficient*density/mass*projected_area*velocity
-    end function drag_of
-
     !> Pressure of sunlight, CSR-TM-00-01 eqs. (2-8), (2-9), at the true distance, body axes, m/s^2.
-    pure function solar_radiation_acceleration(surface, mass, reflectivity, irradiance_1au, &
-                                               illumination, to_sun) result(acceleration)
+    pure function solar_radiation_acceleration(surface, mass, reflectivity, irradiance_1au, illumination, to_sun, area) &
+        result(acceleration)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: mass                !! m_S, kg
         real(dp), intent(in) :: reflectivity        !! eta
         real(dp), intent(in) :: irradiance_1au      !! Sunlight at 1 au, P c, W/m^2
         real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
         real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
+        real(dp), intent(in), optional :: area      !! Projected area towards the Sun, where it is known, m^2
         real(dp) :: acceleration(3)
 
         type(light_t) :: light
+        real(dp) :: seen
 
         light = sunlight(irradiance_1au, illumination, to_sun)
-        acceleration = light_pressure_of(projected_area(surface, light%to_source), mass, reflectivity, light)
+        if (present(area)) then
+            seen = area
+        else
+            seen = projected_area(surface, light%to_source)
+        end if
+        acceleration = -light%pressure*(1 + reflectivity)/mass*seen*light%to_source
     end function solar_radiation_acceleration
-
-    !> The same of a projected area.
-    pure function light_pressure_of(projected_area, mass, reflectivity, light) result(acceleration)
-        real(dp), intent(in) :: projected_area      ! Of the direction to the Sun, m^2
-        real(dp), intent(in) :: mass, reflectivity
-        type(light_t), intent(in) :: light
-        real(dp) :: acceleration(3)
-
-        acceleration = -light%pressure*(1 + reflectivity)/mass*projected_area*light%to_source
-    end function light_pressure_of
 
     !> Pressure of the Earth's light, CSR-TM-00-01 eq. (2-10), body axes, m/s^2. As there, the
     !> satellite has one cross-section A_e for all segments: that of (2-15) towards the Earth's centre.
@@ -178,81 +159,51 @@ contains
         end if
     end subroutine validate_wall
 
-    !> Force of the air on each plate in free-molecular flow, and the torque, eq. (2-24).
+    !> The air's force in free-molecular flow, and the torque, eq. (2-24). Force per area, N/m^2, by L. H. Sentman,
+    !> Lockheed LMSC-448514, 1961, with diffuse re-emission at a temperature set by the energy accommodation as in
+    !> G. Koppenwallner, 2009 (the bulk motion alone counts as incident energy).
+    !>
+    !> With c = sqrt(2 R T/M), the normal speed ratio w = n.v/c and the incident mass flux
+    !> f = rho c/2 [exp(-w^2)/sqrt(pi) + w (1 + erf w)], it is
+    !>
+    !>     -f v - [rho c^2 (1 + erf w)/4 + sqrt(pi)/2 c_r f] n,
+    !>
+    !> c_r^2 = (1 - alpha) v^2/2 + 2 alpha R T_w/M being that of the molecules that leave.
     pure function aerodynamic_load(surface, centre_of_mass, gas, wall, velocity) result(load)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
         type(gas_t), intent(in) :: gas
         type(wall_t), intent(in) :: wall
-        real(dp), intent(in) :: velocity(3)         !! Relative to the air, body axes, m/s
+        real(dp), intent(in) :: velocity(3)         !! v, relative to the air, body axes, m/s
         type(surface_load_t) :: load
 
-        type(plate_sums_t) :: sums
+        real(dp), parameter :: ROOT_PI = sqrt(PI)
+        real(dp), dimension(LANES) :: along_normal, w, bell, one_plus_erf, mass_flux, pressure
+        real(dp) :: force(LANES, 3), total(LANES, 7), thermal_speed, leaving_speed      ! c, c_r
+        integer :: first, last, i
 
-        call plates_in_air(surface, centre_of_mass, flow_of(gas, wall, velocity), sums)
-        load = surface_load_t(sums%force, sums%torque)
+        thermal_speed = sqrt(2*GAS_CONSTANT*gas%temperature/gas%molar_mass)
+        leaving_speed = sqrt((1 - wall%accommodation)*dot_product(velocity, velocity)/2 + &
+                             2*wall%accommodation*GAS_CONSTANT*wall%temperature/gas%molar_mass)
+        total = 0
+        do first = 1, surface%count, LANES
+            last = first + LANES - 1
+            along_normal = along_normals(surface, first, velocity)
+            w = along_normal/thermal_speed
+            call lanes_exponentials(-w**2, bell)
+            call lanes_erfc(-w, one_plus_erf)
+            mass_flux = gas%density*thermal_speed/2*(bell/ROOT_PI + w*one_plus_erf)
+            pressure = gas%density*thermal_speed**2/4*one_plus_erf + ROOT_PI/2*leaving_speed*mass_flux
+            do i = 1, 3
+                force(:, i) = -surface%area(first:last)*(mass_flux*velocity(i) + pressure*surface%normal(first:last, i))
+            end do
+            call add_forces(surface, first, centre_of_mass, force, surface%area(first:last)*max(0.0_dp, along_normal), total)
+        end do
+        load = load_of(total)
     end function aerodynamic_load
 
-    !> The same, and the acceleration of `drag_acceleration`, by one look at the plates.
-    pure subroutine air_on_surface(surface, centre_of_mass, gas, wall, velocity, mass, drag_coefficient, load, acceleration)
-        type(satellite_surface_t), intent(in) :: surface
-        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
-        type(gas_t), intent(in) :: gas
-        type(wall_t), intent(in) :: wall
-        real(dp), intent(in) :: velocity(3)         !! Relative to the air, body axes, m/s
-        real(dp), intent(in) :: mass                !! kg
-        real(dp), intent(in) :: drag_coefficient    !! C_d
-        type(surface_load_t), intent(out) :: load
-        real(dp), intent(out) :: acceleration(3)    !! Of (2-6), body axes, m/s^2
-
-        type(plate_sums_t) :: sums
-
-        call plates_in_air(surface, centre_of_mass, flow_of(gas, wall, velocity), sums)
-        load = surface_load_t(sums%force, sums%torque)
-        acceleration = drag_of(sums%projected_area, mass, drag_coefficient, gas%density, velocity)
-    end subroutine air_on_surface
-
-    !> Force per area, N/m^2, on a surface element in free-molecular flow: L. H. Sentman, Lockheed
-    !> LMSC-448514, 1961, with diffuse re-emission at a temperature set by the energy
-    !> accommodation as in G. Koppenwallner, 2009 (the bulk motion alone counts as incident energy).
-    !>
-    !> With c = sqrt(2 R T/M), the normal speed ratio w = n.v/c and the incident mass flux
-    !> f = rho c/2 [exp(-w^2)/sqrt(pi) + w (1 + erf w)], the traction is
-    !>
-    !>     -f v - [rho c^2 (1 + erf w)/4 + sqrt(pi)/2 c_r f] n,
-    !>
-    !> c_r^2 = (1 - alpha) v^2/2 + 2 alpha R T_w/M being that of the molecules that leave.
-    pure function free_molecular_traction(gas, wall, velocity, normal) result(traction)
-        type(gas_t), intent(in) :: gas
-        type(wall_t), intent(in) :: wall
-        real(dp), intent(in) :: velocity(3)     !! Of the element relative to the air, m/s
-        real(dp), intent(in) :: normal(3)       !! Unit vector outwards, same axes
-        real(dp) :: traction(3)
-
-        type(plate_sums_t) :: sums
-
-        call plates_in_air(surface_of([plate_t(normal=normal, area=1)]), [0.0_dp, 0.0_dp, 0.0_dp], &
-                           flow_of(gas, wall, velocity), sums)
-        traction = sums%force
-    end function free_molecular_traction
-
-    !> What all elements of a surface have in common there.
-    pure function flow_of(gas, wall, velocity) result(flow)
-        type(gas_t), intent(in) :: gas
-        type(wall_t), intent(in) :: wall
-        real(dp), intent(in) :: velocity(3)     ! m/s
-        type(flow_t) :: flow
-
-        flow%velocity = velocity
-        flow%density = gas%density
-        flow%thermal_speed = sqrt(2*GAS_CONSTANT*gas%temperature/gas%molar_mass)
-        flow%leaving_speed = sqrt((1 - wall%accommodation)*dot_product(velocity, velocity)/2 + &
-                                  2*wall%accommodation*GAS_CONSTANT*wall%temperature/gas%molar_mass)
-    end function flow_of
-
-    !> Force of sunlight on each plate, and the torque, eq. (2-24).
-    pure function solar_radiation_load(surface, centre_of_mass, irradiance_1au, illumination, &
-                                       to_sun) result(load)
+    !> Force of sunlight, and the torque, eq. (2-24).
+    pure function solar_radiation_load(surface, centre_of_mass, irradiance_1au, illumination, to_sun) result(load)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
         real(dp), intent(in) :: irradiance_1au      !! Sunlight at 1 au, W/m^2
@@ -260,34 +211,8 @@ contains
         real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
         type(surface_load_t) :: load
 
-        type(plate_sums_t) :: sums
-
-        call plates_in_light(surface, centre_of_mass, &
-                             sunlight(irradiance_1au, illumination, to_sun), sums)
-        load = surface_load_t(sums%force, sums%torque)
+        load = light_load(surface, centre_of_mass, sunlight(irradiance_1au, illumination, to_sun))
     end function solar_radiation_load
-
-    !> The same, and the acceleration of `solar_radiation_acceleration`, by one look at the plates.
-    pure subroutine sunlight_on_surface(surface, centre_of_mass, irradiance_1au, illumination, to_sun, mass, reflectivity, &
-                                        load, acceleration)
-        type(satellite_surface_t), intent(in) :: surface
-        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
-        real(dp), intent(in) :: irradiance_1au      !! Sunlight at 1 au, W/m^2
-        real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
-        real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
-        real(dp), intent(in) :: mass                !! kg
-        real(dp), intent(in) :: reflectivity        !! eta
-        type(surface_load_t), intent(out) :: load
-        real(dp), intent(out) :: acceleration(3)    !! Of (2-8), body axes, m/s^2
-
-        type(light_t) :: light
-        type(plate_sums_t) :: sums
-
-        light = sunlight(irradiance_1au, illumination, to_sun)
-        call plates_in_light(surface, centre_of_mass, light, sums)
-        load = surface_load_t(sums%force, sums%torque)
-        acceleration = light_pressure_of(sums%projected_area, mass, reflectivity, light)
-    end subroutine sunlight_on_surface
 
     !> Force of the Earth's reflected and emitted light on each plate, and the torque. The plates'
     !> reflectivities are taken to be the same for sunlight and heat.
@@ -299,57 +224,26 @@ contains
         type(earth_irradiance_t), intent(in) :: radiation   !! At the satellite
         type(surface_load_t) :: load
 
-        type(plate_sums_t) :: sums
+        type(surface_load_t) :: part
         integer :: j
 
-        load = surface_load_t(0, 0)
         do j = 1, radiation%count
-            call plates_in_light(surface, centre_of_mass, &
-                                 light_t(-transformed(body_from_inertial, radiation%direction(:, j)), &
-                                         radiation%irradiance(j)/SPEED_OF_LIGHT), sums)
-            load%force = load%force + sums%force
-            load%torque = load%torque + sums%torque
+            part = light_load(surface, centre_of_mass, light_t(-transformed(body_from_inertial, radiation%direction(:, j)), &
+                                                               radiation%irradiance(j)/SPEED_OF_LIGHT))
+            load%force = load%force + part%force
+            load%torque = load%torque + part%torque
         end do
     end function earth_radiation_load
 
-    !> The sums over the plates in air: see `free_molecular_traction`.
-    pure subroutine plates_in_air(surface, centre_of_mass, flow, sums)
-        type(satellite_surface_t), intent(in) :: surface
-        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
-        type(flow_t), intent(in) :: flow
-        type(plate_sums_t), intent(out) :: sums
-
-        real(dp), parameter :: ROOT_PI = sqrt(PI)
-        real(dp), dimension(LANES) :: along_normal, w, bell, one_plus_erf, mass_flux, pressure
-        real(dp) :: force(LANES, 3), total(LANES, 7)
-        integer :: first, last, i
-
-        total = 0
-        do first = 1, surface%count, LANES
-            last = first + LANES - 1
-            along_normal = along_normals(surface, first, flow%velocity)
-            w = along_normal/flow%thermal_speed
-            call lanes_exponentials(-w**2, bell)
-            call lanes_erfc(-w, one_plus_erf)
-            mass_flux = flow%density*flow%thermal_speed/2*(bell/ROOT_PI + w*one_plus_erf)
-            pressure = flow%density*flow%thermal_speed**2/4*one_plus_erf + ROOT_PI/2*flow%leaving_speed*mass_flux
-            do i = 1, 3
-                force(:, i) = -surface%area(first:last)*(mass_flux*flow%velocity(i) + pressure*surface%normal(first:last, i))
-            end do
-            call add_forces(surface, first, centre_of_mass, force, surface%area(first:last)*max(0.0_dp, along_normal), total)
-        end do
-        sums = sums_of(total)
-    end subroutine plates_in_air
-
-    !> The sums over plates in light that mirror (rho_s), scatter after Lambert (rho_d) and absorb:
+    !> Light on plates that mirror (rho_s), scatter after Lambert (rho_d) and absorb:
     !> -P A cos(theta) [(1 - rho_s) u + 2 (rho_s cos(theta) + rho_d/3) n] on each plate
     !> that faces the source (e.g. O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4,
     !> with the diffuse part).
-    pure subroutine plates_in_light(surface, centre_of_mass, light, sums)
+    pure function light_load(surface, centre_of_mass, light) result(load)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
         type(light_t), intent(in) :: light
-        type(plate_sums_t), intent(out) :: sums
+        type(surface_load_t) :: load
 
         real(dp), dimension(LANES) :: cosine, lit_area, thrust, along_light, along_normal
         real(dp) :: force(LANES, 3), total(LANES, 7)
@@ -370,8 +264,8 @@ contains
             end do
             call add_forces(surface, first, centre_of_mass, force, lit_area, total)
         end do
-        sums = sums_of(total)
-    end subroutine plates_in_light
+        load = load_of(total)
+    end function light_load
 
     !> A vector along the normals of LANES plates.
     pure function along_normals(surface, first, vector) result(along)
@@ -390,7 +284,7 @@ contains
         type(satellite_surface_t), intent(in) :: surface
         integer, intent(in) :: first                ! Plate
         real(dp), intent(in) :: centre_of_mass(3), force(LANES, 3), seen(LANES)
-        real(dp), intent(inout) :: total(LANES, 7)  ! By place in plate_sums_t
+        real(dp), intent(inout) :: total(LANES, 7)  ! By place in surface_load_t
 
         real(dp) :: arm(LANES, 3)
         integer :: i
@@ -405,9 +299,9 @@ contains
         total(:, 7) = total(:, 7) + seen
     end subroutine add_forces
 
-    pure function sums_of(total) result(sums)
+    pure function load_of(total) result(load)
         real(dp), intent(in) :: total(LANES, 7)
-        type(plate_sums_t) :: sums
+        type(surface_load_t) :: load
 
         real(dp) :: sum_of(7)
         integer :: i
@@ -415,8 +309,8 @@ contains
         do i = 1, 7
             sum_of(i) = total_of(total(:, i))
         end do
-        sums = plate_sums_t(sum_of(:3), sum_of(4:6), sum_of(7))
-    end function sums_of
+        load = surface_load_t(sum_of(:3), sum_of(4:6), sum_of(7))
+    end function load_of
 
     !> Direction and pressure of sunlight at the satellite.
     pure function sunlight(irradiance_1au, illumination, to_sun) result(light)

@@ -13,7 +13,7 @@ module gracecg_spacecraft_torque_rods
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, rod_moments, rod_direction, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
     public :: moves_rods, check_rods_fire, check_rod_sampling, next_rod_edge, dipole_moments
-    public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
+    public :: rod_pattern, PATTERN_RULES
 
     !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
     character(8), parameter :: PATTERN_RULES(2) = [character(8) :: 'y-z', 'general']
@@ -563,57 +563,29 @@ contains
         edge = min(edge, minval(place(:2), mask=place(:2) > t))
     end function next_edge
 
-    !> Which rods to drive, and with what signs, by a rule.
+    !> Which rods to drive, and with what signs, by a rule of CSR-TM-00-01 section 4.2: m_k = 1 (the report leaves the
+    !> common sign free), m_j = -m_k sign(B_j B_k), and the third rod rests; sign(0) = 0. By 'y-z', as the end of that
+    !> section has it, the x rod rests, so that the x torques of both rods add up; all six printed patterns agree. By
+    !> 'general' the rod along the greatest component rests and k is the smallest: near the poles, where the z component
+    !> is the greatest, another pattern than the report's own.
+    !>
+    !> A field that is not finite gives the pattern zero, which new_harmonic_manoeuvre refuses.
     pure function rod_pattern(rule, field) result(pattern)
         character(*), intent(in) :: rule    !! One of PATTERN_RULES
         real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
         integer :: pattern(3)
 
-        if (rule == 'general') then
-            pattern = weakest_components_pattern(field)
-        else
-            pattern = report_pattern(field)
-        end if
-    end function rod_pattern
-
-    !> Which rods to drive, and with what signs, as CSR-TM-00-01 chooses them at the end of
-    !> section 4.2: the x rod rests and m_y = -m_z sign(B_y B_z), so that the x torques of both
-    !> rods add up. The common sign, free in the report, is that of m_z = 1. All six printed
-    !> patterns agree.
-    pure function report_pattern(field) result(pattern)
-        real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
-        integer :: pattern(3)
-
-        pattern = pattern_of_pair(field, 2, 3)
-    end function report_pattern
-
-    !> The general rule of CSR-TM-00-01 section 4.2: with |B_i| > |B_j| > |B_k| the rod along i
-    !> rests, m_k = 1 (the report leaves the common sign free) and m_j = -m_k sign(B_j B_k). Near
-    !> the poles, where the z component is the greatest, its pattern is not the one the report
-    !> uses.
-    pure function weakest_components_pattern(field) result(pattern)
-        real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
-        integer :: pattern(3)
-
-        integer :: i, k
-
-        i = maxloc(abs(field), 1)
-        k = minloc(abs(field), 1, back=.true.)      ! the last one, to differ from i in ties
-        pattern = pattern_of_pair(field, 6 - i - k, k)
-    end function weakest_components_pattern
-
-    !> The pattern with m_k = 1, m_j = -sign(B_j B_k) and the third rod at rest; sign(0) = 0. A
-    !> field that is not finite gives the pattern zero, which new_harmonic_manoeuvre refuses.
-    pure function pattern_of_pair(field, j, k) result(pattern)
-        real(dp), intent(in) :: field(3)
-        integer, intent(in) :: j, k         !! The two rods
-        integer :: pattern(3)
+        integer :: j, k
 
         pattern = 0
         if (.not. all(ieee_is_finite(field))) return
+        k = 3
+        if (rule == 'general') k = minloc(abs(field), 1, back=.true.)      ! the last one, to differ from the greatest in ties
+        j = 2
+        if (rule == 'general') j = 6 - k - maxloc(abs(field), 1)
         pattern(k) = 1
         pattern(j) = -signum(field(j))*signum(field(k))
-    end function pattern_of_pair
+    end function rod_pattern
 
     pure integer function signum(x)
         real(dp), intent(in) :: x

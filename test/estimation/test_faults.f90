@@ -23,8 +23,7 @@ module test_faults
     use gracecg_estimation_arc_length, only: longest_arc
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
-        lose_magnetometer
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use testdrive, only: new_unittest, unittest_type, error_type, check
     use fixture, only: check_fails, check_passes
@@ -708,4 +707,16 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'case front-3', 'head 1 at 0.5 s', 'stars', 'at least 2'])
     end subroutine test_too_few_stars
+
+    !> The magnetometer fails at a time: its samples from then on are gone.
+    pure subroutine lose_magnetometer(observations, from_time)
+        type(observation_set_t), intent(inout) :: observations
+        real(dp), intent(in) :: from_time           !! s; 0: all samples are lost
+
+        integer :: kept
+
+        kept = count(observations%magnetometer_time < from_time)
+        observations%magnetometer_time = observations%magnetometer_time(:kept)
+        observations%field = observations%field(:, :kept)
+    end subroutine lose_magnetometer
 end module test_faults

@@ -38,8 +38,8 @@ module test_truth_arc
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use constant_fields, only: constant_field_t
-    use fixture, only: check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_fails, check_passes, failed
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_truth_arc
@@ -64,7 +64,7 @@ contains
     subroutine example(dynamics, state, error)
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(error_t), allocatable :: failure
@@ -89,22 +89,17 @@ contains
         call example(dynamics, start, error)
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.5_dp, 10, arc, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, arc%steps == 10 .and. arc%interval == 0.5_dp .and. &
                    lbound(arc%loads, 1) == 0 .and. ubound(arc%state, 2) == 10)
-        if (allocated(error)) return
         call check(error, maxval(abs(arc%state(:, 0) - start)), 0.0_dp)
-        if (allocated(error)) return
         do k = 0, 10
             call dynamics%rate(0.5_dp*k, arc%state(:, k), rate)
             call dynamics%loads(0.5_dp*k, arc%state(:, k), acting)
             call check(error, maxval(abs(arc%omega_dot(:, k) - rate(OMEGA))), 0.0_dp, &
                        thr=1e-13_dp*maxval(abs(rate(OMEGA))))
-            if (allocated(error)) return
             call check(error, maxval(abs(arc%loads(k)%drag - acting%drag))/norm2(acting%drag) + &
                        maxval(abs(arc%loads(k)%field - acting%field))/norm2(acting%field), 0.0_dp, thr=1e-12_dp)
-            if (allocated(error)) return
         end do
         call rkf78_step(dynamics, 4.5_dp, arc%state(:, 9), 0.5_dp, next)
         call check(error, maxval(abs(arc%state(:, 10) - next)), 0.0_dp)
@@ -129,19 +124,15 @@ contains
             call drive(dynamics, WAVEFORMS(i), 0.0_dp, error)
             if (allocated(error)) return
             call propagate_arc(dynamics, start, 0.1_dp, 600, controlled, failure, 1e-12_dp)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             call propagate_arc(dynamics, start, 0.01_dp, 6000, fixed, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             do k = 1, STATE_SIZE
                 largest(k) = maxval(abs(controlled%state(k, :) - fixed%state(k, ::10)))
             end do
             call check(error, maxval(largest/ALLOWED), 0.0_dp, WAVEFORM_NAMES(WAVEFORMS(i)), thr=1.0_dp)
-            if (allocated(error)) return
             call check(error, maxval(abs(controlled%omega_dot - fixed%omega_dot(:, ::10))), 0.0_dp, &
                        WAVEFORM_NAMES(WAVEFORMS(i)), thr=1e-15_dp)
-            if (allocated(error)) return
             start(OMEGA) = [0.01_dp, 0.02_dp, -0.005_dp]
         end do
     end subroutine test_control
@@ -151,7 +142,7 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         integer, intent(in) :: waveform
         real(dp), intent(in) :: phase           !! rad
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(error_t), allocatable :: failure
 
@@ -188,14 +179,12 @@ contains
         start(OMEGA) = 0
         start(ATTITUDE) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
         call propagate_arc(dynamics, start, 0.1_dp, 300, arc, failure, 1e-14_dp)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         do k = 0, 300
             t = 0.1_dp*k - 7.03_dp
             expected = 0
             if (t > 0) expected = 30*FIELD*sin(TWO_PI*0.1_dp*t)/(TWO_PI*0.1_dp)*1e-6_dp
             call check(error, arc%state(OMEGA(1), k), expected, thr=1e-18_dp)
-            if (allocated(error)) return
         end do
     end subroutine test_jump
 
@@ -217,19 +206,13 @@ contains
         if (.not. allocated(failure)) &
             call propagate_arc(dynamics, start, 1.0_dp, EPOCHS, fine, failure, DEFAULT_TOLERANCE/100)
         if (.not. allocated(failure)) call propagate_arc(dynamics, start, 0.1_dp, 10*EPOCHS, fixed, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, maxval(abs(arc%loads%srp(1))) > 1e-9_dp .and. any(abs(arc%loads%srp(1)) <= 0), 'light and shadow')
-        if (allocated(error)) return
         call check(error, maxval(abs(arc%state(POSITION, :) - fine%state(POSITION, :))), 0.0_dp, 'position', thr=3e-6_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(arc%state(OMEGA, :) - fine%state(OMEGA, :))), 0.0_dp, 'rate', thr=2e-12_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(fixed%state(POSITION, ::10) - fine%state(POSITION, :))), 0.0_dp, 'position, fixed', &
                    thr=1e-5_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(fixed%state(OMEGA, ::10) - fine%state(OMEGA, :))), 0.0_dp, 'rate, fixed', thr=2e-11_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(fixed%state(OMEGA, ::10) - fine%state(OMEGA, :))) > &
                    maxval(abs(arc%state(OMEGA, :) - fine%state(OMEGA, :))))
     end subroutine test_hours
@@ -242,7 +225,7 @@ contains
         type(truth_arc_t) :: whole, piece, sparse, beside(4)
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
-        logical :: failed(4)
+        logical :: stopped(4)
         integer :: i, way
 
         call example(dynamics, start, error)
@@ -251,8 +234,7 @@ contains
         if (allocated(error)) return
         do way = 1, 2
             call propagate(0.1_dp, 600, whole, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             if (way == 1) then
                 call begin_arc(dynamics, start, 0.1_dp, 600, piece, failure)
             else
@@ -261,20 +243,17 @@ contains
             do while (piece%last < 600 .and. .not. allocated(failure))
                 call continue_arc(dynamics, 37, piece, failure)
                 call check(error, maxval(abs(piece%state - whole%state(:, piece%first:piece%last))), 0.0_dp, 'pieces')
-                if (allocated(error)) return
             end do
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             !$omp parallel do num_threads(2) private(failure)
             do i = 1, 4
                 call propagate(0.1_dp, 600, beside(i), failure)
-                failed(i) = allocated(failure)
+                stopped(i) = allocated(failure)
             end do
             !$omp end parallel do
             do i = 1, 4
-                call check(error, .not. failed(i))
-                if (.not. allocated(error)) call check(error, maxval(abs(beside(i)%state - whole%state)), 0.0_dp, 'threads')
-                if (allocated(error)) return
+                call check(error, .not. stopped(i))
+                call check(error, maxval(abs(beside(i)%state - whole%state)), 0.0_dp, 'threads')
             end do
         end do
         call propagate(1.0_dp, 60, sparse, failure)
@@ -308,16 +287,13 @@ contains
         integer :: i, k
 
         call report_case('front-1', case, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, case%integrator == NAMES(1) .and. .not. flies_under_control(case))
-        if (allocated(error)) return
         do i = 1, 3
             do k = 1, 2
                 case%integrator = NAMES(i)
                 case%duration = DURATIONS(k)
                 call check(error, flies_under_control(case) .eqv. CONTROLLED(k, i), trim(NAMES(i)))
-                if (allocated(error)) return
             end do
         end do
     end subroutine test_choice
@@ -336,14 +312,11 @@ contains
         dynamics%with_rods = .false.
         start(OMEGA) = [0.05_dp, 0.1_dp, -0.02_dp]
         call propagate_arc(dynamics, start, 1.0_dp, 900, fixed, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call propagate_arc(dynamics, start, 900.0_dp, 1, loose, failure, 1e-8_dp)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         deviation = maxval(abs(fixed%state(ATTITUDE, 900) - loose%state(ATTITUDE, 1)))
         call check(error, deviation > 1e-12_dp)
-        if (allocated(error)) return
         call check(error, deviation, 0.0_dp, thr=100*1e-8_dp)
     end subroutine test_tolerance
 
@@ -362,12 +335,10 @@ contains
             poisoned(i) = ieee_value(1.0_dp, ieee_quiet_nan)
             call propagate_arc(dynamics, poisoned, 0.1_dp, 1, arc, failure)
             call check_fails(error, message_of(failure), ['not finite'])
-            if (allocated(error)) return
         end do
         dynamics%mass = ieee_value(1.0_dp, ieee_quiet_nan)     ! first seen in the second state
         call propagate_arc(dynamics, start, 0.1_dp, 1, arc, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'not finite', 't = 0.1 s'])
-        if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.1_dp, 1, arc, failure, 1e-13_dp)
         call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_nan
@@ -385,7 +356,6 @@ contains
         start(VELOCITY) = [-5000.0_dp, 0.0_dp, 5000.0_dp]
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)
         call check_fails(error, message_of(failure), [character(8) :: 'below', '120 km', 't = '])
-        if (allocated(error)) return
         start(VELOCITY) = [-100.0_dp, 0.0_dp, 7600.0_dp]        ! an orbit that stays above
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)
         call check_passes(error, message_of(failure))

@@ -20,8 +20,8 @@ module test_attitude_control
     use gracecg_estimation_optimal_options, only: WAVE_NONE
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
-    use fixture, only: FOLDER, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, FOLDER, check_fails, check_passes, failed
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_attitude_control
@@ -45,7 +45,7 @@ contains
     !> Case front-1 under control.
     subroutine controlled_case(case, error)
         type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         type(error_t), allocatable :: failure
 
@@ -78,17 +78,15 @@ contains
         call control%act(state, case%satellite%inertia, FIELD, m, thrust)
         across = wanted - FIELD*dot_product(FIELD, wanted)/dot_product(FIELD, FIELD)
         call check(error, all(abs(cross(m, FIELD) - across) < 1e-12_dp*norm2(wanted)), 'torque')
-        if (.not. allocated(error)) &
-            call check(error, all(abs(cross(m, FIELD) + thrust - wanted) < 1e-12_dp*norm2(wanted)), 'with the thrusters: all')
-        if (.not. allocated(error)) call check(error, abs(dot_product(m, FIELD)) < 1e-12_dp*norm2(m)*norm2(FIELD), 'moment')
-        if (allocated(error)) return
+        call check(error, all(abs(cross(m, FIELD) + thrust - wanted) < 1e-12_dp*norm2(wanted)), 'with the thrusters: all')
+        call check(error, abs(dot_product(m, FIELD)) < 1e-12_dp*norm2(m)*norm2(FIELD), 'moment')
         control%greatest_moment = 5
         call control%act(state, case%satellite%inertia, FIELD, m, thrust)
         call check(error, norm2(m) < 5 .and. norm2(m) > 4.9_dp .and. norm2(cross(cross(m, FIELD), across)) < &
                    1e-12_dp*norm2(across)*norm2(m), 'bounded, with the same direction')
         control%thrusters = .false.
         call control%act(state, case%satellite%inertia, FIELD, m, thrust)
-        if (.not. allocated(error)) call check(error, all(abs(thrust) <= 0), 'rods alone')
+        call check(error, all(abs(thrust) <= 0), 'rods alone')
     end subroutine test_torque
 
     !> At the attitude and rate that are held nothing is wanted; turned by a small angle, and turning, the torque is
@@ -150,10 +148,8 @@ contains
         if (.not. allocated(failure)) call propagate_case(case, checked, failure)
         case%control%acts = .false.
         if (.not. allocated(failure)) call propagate_case(case, free, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, away(held) < 0.3_dp*DEGREE .and. away(free) > 1*DEGREE, 'held')
-        if (allocated(error)) return
         call check(error, maxval(abs(held%state(10:13, :) - checked%state(10:13, :))) < 1e-9_dp .and. &
                    maxval(abs(held%state(7:9, :) - checked%state(7:9, :))) < 1e-12_dp, 'steps')
 
@@ -197,8 +193,7 @@ contains
         case%control%frequency = 2e-3_dp
         call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         most = 0
         do k = 0, simulator%arc%steps
             moment = rod_moments(observations%knowledge%rods, k*simulator%arc%interval)
@@ -210,23 +205,19 @@ contains
             if (allocated(error)) return
         end do
         call check(error, most > 0.1_dp .and. most < case%control%greatest_moment, 'the law commands something')
-        if (allocated(error)) return
         options%optimal%density_wave = WAVE_NONE
         options%test_beliefs = .false.
         call estimate_optimal(observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, all(abs(solution%offset - case%satellite%offset) < &
                               5*[(sqrt(solution%covariance(k, k)), k=1, 3)]), 'offset')
-        if (allocated(error)) return
 
         order%folder = FOLDER//'controlled'
         order%case = case
         allocate (order%comments(0))
         call simulate_into(order, summary, failure)
         if (.not. allocated(failure)) call read_observations(order%folder, from_files, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         associate (told => observations%knowledge%rods%measured, read => from_files%knowledge%rods%measured)
             call check(error, size(read%time) == 601 .and. all(abs(read%time - told%time) < 1e-12_dp) .and. &
                        all(abs(read%moment - told%moment) <= 0), 'rods.csv')
@@ -246,14 +237,11 @@ contains
         case%control%damping = 0.6_dp
         call case_text(case, text, failure)
         if (.not. allocated(failure)) call case_from_text(text, 'a case', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, again%control%acts .and. abs(again%control%damping - 0.6_dp) <= 0)
-        if (allocated(error)) return
         case%control%acts = .false.
         call case_text(case, plain, failure)
         call check(error, index(plain, '&control') == 0 .and. index(text, '&control') > 0, 'off by default')
-        if (allocated(error)) return
 
         call refused('    damping = 0.6', '    damping = 60', [character(W) :: 'a case:', 'damping', '0.1', '10'])
         if (.not. allocated(error)) &
@@ -274,7 +262,6 @@ contains
 
             place = index(text, line)
             call check(error, place > 0, line)
-            if (allocated(error)) return
             call case_from_text(text(:place - 1)//changed//text(place + len(line):), 'a case', again, failure)
             call check_fails(error, message_of(failure), parts)
         end subroutine refused

@@ -7,9 +7,10 @@ module gracecg_level1_command_simulate
     use gracecg_files_file, only: file_exists, make_directory
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_level1_simulated_files, only: write_level1_folder, SETUP_NAME
+    use gracecg_level1_simulated_files, only: write_level1_folder
+    use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
-    use gracecg_level1_simulated_truth, only: level1_orbit_t, level1_truth_t, new_level1_orbit, new_level1_truth
+    use gracecg_level1_simulated_truth, only: level1_truth_t, new_level1_truth
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: console_t, quoted_word
@@ -71,7 +72,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_settings_t) :: settings
-        type(level1_orbit_t) :: orbit
         type(level1_truth_t) :: truth
         type(string_t), allocatable :: written(:)
         integer :: i
@@ -80,15 +80,14 @@ contains
             call read_level1_settings(settings_file, settings, error)
             if (allocated(error)) return
         end if
-        call new_level1_orbit(case, settings, orbit, error)
-        if (allocated(error)) return
-        if (allocated(orbit%remark)) call console%warn(orbit%remark)
-        call new_level1_truth(orbit, seed, run, truth, error)
+        call new_level1_truth(case, settings, seed, run, truth, error)
+        if (allocated(truth%remark)) call console%warn(truth%remark)
         if (.not. allocated(error)) call make_directory(folder, error)
-        if (.not. allocated(error)) call write_level1_folder(truth, seed, run, folder, binary, written, error)
+        if (.not. allocated(error)) call write_level1_folder(truth, folder, binary, written, error)
         if (allocated(error)) return
-        call console%line('written to '//folder//': satellite '//orbit%satellite//', '//trim(utc_text(orbit%case%epoch))// &
-                          ', '//integer_text(orbit%duration)//' s, '//integer_text(size(orbit%spans))//' sub-manoeuvres')
+        call console%line('written to '//folder//': satellite '//truth%satellite//', '//trim(utc_text(truth%case%epoch))// &
+                          ', '//integer_text(truth%duration)//' s, '//integer_text(size(truth%dynamics%spans))// &
+                          ' sub-manoeuvres')
         do i = 1, size(written)
             call console%line('  '//written(i)%text)
         end do

@@ -7,27 +7,13 @@ module gracecg_simulation_accelerometer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES
-    use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_vectors, only: cross
     use gracecg_base_random, only: random_stream_t
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     implicit none
     private
-    public :: accelerometer_t, accelerometer_noise_t, pmc_acceleration_t, pmc_acceleration, WARNING_LENGTH
-
-    integer, parameter :: WARNING_LENGTH = 100  !! Characters of a warning
-
-    ! Limits of section 3.2.1; those of scale2, scale3 and bias as corrected in their exponents.
-    real(dp), parameter :: SCALE1_LIMIT(3) = [0.01_dp, 0.01_dp, 0.01_dp]
-    !! |scale1 - 1|
-    real(dp), parameter :: SCALE2_LIMIT(3) = [20.0_dp, 50.0_dp, 20.0_dp]
-    !! s^2/m
-    real(dp), parameter :: SCALE3_LIMIT(3) = [3e4_dp, 3e5_dp, 3e4_dp]
-    !! s^4/m^2
-    real(dp), parameter :: BIAS_LIMIT(3) = [2e-6_dp, 5e-5_dp, 2e-6_dp]
-    !! m/s^2
-
-    real(dp), parameter :: FULL_SCALE = 5e-5_dp, RESOLUTION = 1e-10_dp      !! m/s^2
+    public :: accelerometer_t, accelerometer_noise_t, pmc_acceleration_t, pmc_acceleration
 
     !> Performance of an accelerometer. The values here are those of CSR-TM-00-01 section 5.2 and
     !> eq. (3-2); whether (3-2) is one- or two-sided is not said there, two-sided is inferred.
@@ -47,9 +33,9 @@ module gracecg_simulation_accelerometer
         real(dp) :: sampling_interval = 0.1_dp
         !! s
         logical :: limited = .false.            !! Whether samples saturate at the range
-        real(dp) :: range = FULL_SCALE          !! Full scale of an axis, section 3.2.1, m/s^2
+        real(dp) :: range = 5e-5_dp             !! Full scale of an axis, section 3.2.1, m/s^2
         logical :: quantised = .false.          !! Whether samples are rounded
-        real(dp) :: resolution = RESOLUTION     !! Step of rounded samples, section 3.2.1, m/s^2
+        real(dp) :: resolution = 1e-10_dp       !! Step of rounded samples, section 3.2.1, m/s^2
     contains
         procedure :: measure            !! Noisy samples of true accelerations
         procedure :: begin_noise        !! The noise of a record that is drawn in pieces
@@ -57,7 +43,6 @@ module gracecg_simulation_accelerometer
         procedure :: noise_of_axis      !! The noise generator of an axis
         procedure :: response           !! Scale factors and biases put on an acceleration
         procedure :: digitised          !! Samples as they are put out: saturated and rounded
-        procedure :: exceeded_limits    !! What is beyond its limit of section 3.2.1
     end type accelerometer_t
 
     !> The noise of a record, and where it has got to.
@@ -189,45 +174,4 @@ contains
         if (self%quantised) digitised = self%resolution*anint(value/self%resolution)
         if (self%limited) digitised = max(-self%range, min(self%range, digitised))
     end function digitised
-
-    !> One sentence for each value that is beyond its limit of CSR-TM-00-01 section 3.2.1: warnings,
-    !> since the report's own scale factors are beyond theirs. NaN counts as beyond.
-    function exceeded_limits(self) result(warnings)
-        class(accelerometer_t), intent(in) :: self
-        character(WARNING_LENGTH), allocatable :: warnings(:)
-
-        character(WARNING_LENGTH) :: found(14)      ! three axes, four limits; full scale and resolution
-        integer :: i, n
-
-        n = 0
-        do i = 1, 3
-            call compare('scale1 - 1', self%scale1(i) - 1, SCALE1_LIMIT(i), '')
-            call compare('scale2', self%scale2(i), SCALE2_LIMIT(i), ' s^2/m')
-            call compare('scale3', self%scale3(i), SCALE3_LIMIT(i), ' s^4/m^2')
-            call compare('bias', self%bias(i), BIAS_LIMIT(i), ' m/s^2')
-        end do
-        if (self%limited .and. self%range > FULL_SCALE) call add('full scale', self%range, FULL_SCALE, ' m/s^2')
-        if (self%quantised .and. self%resolution > RESOLUTION) call add('resolution', self%resolution, RESOLUTION, ' m/s^2')
-        allocate (warnings(n))
-        warnings(:) = found(:n)
-
-    contains
-
-        subroutine compare(name, value, limit, unit)
-            character(*), intent(in) :: name, unit
-            real(dp), intent(in) :: value, limit
-
-            if (abs(value) <= limit) return
-            call add(name//', '//AXES(i)//' axis', value, limit, unit)
-        end subroutine compare
-
-        subroutine add(name, value, limit, unit)
-            character(*), intent(in) :: name, unit
-            real(dp), intent(in) :: value, limit
-
-            n = n + 1
-            found(n) = 'accelerometer '//name//': '//number_text(value)//unit//' exceeds the limit '// &
-                number_text(limit)//unit
-        end subroutine add
-    end function exceeded_limits
 end module gracecg_simulation_accelerometer

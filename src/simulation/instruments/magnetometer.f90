@@ -2,9 +2,8 @@
 module gracecg_simulation_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI, AXES, NANOTESLA
-    use gracecg_base_error, only: error_t, fail, fail_out_of_range, add_context, number_text
-    use gracecg_base_text, only: string_t, append
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail, require_range, add_context
     use gracecg_base_random, only: random_stream_t
     implicit none
     private
@@ -13,19 +12,15 @@ module gracecg_simulation_magnetometer
     real(dp), parameter :: LARGEST = 1.0_dp
     !! Upper end of every setting's range, T: far beyond any field of the Earth
 
-    ! Limits of section 3.4.1, each independent of the others
-    real(dp), parameter :: BIAS_LIMIT = 100e-9_dp, LINEARITY_LIMIT = 25e-9_dp, NOISE_LIMIT = 3e-9_dp    !! T
-    real(dp), parameter :: FULL_SCALE = 50e-6_dp, RESOLUTION = 25e-9_dp     !! T
-
     !> Performance of a magnetometer. Bias and noise are those of CSR-TM-00-01 section 5.2, range
     !> and resolution those of section 3.4.1, which the report's simulation leaves out.
     type :: magnetometer_t
         real(dp) :: bias(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp]   !! T
         real(dp) :: noise = 3e-9_dp             !! Standard deviation, T
         logical :: limited = .false.            !! Whether samples saturate at the range
-        real(dp) :: range = FULL_SCALE          !! Greatest value of an axis, T
+        real(dp) :: range = 50e-6_dp            !! Greatest value of an axis, T
         logical :: quantised = .false.          !! Whether samples are rounded
-        real(dp) :: resolution = RESOLUTION     !! Step of rounded samples, T
+        real(dp) :: resolution = 25e-9_dp       !! Step of rounded samples, T
         real(dp) :: sampling_interval = 1.0_dp  !! Between samples, s
         real(dp) :: linearity = 0
         !! Greatest departure from a straight line within the range, T; at most 25 nT by section 3.4.1
@@ -34,7 +29,6 @@ module gracecg_simulation_magnetometer
     contains
         procedure :: response           !! Bias and departure from a straight line put on a field
         procedure :: passed             !! A field behind the low-pass filter
-        procedure :: exceeded_limits    !! What is beyond its limit of section 3.4.1
         procedure :: measure    !! Noisy samples of a true field
         procedure, private :: check_settings
     end type magnetometer_t
@@ -116,48 +110,15 @@ contains
         end do
     end function passed
 
-    !> One sentence for each value that is beyond its limit of CSR-TM-00-01 section 3.4.1. NaN counts as beyond.
-    subroutine exceeded_limits(self, warnings)
-        class(magnetometer_t), intent(in) :: self
-        type(string_t), allocatable, intent(out) :: warnings(:)
-
-        integer :: i
-
-        allocate (warnings(0))
-        do i = 1, 3
-            call compare('bias, '//AXES(i)//' axis', self%bias(i), BIAS_LIMIT)
-        end do
-        call compare('linearity error', self%linearity, LINEARITY_LIMIT)
-        call compare('noise', self%noise, NOISE_LIMIT)
-        if (self%limited) call compare('full scale', self%range, FULL_SCALE)
-        if (self%quantised) call compare('resolution', self%resolution, RESOLUTION)
-
-    contains
-
-        subroutine compare(name, value, limit)
-            character(*), intent(in) :: name
-            real(dp), intent(in) :: value, limit
-
-            if (abs(value) <= limit) return
-            call append(warnings, 'magnetometer '//name//': '//number_text(value/NANOTESLA)// &
-                        ' nT exceeds the limit '//number_text(limit/NANOTESLA)//' nT')
-        end subroutine compare
-    end subroutine exceeded_limits
-
     subroutine check_settings(self, error)
         class(magnetometer_t), intent(in) :: self
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. (self%noise >= 0 .and. self%noise <= LARGEST)) then
-            call fail_out_of_range(error, 'noise', self%noise, 0.0_dp, LARGEST, 'T')
-        else if (.not. (self%linearity >= 0 .and. self%linearity <= LARGEST)) then
-            call fail_out_of_range(error, 'linearity error', self%linearity, 0.0_dp, LARGEST, 'T')
-        else if ((self%limited .or. self%linearity > 0) .and. .not. (self%range > 0 .and. self%range <= LARGEST)) then
-            call fail_out_of_range(error, 'range', self%range, tiny(1.0_dp), LARGEST, 'T')
-        else if (self%quantised .and. &
-                 .not. (self%resolution > 0 .and. self%resolution <= LARGEST)) then
-            call fail_out_of_range(error, 'resolution', self%resolution, tiny(1.0_dp), LARGEST, 'T')
-        end if
+        call require_range('noise', self%noise, [0.0_dp, LARGEST], 'T', error)
+        call require_range('linearity error', self%linearity, [0.0_dp, LARGEST], 'T', error)
+        if (self%limited .or. self%linearity > 0) &
+            call require_range('range', self%range, [tiny(1.0_dp), LARGEST], 'T', error)
+        if (self%quantised) call require_range('resolution', self%resolution, [tiny(1.0_dp), LARGEST], 'T', error)
         call add_context(error, 'magnetometer')
     end subroutine check_settings
 end module gracecg_simulation_magnetometer

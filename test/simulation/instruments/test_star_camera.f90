@@ -12,8 +12,8 @@ module test_star_camera
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use statistics, only: Z_999, chi_square_limits, ljung_box
-    use fixture, only: check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_fails, failed
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_star_camera
@@ -63,14 +63,12 @@ contains
             if (camera%stars_in_field(catalogue, q, 1) < 2) cycle
             call camera%see(catalogue, q, 1, first, failure)
             if (.not. allocated(failure)) call best_camera%see(catalogue, q, 1, best, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             trace = [trace_of(first), trace_of(best)]
             call check(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))
             if (allocated(error)) return
             if (camera%stars_in_field(catalogue, q, 1) <= camera%star_count) then
                 call check(error, all(abs(best%reference - first%reference) <= 0), 'no choice')
-                if (allocated(error)) return
                 cycle
             end if
             tried = tried + 1
@@ -119,7 +117,6 @@ contains
         associate (mean => sum(found)/N)
             call check(error, mean, camera%mean_stars_in_field(catalogue), &
                        thr=Z_999*sqrt(sum((found - mean)**2)/N)/sqrt(real(N, dp)))
-            if (allocated(error)) return
         end associate
         camera%field_of_view = PI*(1 - 1e-12_dp)        ! half of the sky
         call check(error, camera%mean_stars_in_field(catalogue), size(catalogue%direction, 2)/2.0_dp, thr=1.0_dp)
@@ -142,14 +139,10 @@ contains
 
         m = transpose(rotation_matrix(camera%mounting(1)))      ! camera axes in columns
         call check(error, maxval(abs(m(:, 3) - [0.0_dp, H, -H])) < 1e-15_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(m(:, 1) - [1.0_dp, 0.0_dp, 0.0_dp])) < 1e-15_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(m(:, 2) - cross(m(:, 3), m(:, 1)))) < 1e-15_dp)
-        if (allocated(error)) return
         m = transpose(rotation_matrix(camera%mounting(2)))
         call check(error, maxval(abs(m(:, 3) - [0.0_dp, -H, -H])) < 1e-15_dp)
-        if (allocated(error)) return
         call check(error, maxval(abs(m(:, 1) - [1.0_dp, 0.0_dp, 0.0_dp])) < 1e-15_dp)
     end subroutine test_mounting
 
@@ -170,8 +163,7 @@ contains
             q = random_attitude(stream)
             head = 1 + mod(i, HEADS)
             call camera%see(catalogue, q, head, frame, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, message_of(failure))) return
             associate (v => frame%line_of_sight)
                 call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
                            all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
@@ -179,7 +171,6 @@ contains
                 if (allocated(error)) return
                 m = matmul(rotation_matrix(camera%mounting(head)), rotation_matrix(q))
                 call check(error, maxval(abs(matmul(m, frame%reference) - v)) < 1e-15_dp)
-                if (allocated(error)) return
             end associate
         end do
     end subroutine test_field
@@ -205,9 +196,7 @@ contains
             call check(error, rotation_angle_between( &
                        q_observed, quaternion_product(camera%mounting(head), q)), 0.0_dp, &
                        thr=1e-13_dp)
-            if (allocated(error)) return
             call check(error, all(covariance == 0))
-            if (allocated(error)) return
         end do
     end subroutine test_noiseless
 
@@ -224,7 +213,6 @@ contains
         integer :: i, k
 
         call check(error, camera%noise(), sqrt(10.0_dp)*ARCSECOND, thr=1e-20_dp)
-        if (allocated(error)) return
         catalogue = builtin_star_catalogue()
         stream = new_stream(73, 0, 0, 0, 0)
         statistic = 0
@@ -272,7 +260,6 @@ contains
         limits = chi_square_limits(LAGS)
         do i = 1, 3
             call check(error, ljung_box(e(:, i), LAGS) < limits(2))
-            if (allocated(error)) return
         end do
     end subroutine test_whiteness
 
@@ -289,7 +276,6 @@ contains
         stream = new_stream(75, 0, 0, 0, 0)
         call frame%draw(stream, q_observed, covariance, failure)
         call check(error, covariance(3, 3) > 20*max(covariance(1, 1), covariance(2, 2)))
-        if (allocated(error)) return
         ! Across the boresight, 20 stars: about noise/sqrt(20), halved.
         call check(error, sqrt(covariance(1, 1))/(camera%noise()/sqrt(20.0_dp)/2), 1.0_dp, &
                    thr=0.2_dp)
@@ -313,7 +299,6 @@ contains
         call camera%see(catalogue, normalised(ATTITUDE), 2, frame, failure)
         call frame%draw(stream, q_split, p_split, failure)
         call check(error, all(q_whole == q_split) .and. all(p_whole == p_split))
-        if (allocated(error)) return
         call check(error, n_stars == size(frame%reference, 2) .and. q_whole(4) >= 0)
     end subroutine test_observe
 

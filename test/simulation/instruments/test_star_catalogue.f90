@@ -7,8 +7,8 @@ module test_star_catalogue
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use statistics, only: Z_999, mean, variance
-    use fixture, only: check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_fails, failed
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_star_catalogue
@@ -46,15 +46,12 @@ contains
         call check(error, size(catalogue%direction, 2), 4616)
         if (allocated(error)) return
         call check(error, maxval(abs(norm2(catalogue%direction, 1) - 1)) < VECTORISED)
-        if (allocated(error)) return
         call check(error, minval(catalogue%magnitude) >= 1 .and. maxval(catalogue%magnitude) <= 6)
-        if (allocated(error)) return
         i = maxloc(catalogue%direction(3, :), 1)
         ra = (2 + 31/60.0_dp + 49.09_dp/3600)*15*DEGREE
         dec = (89 + 15/60.0_dp + 50.8_dp/3600)*DEGREE
         polaris = [cos(dec)*cos(ra), cos(dec)*sin(ra), sin(dec)]
         call check(error, norm2(catalogue%direction(:, i) - polaris) < 0.1_dp*ARCSECOND)
-        if (allocated(error)) return
         call check(error, catalogue%magnitude(i), 1.97_dp, thr=0.05_dp)
     end subroutine test_builtin
 
@@ -65,8 +62,7 @@ contains
 
         builtin = builtin_star_catalogue()
         call read_star_catalogue('data/bright_stars.txt', source, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, size(source%magnitude), size(builtin%magnitude))
         if (allocated(error)) return
         call check(error, all(abs(builtin%direction - source%direction) < VECTORISED) .and. &
@@ -98,7 +94,6 @@ contains
             call check(error, n, size(expected))
             if (allocated(error)) return
             call check(error, all(indices(:n) == expected) .and. all(indices(n + 1:) == 0))
-            if (allocated(error)) return
             call catalogue%visible_stars(camera, FIELD, first, n)
             call check(error, n == min(7, size(expected)) .and. all(first(:n) == expected(:n)))
             if (allocated(error)) return
@@ -141,12 +136,10 @@ contains
         type(error_t), allocatable :: failure
 
         call read_star_catalogue(FIXTURES//'three-stars.txt', catalogue, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, message_of(failure))) return
         call check(error, size(catalogue%direction, 2), 2)
         if (allocated(error)) return
         call check(error, catalogue%magnitude(1) == 2.83_dp .and. catalogue%magnitude(2) == 1.97_dp)
-        if (allocated(error)) return
         call check(error, catalogue%direction(3, 2), sin(89.2641095_dp*DEGREE))
     end subroutine test_file
 

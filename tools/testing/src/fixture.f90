@@ -9,7 +9,7 @@ module fixture
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, test_failed, FOLDER, make_folder, make_file, check_fails, check_passes
+    public :: check, test_failed, FOLDER, make_folder, make_file, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
 
@@ -117,4 +117,13 @@ contains
 
         if (message /= '') call test_failed(error, message)
     end subroutine check_passes
+
+    !> There must be no failure; is there one now, or was there before, so that a test cannot go on?
+    logical function failed(error, message)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: message     !! Of the failure; empty: there was none
+
+        call check_passes(error, message)
+        failed = allocated(error)
+    end function failed
 end module fixture

@@ -12,7 +12,7 @@ module gracecg_simulation_operator_errors
     implicit none
     private
     public :: operator_t, error_source_t, AS_TRUTH, SOURCES
-    public :: describe_operator, without_errors, errors_of, drawn_operator
+    public :: describe_operator, errors_of, drawn_operator
     public :: INERTIA, PRINCIPAL_MOMENTS, PRINCIPAL_AXES, MASS, COMMON_ROD_GAIN, ROD_GAIN, ROD_DIRECTION, ROD_DELAY, &
         ACCELEROMETER_SCALE, ACCELEROMETER_DELAY, ACCELEROMETER_NOISE, STAR_CAMERA_NOISE, MOUNTING, &
         MAGNETOMETER_BIAS, TORQUE_CHANGE, ORBIT_POSITION, ORBIT_VELOCITY, ORBIT_TIME
@@ -111,18 +111,6 @@ contains
         end do
         call settings%end_group()
     end subroutine describe_operator
-
-    !> The operator whose knowledge of the satellite is exact.
-    pure function without_errors(operator) result(exact)
-        type(operator_t), intent(in) :: operator
-        type(operator_t) :: exact
-
-        type(operator_t) :: default
-
-        exact = operator
-        exact%value = default%value
-        exact%sigma = 0
-    end function without_errors
 
     !> The errors of one source, SI; 0 (of a factor 1) by default.
     pure function errors_of(operator, source) result(values)

@@ -3,14 +3,14 @@ module gracecg_simulation_arc
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_spacecraft_torque_rods, only: next_rod_edge
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
     use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     implicit none
     private
-    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, check_state, MAX_STEPS, DEFAULT_TOLERANCE
+    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, begin_panels, next_panel, check_state
+    public :: MAX_STEPS, DEFAULT_TOLERANCE
 
     integer, parameter :: MAX_STEPS = 1000000
     !! Of an arc: a day at ten epochs a second; some 0.5 GB
@@ -79,7 +79,7 @@ contains
         call hold_attitude(dynamics, 0.0_dp, arc%state(:, 0))
         if (present(tolerance)) then
             allocate (arc%under_control)
-            call begin_steps(0.0_dp, arc%state(:, 0), tolerance, SCALES, FIRST_LENGTH, arc%under_control)
+            call begin_panels(0.0_dp, arc%state(:, 0), tolerance, arc%under_control)
         end if
         call finish_epoch(dynamics, 0, arc, error)
     end subroutine begin_arc
@@ -131,18 +131,34 @@ contains
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: limit
-
         associate (steps => arc%under_control)
             do while (steps%to < k*arc%interval)
-                limit = arc%steps*arc%interval
-                if (dynamics%with_rods) limit = min(limit, next_rod_edge(dynamics%rods, steps%to + steps%shortest()))
-                call steps%advance(dynamics, limit, error)
+                call next_panel(dynamics, arc%steps*arc%interval, steps, error)
                 if (allocated(error)) return
             end do
             arc%state(:, k) = steps%state_at(k*arc%interval)
         end associate
     end subroutine interpolate
+
+    !> An integration under control at its beginning.
+    pure subroutine begin_panels(t, state, tolerance, steps)
+        real(dp), intent(in) :: t               !! s
+        real(dp), intent(in) :: state(:)        !! 13
+        real(dp), intent(in) :: tolerance       !! Relative to SCALES
+        type(controlled_steps_t), intent(out) :: steps
+
+        call begin_steps(t, state, tolerance, SCALES, FIRST_LENGTH, steps)
+    end subroutine begin_panels
+
+    !> Its next panel, up to the next edge of what rods and thrusters do.
+    subroutine next_panel(dynamics, end, steps, error)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: end             !! Of the integration, s
+        type(controlled_steps_t), intent(inout) :: steps
+        type(error_t), allocatable, intent(out) :: error
+
+        call steps%advance(dynamics, min(end, dynamics%next_edge(steps%to + steps%shortest())), error)
+    end subroutine next_panel
 
     !> Of a satellite whose attitude is held, attitude and angular velocity follow from the orbit; that of others is
     !> free.

@@ -39,8 +39,11 @@ contains
 
         call set_time(case, dynamics, error)
         if (.not. allocated(error)) call set_mass(case, dynamics, error)
-        if (.not. allocated(error)) call set_gravity(case, dynamics, error)
-        if (.not. allocated(error)) call set_magnetic_field(case, dynamics, error)
+        if (.not. allocated(error)) &
+            call new_gravity_model(trim(case%gravity_model), case%gravity_degree, case%gravity_order, case%gravity_file, &
+                                   dynamics%gravity, error)
+        if (.not. allocated(error)) &
+            call new_geomagnetic_model(trim(case%field_model), decimal_year(case%epoch), case%field_file, dynamics%field, error)
         if (.not. allocated(error)) call set_atmosphere(case, dynamics, error)
         if (.not. allocated(error)) call set_surface(case, dynamics, error)
         call add_context(error, 'case '//trim(case%name))
@@ -118,24 +121,6 @@ contains
         dynamics%control = case%control
         call dynamics%control%hold(initial_state(case))
     end subroutine set_mass
-
-    subroutine set_gravity(case, dynamics, error)
-        type(case_t), intent(in) :: case
-        type(satellite_dynamics_t), intent(inout) :: dynamics
-        type(error_t), allocatable, intent(out) :: error
-
-        call new_gravity_model(trim(case%gravity_model), case%gravity_degree, case%gravity_order, &
-                               case%gravity_file, dynamics%gravity, error)
-    end subroutine set_gravity
-
-    subroutine set_magnetic_field(case, dynamics, error)
-        type(case_t), intent(in) :: case
-        type(satellite_dynamics_t), intent(inout) :: dynamics
-        type(error_t), allocatable, intent(out) :: error
-
-        call new_geomagnetic_model(trim(case%field_model), decimal_year(case%epoch), case%field_file, &
-                                   dynamics%field, error)
-    end subroutine set_magnetic_field
 
     subroutine set_atmosphere(case, dynamics, error)
         type(case_t), intent(in) :: case

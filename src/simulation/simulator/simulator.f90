@@ -4,32 +4,28 @@
 !> simulator then holds those, and what is drawn goes on where it has got to. The numbers are the same.
 module gracecg_simulation_simulator
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: EARTH_GM, TWO_PI
-    use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_base_quaternion, only: quaternion_product, quaternion_of_matrix
-    use gracecg_environment_time, only: time_tag
+    use gracecg_base_quaternion, only: quaternion_product
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE, POSITION, VELOCITY, OMEGA, ATTITUDE
+    use gracecg_environment_time, only: time_tag
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, FEWEST_MOMENTS
-    use gracecg_spacecraft_torque_rods, only: check_rod_sampling, rod_moments, take_measured_moments, moves_rods
-    use gracecg_simulation_arc, only: truth_arc_t, begin_arc, continue_arc
-    use gracecg_simulation_accelerometer, only: accelerometer_noise_t, pmc_acceleration, pmc_acceleration_t
-    use gracecg_simulation_star_catalogue, only: star_catalogue_t
-    use gracecg_simulation_star_camera, only: star_frame_t
+    use gracecg_spacecraft_torque_rods, only: rod_moments, take_measured_moments
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_case, only: case_t, find_earth_parameters, flies_under_control
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state, case_star_catalogue
+    use gracecg_simulation_accelerometer, only: accelerometer_noise_t, pmc_acceleration_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_dynamics, only: POSITION, VELOCITY
+    use gracecg_simulation_flight, only: simulator_t, new_simulator, flight_t, begin_flight, propagate_case, disturbance_at, &
+        samples_of, attitude_at
     use gracecg_simulation_operator_errors, only: operator_t, drawn_operator, errors_of, STAR_CAMERA_NOISE
     use gracecg_simulation_operator_view, only: operator_knowledge, believed_position
-    use gracecg_simulation_limits, only: attitude_motion_t, follow_motion, check_motion
     implicit none
     private
     public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
-    public :: lose_magnetometer, measure_rods, tell_operator, operator_of_run
-    public :: propagate_case, disturbance_at
+    public :: measure_rods, tell_operator, operator_of_run, propagate_case, disturbance_at
     public :: flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, PIECE_EPOCHS
 
     !> Streams of random numbers of one run
@@ -39,32 +35,6 @@ module gracecg_simulation_simulator
     real(dp), parameter :: ORBIT_INTERVAL = 1       !! Of the positions in an observation set, s
     integer, parameter :: PIECE_EPOCHS = 2000
     !! Epochs of a piece of a long arc: with all that is seen at them some 2 MB
-
-    !> All of a case that is the same in every run.
-    type :: simulator_t
-        type(case_t) :: case                    !! What is simulated
-        type(truth_arc_t) :: arc                            !! The truth, propagated once; or a piece of it
-        type(star_frame_t), allocatable :: frames(:, :)     !! (star-camera epochs of the arc, heads)
-        real(dp), allocatable :: rod_moments(:, :)
-        !! (3, 0:steps), along the rods, A m^2, as far as the arc has got; where the attitude is controlled
-        real(dp) :: star_camera_sigma(3) = 0
-        !! Mean noise of the used head's quaternions, about camera x, y and boresight, rad
-        integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
-        !! Sampling intervals in intervals of the arc
-        real(dp), private :: start(STATE_SIZE) = 0          !! The state at the epoch
-    end type simulator_t
-
-    !> The truth of a case on its way: what propagates it, and what is known of it so far.
-    type :: flight_t
-        private
-        type(satellite_dynamics_t) :: dynamics
-        type(star_catalogue_t) :: catalogue
-        type(attitude_motion_t) :: motion       ! of the manoeuvre, for its limits
-        type(random_stream_t) :: any_stream     ! for the noise that an operator expects
-        real(dp) :: star_variance(3) = 0        ! sum over the used head's frames, rad^2
-    contains
-        procedure :: go_on                      !! The next epochs
-    end type flight_t
 
     !> The instruments' noise of a run, and where it has got to.
     type :: run_noise_t
@@ -81,244 +51,6 @@ module gracecg_simulation_simulator
     end interface observe
 
 contains
-
-    !> Propagates the truth of a case and finds the stars of every frame. Fails when the accelerometer's
-    !> samples cannot follow the manoeuvre, and when that goes beyond its limits.
-    subroutine new_simulator(case, simulator, error)
-        type(case_t), intent(in) :: case
-        type(simulator_t), intent(out) :: simulator
-        type(error_t), allocatable, intent(out) :: error
-
-        type(flight_t) :: flight
-
-        call begin_flight(case, flight, simulator, error)
-        if (.not. allocated(error)) call flight%go_on(simulator%arc%steps, simulator, error)
-    end subroutine new_simulator
-
-    !> The first epoch of a flight. Fails as `new_simulator`.
-    subroutine begin_flight(case, flight, simulator, error)
-        type(case_t), intent(in) :: case
-        type(flight_t), intent(out) :: flight
-        type(simulator_t), intent(out) :: simulator     !! Holds the epoch
-        type(error_t), allocatable, intent(out) :: error
-
-        simulator%case = case
-        call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
-        call add_context(error, 'case '//trim(case%name))
-        if (allocated(error)) return
-        call find_strides(simulator, error)
-        if (allocated(error)) return
-        call find_earth_parameters(case, simulator%case%earth_parameters, error)
-        if (allocated(error)) return
-        call begin_case(case, flight%dynamics, simulator%arc, error)
-        if (allocated(error)) return
-        simulator%start = simulator%arc%state(:, 0)
-        if (case%control%acts) allocate (simulator%rod_moments(3, 0:simulator%arc%steps), source=0.0_dp)
-        call case_star_catalogue(case, flight%catalogue, error)
-        flight%any_stream = new_stream(0, 0, 0, 0, 0)
-    end subroutine begin_flight
-
-    !> The next epochs of a flight, which the simulator then holds with what is seen at them. Fails as `new_simulator`;
-    !> the limits are looked at when the arc is at its end.
-    subroutine go_on(self, epochs, simulator, error)
-        class(flight_t), intent(inout) :: self
-        integer, intent(in) :: epochs                   !! How many; fewer at the end of the arc
-        type(simulator_t), intent(inout) :: simulator   !! Of `begin_flight`
-        type(error_t), allocatable, intent(out) :: error
-
-        associate (case => simulator%case, arc => simulator%arc)
-            call continue_arc(self%dynamics, epochs, arc, error)
-            if (.not. allocated(error) .and. case%control%acts) then
-                call follow_control(self, simulator)
-            else if (.not. allocated(error) .and. moves_rods(case%satellite%rods, case%duration)) then
-                call follow_motion(arc%interval, simulator%start(OMEGA), simulator%start(ATTITUDE), arc%first, &
-                                   arc%state(OMEGA, :), arc%state(ATTITUDE, :), self%motion)
-            end if
-            if (.not. allocated(error) .and. arc%last == arc%steps) call check_motion(case%limits, self%motion, error)
-            call add_context(error, 'case '//trim(case%name))
-        end associate
-        if (.not. allocated(error)) call find_stars(self, simulator, error)
-    end subroutine go_on
-
-    !> What the rods did at the epochs that the simulator holds, and the motion away from the attitude that is held.
-    subroutine follow_control(flight, simulator)
-        type(flight_t), intent(inout) :: flight
-        type(simulator_t), intent(inout) :: simulator
-
-        real(dp), allocatable :: turned(:, :)
-        integer :: k
-
-        associate (arc => simulator%arc)
-            allocate (turned(4, arc%first:arc%last))
-            do k = arc%first, arc%last
-                simulator%rod_moments(:, k) = rod_moments(simulator%case%satellite%rods, k*arc%interval) + &
-                                              arc%loads(k)%control_moment
-                turned(:, k) = quaternion_of_matrix(flight%dynamics%control%turn(arc%state(:, k)))
-            end do
-            call follow_motion(arc%interval, [0.0_dp, 0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], arc%first, &
-                               arc%state(OMEGA, :), turned, flight%motion)
-        end associate
-    end subroutine follow_control
-
-    !> Propagates the true arc of a case.
-    subroutine propagate_case(case, arc, error)
-        type(case_t), intent(in) :: case
-        type(truth_arc_t), intent(out) :: arc
-        type(error_t), allocatable, intent(out) :: error
-
-        type(satellite_dynamics_t) :: dynamics
-
-        call begin_case(case, dynamics, arc, error)
-        if (allocated(error)) return
-        call continue_arc(dynamics, arc%steps, arc, error)
-        call add_context(error, 'case '//trim(case%name))
-    end subroutine propagate_case
-
-    !> The first epoch of a case's arc, and its dynamics.
-    subroutine begin_case(case, dynamics, arc, error)
-        type(case_t), intent(in) :: case
-        type(satellite_dynamics_t), intent(out) :: dynamics
-        type(truth_arc_t), intent(out) :: arc
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: steps
-
-        call build_dynamics(case, dynamics, error)
-        if (allocated(error)) return
-        steps = nint(case%duration/case%interval)
-        if (flies_under_control(case)) then
-            call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error, case%tolerance)
-        else
-            call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error)
-        end if
-        call add_context(error, 'case '//trim(case%name))
-    end subroutine begin_case
-
-    subroutine find_strides(simulator, error)
-        type(simulator_t), intent(inout) :: simulator
-        type(error_t), allocatable, intent(out) :: error
-
-        associate (case => simulator%case)
-            call stride('accelerometer', case%satellite%accelerometer%sampling_interval, &
-                        simulator%accelerometer_stride)
-            call stride('star camera', case%satellite%star_camera%sampling_interval, simulator%star_camera_stride)
-            call stride('magnetometer', case%satellite%magnetometer%sampling_interval, simulator%magnetometer_stride)
-        end associate
-
-    contains
-
-        subroutine stride(name, sampling, steps)
-            character(*), intent(in) :: name
-            real(dp), intent(in) :: sampling
-            integer, intent(out) :: steps
-
-            associate (interval => simulator%case%interval)
-                steps = nint(sampling/interval)
-                if (allocated(error)) return
-                if (steps < 1 .or. abs(steps*interval - sampling) > 1e-9_dp*sampling) then
-                    call fail(error, 'case '//trim(simulator%case%name)//', '//name//': the interval '// &
-                              number_text(sampling)//' s is not a multiple of the arc''s interval '// &
-                              number_text(interval)//' s')
-                end if
-            end associate
-        end subroutine stride
-    end subroutine find_strides
-
-    subroutine find_stars(flight, simulator, error)
-        type(flight_t), intent(inout) :: flight
-        type(simulator_t), intent(inout) :: simulator
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: first, last, i, head
-
-        call samples_of(simulator, simulator%star_camera_stride, first, last)
-        if (allocated(simulator%frames)) deallocate (simulator%frames)
-        allocate (simulator%frames(first:last, HEADS))
-        do head = 1, HEADS
-            do i = first, last
-                call simulator%case%satellite%star_camera%see(flight%catalogue, attitude_at(simulator, i), head, &
-                                                    simulator%frames(i, head), error)
-                if (allocated(error)) then
-                    call add_context(error, 'case '//trim(simulator%case%name)//', head '// &
-                                     integer_text(head)//' at '//number_text( &
-                                     i*simulator%star_camera_stride*simulator%arc%interval)//' s')
-                    return
-                end if
-            end do
-        end do
-        call find_star_noise(flight, simulator, error)
-    end subroutine find_stars
-
-    !> The noise that an operator would expect of the used head, from QUEST's covariance (3-21), which
-    !> is that of half the angles: the mean so far.
-    subroutine find_star_noise(flight, simulator, error)
-        type(flight_t), intent(inout) :: flight
-        type(simulator_t), intent(inout) :: simulator
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp) :: q(4), covariance(3, 3)
-        integer :: i, axis
-
-        do i = lbound(simulator%frames, 1), ubound(simulator%frames, 1)
-            call simulator%frames(i, simulator%case%operator%head)%draw(flight%any_stream, q, covariance, error)
-            if (allocated(error)) return
-            flight%star_variance = flight%star_variance + [(4*covariance(axis, axis), axis=1, 3)]
-        end do
-        associate (frames => simulator%arc%last/simulator%star_camera_stride)
-            if (frames > 0) simulator%star_camera_sigma = sqrt(flight%star_variance/frames)
-        end associate
-    end subroutine find_star_noise
-
-    !> The numbers of an instrument's samples that the arc holds: sample i is taken at epoch i*stride, none at epoch 0.
-    pure subroutine samples_of(simulator, stride, first, last)
-        type(simulator_t), intent(in) :: simulator
-        integer, intent(in) :: stride
-        integer, intent(out) :: first, last
-
-        first = simulator%arc%first/stride + 1
-        last = simulator%arc%last/stride
-    end subroutine samples_of
-
-    !> True attitude at star-camera epoch i, of unit length.
-    pure function attitude_at(simulator, i) result(q)
-        type(simulator_t), intent(in) :: simulator
-        integer, intent(in) :: i
-        real(dp) :: q(4)
-
-        q = simulator%arc%state(ATTITUDE, i*simulator%star_camera_stride)
-        q = q/norm2(q)
-    end function attitude_at
-
-    !> The parts of the acceleration at the proof-mass centre at epoch k, with the density wave.
-    pure function disturbance_at(case, arc, wave, k) result(acceleration)
-        type(case_t), intent(in) :: case
-        type(truth_arc_t), intent(in) :: arc
-        type(density_wave_t), intent(in) :: wave    !! On top of what the arc already has
-        integer, intent(in) :: k                    !! Number of the epoch, from 0
-        type(pmc_acceleration_t) :: acceleration
-
-        acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), case%satellite%offset, &
-                                        arc%loads(k)%vertical, EARTH_GM, norm2(arc%state(POSITION, k)), &
-                                        non_gravitational(case, arc, wave, k))
-    end function disturbance_at
-
-    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes (3-5), m/s^2. Drag is
-    !> proportional to the density, model times (scale + wave).
-    pure function non_gravitational(case, arc, wave, k) result(acceleration)
-        type(case_t), intent(in) :: case
-        type(truth_arc_t), intent(in) :: arc
-        type(density_wave_t), intent(in) :: wave    !! On top of what the arc already has
-        integer, intent(in) :: k
-        real(dp) :: acceleration(3)
-
-        associate (acting => arc%loads(k))
-            acceleration = acting%drag + acting%srp + acting%erp
-            if (case%density_scale > 0) then
-                acceleration = acceleration + &
-                               acting%drag*wave%relative_change(k*arc%interval)/case%density_scale
-            end if
-        end associate
-    end function non_gravitational
 
     !> The density wave of a run: its phase drawn when the case says so, none when the arc has it.
     function drawn_wave(self, seed, run) result(wave)
@@ -412,6 +144,7 @@ contains
         type(observation_set_t), intent(out) :: observations
 
         real(dp), allocatable :: field(:, :)
+        real(dp) :: felt(3)
         integer :: i
 
         call lay_out(self, self%case%operator, observations, .true.)
@@ -421,7 +154,8 @@ contains
                 observations%acceleration(:, i) = satellite%accelerometer%digitised( &
                                                   satellite%accelerometer%response(observations%acceleration(:, i)))
             end do
-            call find_true_field(self, field)
+            felt = 0
+            call find_true_field(self, field, felt)
             observations%field = field
             do i = 1, size(observations%field, 2)
                 observations%field(:, i) = satellite%magnetometer%response(observations%field(:, i))
@@ -432,18 +166,6 @@ contains
                 self%case%satellite%star_camera%mounting(observations%star_camera_head(i)), attitude_at(self, i))
         end do
     end subroutine observe_without_noise
-
-    !> The magnetometer fails at a time: its samples from then on are gone.
-    pure subroutine lose_magnetometer(observations, from_time)
-        type(observation_set_t), intent(inout) :: observations
-        real(dp), intent(in) :: from_time           !! s; 0: all samples are lost
-
-        integer :: kept
-
-        kept = count(observations%magnetometer_time < from_time)
-        observations%magnetometer_time = observations%magnetometer_time(:kept)
-        observations%field = observations%field(:, :kept)
-    end subroutine lose_magnetometer
 
     !> Tells the operator what the rods truly did, in place of what they were commanded to: their moments at
     !> equal intervals; where the attitude is controlled, at epochs of the arc. Fails when the intervals are too few.
@@ -500,7 +222,7 @@ contains
         observations%magnetometer_time = epochs(self, self%magnetometer_stride)
         allocate (observations%acceleration(3, size(observations%accelerometer_time)))
         allocate (observations%field(3, size(observations%magnetometer_time)))
-        call samples_of(self, self%star_camera_stride, first, last)
+        call samples_of(self%arc, self%star_camera_stride, first, last)
         if (one_head) then
             observations%star_camera_time = epochs(self, self%star_camera_stride)
             observations%star_camera_head = [(self%case%operator%head, i=first, last)]
@@ -537,7 +259,7 @@ contains
         integer, intent(in) :: run    !! Names them, too
         type(operator_t) :: drawn
 
-        drawn = drawn_operator(operator, seed, case%number, merge(1, 2, case%satellite%name == 'front'), run)
+        drawn = drawn_operator(operator, seed, case%number, case%satellite%place(), run)
     end function operator_of_run
 
     !> The orbit as GPS gives it: positions every second from the epoch and at the end of the arc, true but for the
@@ -552,7 +274,7 @@ contains
         integer :: stride, first, last, i
 
         stride = max(1, nint(ORBIT_INTERVAL/self%arc%interval))
-        call samples_of(self, stride, first, last)
+        call samples_of(self%arc, stride, first, last)
         if (self%arc%first == 0) first = 0
         if (self%arc%last == self%arc%steps) last = (self%arc%steps + stride - 1)/stride
         epoch = [(min(i*stride, self%arc%steps), i=first, last)]
@@ -573,7 +295,7 @@ contains
 
         integer :: first, last, i
 
-        call samples_of(self, stride, first, last)
+        call samples_of(self%arc, stride, first, last)
         times = [(time_tag(i*stride, self%arc%interval), i=first, last)]
     end function epochs
 
@@ -585,7 +307,7 @@ contains
         type(pmc_acceleration_t) :: acceleration
         integer :: first, last, i
 
-        call samples_of(self, self%accelerometer_stride, first, last)
+        call samples_of(self%arc, self%accelerometer_stride, first, last)
         allocate (values(3, last - first + 1))
         do i = first, last
             acceleration = disturbance_at(self%case, self%arc, wave, i*self%accelerometer_stride)
@@ -597,7 +319,7 @@ contains
     pure subroutine find_true_field(self, values, felt)
         type(simulator_t), intent(in) :: self
         real(dp), allocatable, intent(out) :: values(:, :)  !! (3, samples), T
-        real(dp), intent(inout), optional :: felt(3)        !! At the first epoch, unless that is 0; then at the last, T
+        real(dp), intent(inout) :: felt(3)      !! At the first epoch, unless that is 0; then at the last, T
 
         real(dp), allocatable :: field(:, :)
         integer :: first, last, i
@@ -607,13 +329,13 @@ contains
             do i = arc%first, arc%last
                 field(:, i) = arc%loads(i)%field
             end do
-            if (arc%first > 0 .and. present(felt)) then
+            if (arc%first > 0) then
                 field(:, :) = magnetometer%passed(field, arc%interval, felt)
             else
                 field(:, :) = magnetometer%passed(field, arc%interval)
             end if
-            if (present(felt)) felt = field(:, arc%last)
-            call samples_of(self, self%magnetometer_stride, first, last)
+            felt = field(:, arc%last)
+            call samples_of(self%arc, self%magnetometer_stride, first, last)
             values = field(:, first*self%magnetometer_stride:arc%last:self%magnetometer_stride)
         end associate
     end subroutine find_true_field
@@ -642,6 +364,6 @@ contains
         integer, intent(in) :: run, instrument
         type(random_stream_t) :: stream
 
-        stream = new_stream(seed, self%case%number, merge(1, 2, self%case%satellite%name == 'front'), run, instrument)
+        stream = new_stream(seed, self%case%number, self%case%satellite%place(), run, instrument)
     end function run_stream
 end module gracecg_simulation_simulator

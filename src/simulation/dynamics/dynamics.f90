@@ -21,9 +21,9 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
-        earth_flux_acceleration, air_on_surface, sunlight_on_surface, earth_radiation_load, gas_t, wall_t, &
+        earth_flux_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, next_rod_edge
     use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     implicit none
@@ -84,6 +84,8 @@ module gracecg_simulation_dynamics
         procedure :: loads                  !! Forces and torques at a time and state
         procedure :: rate_under             !! dX/dt under loads that are known
         procedure :: angular_acceleration   !! d omega/dt from the torques
+        procedure :: actuate                !! What rods and thrusters do
+        procedure :: next_edge              !! When that is another function of time next
     end type satellite_dynamics_t
 
     !> Accelerations of the centre of mass at one instant, inertial axes, m/s^2.
@@ -191,7 +193,7 @@ contains
     end subroutine loads
 
     !> Every force and, if wanted, the magnetic field and every torque. Gravity (2-3) and field (2-30) come
-    !> from Earth-fixed axes, turned by the sidereal angle (2-4), (2-28), or as the IAU has it; the rods' torque is (2-25).
+    !> from Earth-fixed axes, turned by the sidereal angle (2-4), (2-28), or as the IAU has it.
     pure subroutine add_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t               !! s
@@ -216,10 +218,7 @@ contains
         if (with_torques .and. allocated(self%field)) then
             call self%field%evaluate(fixed_position, field)
             acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, field))
-            if (self%with_rods .and. self%control%acts) &
-                call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)
-            if (self%with_rods) &
-                acting%torque_magnetic = cross(dipole_moment(self%rods, t) + acting%control_moment, acting%field)
+            if (self%with_rods) call self%actuate(t, y, acting)
         end if
         if (with_torques .and. self%with_gravity_gradient) then
             acting%torque_gravity = gravity_gradient_torque(EARTH_GM, radius, acting%vertical, self%inertia)
@@ -231,6 +230,27 @@ contains
             call radiation_loads(self, t, y, with_torques, acting)
         end if
     end subroutine add_loads
+
+    !> What rods and thrusters do in the field: the rods' torque is (2-25).
+    pure subroutine actuate(self, t, y, acting)
+        class(satellite_dynamics_t), intent(in) :: self
+        real(dp), intent(in) :: t                   !! s
+        real(dp), intent(in) :: y(STATE_SIZE)       !! State
+        type(loads_t), intent(inout) :: acting      !! With the field
+
+        if (self%control%acts) &
+            call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)
+        acting%torque_magnetic = cross(dipole_moment(self%rods, t) + acting%control_moment, acting%field)
+    end subroutine actuate
+
+    !> The first time after t at which a rod's moment begins, ends or has an edge, s; huge(1.0) when there is none.
+    pure real(dp) function next_edge(self, t) result(edge)
+        class(satellite_dynamics_t), intent(in) :: self
+        real(dp), intent(in) :: t           !! s
+
+        edge = huge(edge)
+        if (self%with_rods) edge = next_rod_edge(self%rods, t)
+    end function next_edge
 
     !> Drag, by (2-6) or plate by plate, and aerodynamic torque (2-24), with the wind and the density wave.
     pure subroutine air_loads(self, t, y, fixed_position, with_torques, acting)
@@ -259,9 +279,11 @@ contains
             return
         end if
         ! molecular oxygen, below 1 % of the mass above 300 km, is left out of the mean molar mass
-        call air_on_surface(self%surface, self%centre_of_mass, &
-                            gas_t(air%density, air%temperature, mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
-                            self%wall, velocity_in_air, self%mass, self%drag_coefficient, load, acting%drag)
+        load = aerodynamic_load(self%surface, self%centre_of_mass, &
+                                gas_t(air%density, air%temperature, mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
+                                self%wall, velocity_in_air)
+        acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, air%density, velocity_in_air, &
+                                        load%projected_area)
         if (self%forces_by_plates) acting%drag = load%force/self%mass
         if (with_torques) acting%torque_aero = load%torque
     end subroutine air_loads
@@ -309,8 +331,9 @@ contains
             illumination = conical_shadow(place, sun)
             to_sun = transformed(acting%body_from_inertial, sun - place)
             if (with_torques .or. self%forces_by_plates) then
-                call sunlight_on_surface(self%surface, self%centre_of_mass, self%solar_irradiance, illumination, to_sun, &
-                                         self%mass, self%reflectivity_sun, load, acting%srp)
+                load = solar_radiation_load(self%surface, self%centre_of_mass, self%solar_irradiance, illumination, to_sun)
+                acting%srp = solar_radiation_acceleration(self%surface, self%mass, self%reflectivity_sun, &
+                                                          self%solar_irradiance, illumination, to_sun, load%projected_area)
                 if (self%forces_by_plates) acting%srp = load%force/self%mass
                 if (with_torques) acting%torque_solar = load%torque
             else

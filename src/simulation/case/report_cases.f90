@@ -59,6 +59,33 @@ module gracecg_simulation_report_cases
     real(dp), parameter :: ACCOMMODATION = 0.938_dp     !! Of energy, walls at 300 K
     real(dp), parameter :: SPECULAR = 0.238_dp          !! Reflectivity of all plates
 
+    !> Initial values and rods of a case: position (m) and velocity (m/s), inertial; attitude, inertial to body, scalar
+    !> last; angular velocity about body y (rad/s); signs of the rods' moments. In the order of REPORT_CASE_NAMES
+    type :: start_t
+        real(dp) :: position(3), velocity(3), quaternion(4), rate
+        integer :: pattern(3)
+    end type start_t
+    type(start_t), parameter :: STARTS(6) = [ &
+        start_t([6837865.32398033_dp, 0.0_dp, 0.0_dp], [0.0_dp, -0.066613973791_dp, 7638.807717665099_dp], &
+                [-0.7008547308853075_dp, -3.115068773005844e-6_dp, 0.7133040348803767_dp, 3.059634305881649e-6_dp], &
+                1.114901594e-3_dp, [0, 1, 1]), &
+        start_t([53166.9012866642_dp, 50.3762086975_dp, 6838048.9781353170_dp], &
+                [-7627.3588408146_dp, -0.0096034177_dp, 63.3233882824_dp], &
+                [-0.9999051930_dp, -0.0000000609_dp, 0.0137697130_dp, 0.0000043659_dp], 0.111490159e-2_dp, [0, 1, -1]), &
+        start_t([-6739303.8283807930_dp, 48.9237966735_dp, 1198310.5772177500_dp], &
+                [-1337.7622725168_dp, 0.1452268716_dp, -7512.2443788538_dp], &
+                [-0.7728330709_dp, 0.0000027703_dp, -0.6346093637_dp, 0.0000033749_dp], 0.111490159e-2_dp, [0, 1, 1]), &
+        start_t([6833646.00660327_dp, 2.09260535_dp, -239624.73079019_dp], &      ! a second "front" in section 5.2
+                [267.425734562641_dp, -0.066573212320_dp, 7634.133605517418_dp], &
+                [3.114586367226337e-6_dp, -0.7008547308853075_dp, -3.060227453483457e-6_dp, 0.7133040348803732_dp], &
+                -1.114907355e-3_dp, [0, -1, 1]), &
+        start_t([291680.8661387600_dp, -48.5674705798_dp, 6831570.5338286750_dp], &
+                [-7621.0475706862_dp, -0.0144524709_dp, 329.1764019231_dp], &
+                [0.0000000601_dp, -0.9999052485_dp, -0.0000043660_dp, 0.0137656809_dp], -0.111490736e-2_dp, [0, 1, 1]), &
+        start_t([-6693453.2487186490_dp, 45.0419246185_dp, 1431899.2109399360_dp], &
+                [-1598.8879354469_dp, 0.1417855019_dp, -7461.0147865065_dp], &
+                [-0.0000027710_dp, -0.7728282124_dp, -0.0000033745_dp, -0.6346152804_dp], -0.111490736e-2_dp, [0, -1, 1])]
+
 contains
 
     !> One of the report's cases. Fails for a name that is none of REPORT_CASE_NAMES and PRINTED_CASE_NAMES.
@@ -67,7 +94,7 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: pattern(3)
+        type(start_t) :: start
 
         if (.not. any(REPORT_CASE_NAMES == published_name(name))) then
             call fail(error, 'there is no built-in case "'//trim(name)//'"')
@@ -94,17 +121,19 @@ contains
             case%satellite%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
             case%wind_east = WIND_EAST(1)
             case%satellite%centre_of_mass = CENTRE_OF_MASS_FRONT
-            call set_front(case, pattern)
         else
             case%satellite%offset = [0.4e-3_dp, -0.4e-3_dp, 0.4e-3_dp]
             case%wind_east = WIND_EAST(2)
             case%satellite%centre_of_mass = CENTRE_OF_MASS_BACK
-            call set_back(case, pattern)
         end if
+        start = STARTS(findloc(REPORT_CASE_NAMES, published_name(name), 1))
+        case%position = start%position
+        case%velocity = start%velocity
+        case%quaternion = normalised(start%quaternion)
+        case%angular_velocity = [0.0_dp, start%rate, 0.0_dp]
         if (case%number == 1) case%wind_model = 'constant'
         if (case%name /= name) call print_cards(name, case)
-        case%quaternion = normalised(case%quaternion)
-        call new_harmonic_manoeuvre(case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+        call new_harmonic_manoeuvre(case%satellite%rods, start%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
                                     0.0_dp, DURATION, error)
     end subroutine report_case
 
@@ -133,60 +162,4 @@ contains
         case%wind_model = default%wind_model
         case%wind_east = default%wind_east
     end subroutine print_cards
-
-    !> Initial values and manoeuvre of the front satellite.
-    subroutine set_front(case, pattern)
-        type(case_t), intent(inout) :: case
-        integer, intent(out) :: pattern(3)          !! Of the rods
-
-        select case (case%number)
-        case (1)
-            case%position = [6837865.32398033_dp, 0.0_dp, 0.0_dp]
-            case%velocity = [0.0_dp, -0.066613973791_dp, 7638.807717665099_dp]
-            case%quaternion = [-0.7008547308853075_dp, -3.115068773005844e-6_dp, &
-                               0.7133040348803767_dp, 3.059634305881649e-6_dp]
-            case%angular_velocity = [0.0_dp, 1.114901594e-3_dp, 0.0_dp]
-            pattern = [0, 1, 1]
-        case (2)
-            case%position = [53166.9012866642_dp, 50.3762086975_dp, 6838048.9781353170_dp]
-            case%velocity = [-7627.3588408146_dp, -0.0096034177_dp, 63.3233882824_dp]
-            case%quaternion = [-0.9999051930_dp, -0.0000000609_dp, 0.0137697130_dp, 0.0000043659_dp]
-            case%angular_velocity = [0.0_dp, 0.111490159e-2_dp, 0.0_dp]
-            pattern = [0, 1, -1]
-        case default
-            case%position = [-6739303.8283807930_dp, 48.9237966735_dp, 1198310.5772177500_dp]
-            case%velocity = [-1337.7622725168_dp, 0.1452268716_dp, -7512.2443788538_dp]
-            case%quaternion = [-0.7728330709_dp, 0.0000027703_dp, -0.6346093637_dp, 0.0000033749_dp]
-            case%angular_velocity = [0.0_dp, 0.111490159e-2_dp, 0.0_dp]
-            pattern = [0, 1, 1]
-        end select
-    end subroutine set_front
-
-    !> Initial values and manoeuvre of the back satellite.
-    subroutine set_back(case, pattern)
-        type(case_t), intent(inout) :: case
-        integer, intent(out) :: pattern(3)          !! Of the rods
-
-        select case (case%number)
-        case (1)
-            case%position = [6833646.00660327_dp, 2.09260535_dp, -239624.73079019_dp]
-            case%velocity = [267.425734562641_dp, -0.066573212320_dp, 7634.133605517418_dp]
-            case%quaternion = [3.114586367226337e-6_dp, -0.7008547308853075_dp, &
-                               -3.060227453483457e-6_dp, 0.7133040348803732_dp]
-            case%angular_velocity = [0.0_dp, -1.114907355e-3_dp, 0.0_dp]
-            pattern = [0, -1, 1]        ! printed as a second "front" in section 5.2
-        case (2)
-            case%position = [291680.8661387600_dp, -48.5674705798_dp, 6831570.5338286750_dp]
-            case%velocity = [-7621.0475706862_dp, -0.0144524709_dp, 329.1764019231_dp]
-            case%quaternion = [0.0000000601_dp, -0.9999052485_dp, -0.0000043660_dp, 0.0137656809_dp]
-            case%angular_velocity = [0.0_dp, -0.111490736e-2_dp, 0.0_dp]
-            pattern = [0, 1, 1]
-        case default
-            case%position = [-6693453.2487186490_dp, 45.0419246185_dp, 1431899.2109399360_dp]
-            case%velocity = [-1598.8879354469_dp, 0.1417855019_dp, -7461.0147865065_dp]
-            case%quaternion = [-0.0000027710_dp, -0.7728282124_dp, -0.0000033745_dp, -0.6346152804_dp]
-            case%angular_velocity = [0.0_dp, -0.111490736e-2_dp, 0.0_dp]
-            pattern = [0, -1, 1]
-        end select
-    end subroutine set_back
 end module gracecg_simulation_report_cases

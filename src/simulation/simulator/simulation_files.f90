@@ -4,22 +4,28 @@ module gracecg_simulation_simulation_files
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_time, only: time_tag
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_file, only: make_directory, remove_file
     use gracecg_spacecraft_torque_rods, only: moves_rods
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: observation_writer_t, OBSERVATION_FILES
+    use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE, OMEGA
     use gracecg_simulation_instrument_limits, only: full_scale_t, count_full_scale, full_scale_warnings
     use gracecg_simulation_operator_errors, only: operator_t
     use gracecg_simulation_simulator, only: simulator_t, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, &
-        drawn_wave, measure_rods, operator_of_run, PIECE_EPOCHS
-    use gracecg_simulation_truth_file, only: open_truth, append_truth
+        drawn_wave, disturbance_at, measure_rods, operator_of_run, PIECE_EPOCHS
     implicit none
     private
     public :: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
 
     character(*), parameter :: TRUTH_FILE = 'truth.csv'     !! The true arc, beside OBSERVATION_FILES
+    character(*), parameter :: COLUMNS = &
+        'time_s,rx_m,ry_m,rz_m,vx_m_s,vy_m_s,vz_m_s,q1,q2,q3,q4,wx_rad_s,wy_rad_s,wz_rad_s,'// &
+        'wdx_rad_s2,wdy_rad_s2,wdz_rad_s2,bx_tesla,by_tesla,bz_tesla,ngx_m_s2,ngy_m_s2,ngz_m_s2'
 
     !> What is to be simulated, and written.
     type :: simulation_order_t
@@ -53,7 +59,7 @@ contains
         type(observation_writer_t) :: writer
 
         call make_directory(order%folder, error)
-        if (.not. allocated(error)) call open_truth(truth, truth_path(order), order%comments, error)
+        if (.not. allocated(error)) call truth%open(truth_path(order), COLUMNS, order%comments, error)
         if (.not. allocated(error)) call writer%open(order%folder, error)
         if (.not. allocated(error)) call write_pieces(order, truth, writer, summary, error)
         call truth%discard()
@@ -100,6 +106,29 @@ contains
         summary%moves_rods = moves_rods(observations%knowledge%rods, observations%knowledge%duration)
         call full_scale_warnings(order%case%satellite, full_scale, summary%warnings)
     end subroutine write_pieces
+
+    !> Writes every epoch of the arc, or of a piece of it those that the piece before did not have: position (m) and
+    !> velocity (m/s) in the inertial frame, attitude (inertial to body), angular velocity (rad/s) and acceleration
+    !> (rad/s^2), magnetic flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
+    subroutine append_truth(file, simulator, wave)
+        type(csv_writer_t), intent(inout) :: file   !! Of `open_truth`
+        type(simulator_t), intent(in) :: simulator
+        type(density_wave_t), intent(in) :: wave    !! The density wave of the run
+
+        type(pmc_acceleration_t) :: acceleration
+        integer :: k
+
+        associate (arc => simulator%arc)
+            do k = merge(0, arc%first + 1, arc%first == 0), arc%last
+                acceleration = disturbance_at(simulator%case, arc, wave, k)
+                associate (state => arc%state(:, k))
+                    call file%row([time_tag(k, arc%interval), state(POSITION), state(VELOCITY), &
+                                   state(ATTITUDE), state(OMEGA), arc%omega_dot(:, k), &
+                                   arc%loads(k)%field, acceleration%non_gravitational])
+                end associate
+            end do
+        end associate
+    end subroutine append_truth
 
     pure function truth_path(order) result(path)
         type(simulation_order_t), intent(in) :: order

@@ -36,9 +36,18 @@ module gracecg_simulation_satellite
         type(accelerometer_t) :: accelerometer      !! Noise, scale factors and biases
         type(star_camera_t) :: star_camera          !! Heads with their mounting, field of view and noise
         type(magnetometer_t) :: magnetometer        !! Noise and bias
+    contains
+        procedure :: place                          !! Of the pair: names random numbers
     end type satellite_t
 
 contains
+
+    !> 1 of the front satellite, 2 of the back one.
+    pure integer function place(self)
+        class(satellite_t), intent(in) :: self
+
+        place = merge(1, 2, self%name == 'front')
+    end function place
 
     !> Shape and surface: group surface.
     subroutine describe_surface(settings, satellite)

@@ -1,0 +1,206 @@
+!> Simulated Level-1 files and back: estimates of what was put in, and faults told by their names.
+module test_level1_round_trip
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MICROMETRE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
+    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_gathering, only: gather_calibration
+    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_sources, only: LEVEL1_SOURCES
+    use gracecg_level1_simulated_notes, only: SETUP_NAME
+    use gracecg_level1_simulation_settings, only: level1_settings_t
+    use gracecg_level1_simulated_truth, only: level1_truth_t
+    use test_level1_simulation, only: fly, write_files, prepare, START
+    use fixture, only: check, failed
+    use testdrive, only: unittest_type, error_type, new_unittest
+    implicit none
+    private
+    public :: collect_level1_round_trip
+
+contains
+
+    subroutine collect_level1_round_trip(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('estimate', test_estimate), &
+                    new_unittest('estimate-of-grace', test_grace), &
+                    new_unittest('estimate-of-held-currents', test_held_currents), &
+                    new_unittest('in-phase', test_in_phase), &
+                    new_unittest('faults', test_faults)]
+    end subroutine collect_level1_round_trip
+
+    !> Gathers and estimates from a folder with what its operator says.
+    subroutine estimate_folder(path, calibration, estimate, error)
+        character(*), intent(in) :: path
+        type(level1_calibration_t), intent(out) :: calibration
+        type(level1_estimate_t), intent(out) :: estimate
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_setup_t) :: setup
+
+        call read_level1_setup(path//'/'//SETUP_NAME, setup, error)
+        if (allocated(error)) return
+        call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
+        if (allocated(error)) return
+        call estimate_level1(calibration, setup, LEVEL1_SOURCES, 'estimate', estimate, error)
+    end subroutine estimate_folder
+
+    !> Four places a quarter of a revolution apart, with all errors: every source within its claim.
+    subroutine test_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+
+        call check_estimate(settings, 'l1s_estimate', .false., 6, error)
+    end subroutine test_estimate
+
+    !> The same of GRACE, binary: no gyros, no GNI1B.
+    subroutine test_grace(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+
+        settings%satellite = 'B'
+        settings%span%duration = 90
+        call check_estimate(settings, 'l1s_grace', .true., 5, error)
+    end subroutine test_grace
+
+    !> GRACE with held currents, whose steps alone tell the delay of the accelerometer: by angular and linear channels
+    !> together within 3 ms (by the angular ones, at steps of 5 ms, it was 8.5 ms off).
+    subroutine test_held_currents(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: WITHIN = 3e-3_dp     ! s
+        type(level1_settings_t) :: settings
+
+        settings%satellite = 'A'
+        settings%staircase = .true.
+        settings%accelerometer_delay = 0.1_dp
+        call check_estimate(settings, 'l1s_held_currents', .false., 5, error, WITHIN)
+    end subroutine test_held_currents
+
+    !> Torque and calibrated channels within 4 sigma + 3 um, all others that call themselves good within 10 um; gains
+    !> within 0.5 % (what is said of the inertia goes with them), delays within 10 ms or what is said; nothing found wrong.
+    subroutine check_estimate(settings, name, binary, sources, error, within)
+        type(level1_settings_t), intent(in) :: settings
+        character(*), intent(in) :: name
+        logical, intent(in) :: binary
+        integer, intent(in) :: sources
+        type(error_type), allocatable, intent(inout) :: error
+        real(dp), intent(in), optional :: within        !! s
+
+        type(level1_truth_t) :: truth
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        real(dp) :: off(3), sigma(3), limit
+        integer :: i, k
+
+        limit = 0.01_dp
+        if (present(within)) limit = within
+        call fly(settings, truth, error)
+        call write_files(truth, name, path, error, binary)
+        if (allocated(error)) return
+        call estimate_folder(path, calibration, estimate, failure)
+        if (failed(error, message_of(failure))) return
+        call check(error, size(estimate%solutions), sources, 'sources')
+        if (allocated(error)) return
+        do i = 1, sources
+            associate (solution => estimate%solutions(i))
+                off = abs(solution%offset - truth%case%satellite%offset)
+                sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+                if (solution%source == 'torque+cal' .or. solution%source == 'acc-cal') then
+                    call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
+                               solution%flag == 0, solution%source)
+                else
+                    call check(error, solution%flag > 0 .or. all(off < 10*MICROMETRE), solution%source)
+                end if
+            end associate
+            if (allocated(error)) return
+        end do
+        associate (ratio => estimate%rods%gain*0.25_dp/(truth%dynamics%gain*truth%errors%inertia_factor))
+            call check(error, maxval(abs(ratio - 1)) < 0.005_dp, 'gains')
+        end associate
+        call check(error, abs(estimate%rods%delay) < limit .and. &
+                   abs(estimate%accelerometer_delay - settings%accelerometer_delay) < limit, 'delays')
+        call check(error, size(estimate%findings), 0, 'nothing is wrong')
+    end subroutine check_estimate
+
+    !> The report's rods, y and z in phase, at one place: no confident number.
+    subroutine test_in_phase(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        real(dp) :: sigma(3)
+        integer :: k
+
+        settings%spans = 1
+        settings%first_start = START
+        settings%duration = 240
+        settings%span%amplitude = [0, 120, 120]
+        settings%span%cycles = 6
+        call prepare(settings, 'l1s_phase', truth, path, error)
+        if (allocated(error)) return
+        call estimate_folder(path, calibration, estimate, failure)
+        if (failed(error, message_of(failure))) return
+        associate (first => estimate%solutions(1))
+            sigma = sqrt([(first%covariance(k, k), k=1, 3)])
+            call check(error, first%leakage == 'a priori' .and. first%flag == 2 .and. maxval(sigma) > 50*MICROMETRE, &
+                       'no confident number')
+            call check(error, all(abs(first%offset - truth%case%satellite%offset) < 4*sigma + 3*MICROMETRE), 'but a true one')
+        end associate
+    end subroutine test_in_phase
+
+    !> What is wrong is told by its name.
+    subroutine test_faults(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+
+        call named('rod-sign', 'wrong sign of rod y', 2)
+        if (.not. allocated(error)) call named('srf-as-af', 'AF taken as SRF', 2)
+        if (.not. allocated(error)) call named('obc-tags', 'tags left in OBC time', 2)
+        if (.not. allocated(error)) call named('b-sign', 'B currents with the wrong sign', 0)
+        if (.not. allocated(error)) call named('transplanted', 'transplanted', 2)
+
+    contains
+
+        subroutine named(fault, words, flag)
+            character(*), intent(in) :: fault, words
+            integer, intent(in) :: flag             !! At least
+
+            type(level1_truth_t) :: truth
+            type(level1_calibration_t) :: calibration
+            type(level1_estimate_t) :: estimate
+            type(error_t), allocatable :: failure
+            character(:), allocatable :: path
+            integer :: i
+            logical :: said
+
+            settings = level1_settings_t()
+            settings%fault = fault
+            call prepare(settings, 'l1s_fault', truth, path, error)
+            if (allocated(error)) return
+            call estimate_folder(path, calibration, estimate, failure)
+            if (failed(error, message_of(failure))) return
+            said = .false.
+            do i = 1, size(estimate%findings)
+                said = said .or. index(estimate%findings(i)%text, words) > 0
+            end do
+            do i = 1, size(calibration%notes)
+                said = said .or. index(calibration%notes(i)%text, words) > 0
+            end do
+            call check(error, said, fault//' is not told by its name')
+            call check(error, estimate%flag >= flag, fault//': the flag')
+        end subroutine named
+    end subroutine test_faults
+end module test_level1_round_trip
