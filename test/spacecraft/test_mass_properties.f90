@@ -174,25 +174,18 @@ contains
 
         nan = ieee_value(1.0_dp, ieee_quiet_nan)
         call check_refused(error, mass_properties_t(0.0_dp, REPORT_INERTIA, D), 'mass')
-        if (allocated(error)) return
         call check_refused(error, mass_properties_t(nan, REPORT_INERTIA, D), 'mass')
-        if (allocated(error)) return
         call check_refused(error, mass_properties_t(M, REPORT_INERTIA, D*nan), 'com_to_pmc')
-        if (allocated(error)) return
         call check_refused(error, mass_properties_t(M, REPORT_INERTIA*nan, D), 'finite')
-        if (allocated(error)) return
         inertia = REPORT_INERTIA
         inertia(1, 2) = 3
         call check_refused(error, mass_properties_t(M, inertia, D), 'not symmetric')
-        if (allocated(error)) return
         inertia = REPORT_INERTIA
         inertia(3, 3) = -1
         call check_refused(error, mass_properties_t(M, inertia, D), 'not positive definite')
-        if (allocated(error)) return
         inertia = REPORT_INERTIA
         inertia(3, 3) = 420
         call check_refused(error, mass_properties_t(M, inertia, D), 'no body')
-        if (allocated(error)) return
         call check_refused(error, mass_properties_t(M, REPORT_INERTIA, 10000*D), 'shifted')
     end subroutine test_refuses
 
