@@ -34,6 +34,7 @@ module test_truth_arc
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, new_torque_rods, WAVEFORM_NAMES, SINE, COSINE, TAPERED, SQUARE
     use gracecg_simulation_dynamics
     use gracecg_simulation_arc
+    use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
     use gracecg_simulation_case, only: case_t, flies_under_control
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
