@@ -3,9 +3,10 @@
 module gracecg_studies_history_check
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
-    use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
+    use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between
+    use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, offset_history_t, trace_offset, YEAR
     use gracecg_estimation_saved_estimate, only: dated_offset_t
@@ -124,8 +125,8 @@ contains
                     counted = counted + 1
                     result%filtered = result%filtered + (point%filtered - true)**2
                     result%smoothed = result%smoothed + (point%smoothed - true)**2
-                    result%filtered_squares = result%filtered_squares + square(point%filtered - true, point%filtered_covariance)
-                    result%smoothed_squares = result%smoothed_squares + square(point%smoothed - true, point%smoothed_covariance)
+                    result%filtered_squares = result%filtered_squares + squares_of(point%filtered - true, point%filtered_covariance)
+                    result%smoothed_squares = result%smoothed_squares + squares_of(point%smoothed - true, point%smoothed_covariance)
                     if (j == size(history%points)) cycle
                     if (.not. history%points(j + 1)%is_calibration .or. point%is_calibration) cycle
                     before = before + 1
@@ -134,14 +135,5 @@ contains
             end do
             result%statistic = result%statistic + history%statistic/history%degrees
         end subroutine add_run
-
-        real(dp) function square(difference, covariance)
-            real(dp), intent(in) :: difference(3), covariance(3, 3)
-
-            real(dp) :: weighted(3), inverse(3, 3), condition
-
-            call solve_normal_equations(covariance, difference, weighted, inverse, condition, error)
-            square = dot_product(difference, weighted)
-        end function square
     end subroutine check_history
 end module gracecg_studies_history_check

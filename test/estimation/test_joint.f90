@@ -11,6 +11,7 @@ module test_joint
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_estimation_information, only: information_t, eliminated_t, information_of, squares_of
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
@@ -41,6 +42,7 @@ contains
         testsuite = [ &
                     new_unittest('chi-square-tail', test_tail), &
                     new_unittest('json-members', test_json), &
+                    new_unittest('information-added-moved-reduced', test_information), &
                     new_unittest('stacked-batch', test_stacked), &
                     new_unittest('errors-are-those-predicted', test_statistics), &
                     new_unittest('disagreement-is-told', test_disagreement), &
@@ -97,6 +99,56 @@ contains
         call read_json_text('', 'a', word, ok)
         if (.not. allocated(error)) call check(error, .not. ok, 'empty')
     end subroutine test_json
+
+    !> What is eliminated leaves the covariance of the others; a change by chance adds its variances, a known one moves the
+    !> estimate; the squares fall by what the best values explain.
+    subroutine test_information(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: P(3, 3) = reshape([4.0_dp, 1.0_dp, 0.5_dp, 1.0_dp, 9.0_dp, -2.0_dp, 0.5_dp, -2.0_dp, 1.0_dp], &
+                                                 [3, 3])
+        real(dp), parameter :: X(3) = [1.0_dp, -2.0_dp, 3.0_dp], STEP(3) = [0.1_dp, 0.0_dp, -0.2_dp]
+        real(dp), parameter :: Q(3) = [2.0_dp, 0.0_dp, 1e-12_dp]
+        type(information_t) :: information, moved
+        type(eliminated_t) :: gone
+        type(error_t), allocatable :: failure
+        real(dp) :: value(3), covariance(3, 3)
+
+        call information_of(X, P, information, failure)
+        call check(error, information%squares_at(X), 0.0_dp, thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, squares_of(X, P), information%squares, thr=1e-12_dp)
+        if (allocated(error)) return
+        moved = information
+        call moved%propagate(STEP, Q, failure)
+        call moved%solve(value, covariance, failure)
+        call check(error, maxval(abs(value - X - STEP)) < 1e-12_dp .and. maxval(abs(covariance - P - diagonal(Q))) < 1e-10_dp, &
+                   'a step with its variance')
+        if (allocated(error)) return
+        call information%eliminate(2, gone, failure)
+        call information%solve(value(:2), covariance(:2, :2), failure)
+        call check(error, maxval(abs(value(:2) - X(:2))) < 1e-12_dp .and. maxval(abs(covariance(:2, :2) - P(:2, :2))) < 1e-12_dp &
+                   .and. abs(information%squares_at(X(:2))) < 1e-12_dp, 'the others')
+        if (allocated(error)) return
+        value(3:) = gone%value_at(X(:2))
+        covariance(3:, 3:) = gone%covariance_with(P(:2, :2))
+        call check(error, maxval(abs(value(3:) - X(3:))) < 1e-12_dp .and. abs(covariance(3, 3) - P(3, 3)) < 1e-12_dp, &
+                   'what is eliminated')
+
+    contains
+
+        pure function diagonal(elements) result(matrix)
+            real(dp), intent(in) :: elements(3)
+            real(dp) :: matrix(3, 3)
+
+            integer :: i
+
+            matrix = 0
+            do i = 1, 3
+                matrix(i, i) = elements(i)
+            end do
+        end function diagonal
+    end subroutine test_information
 
     subroutine open_case(name, simulator, options, error, moved)
         character(*), intent(in) :: name

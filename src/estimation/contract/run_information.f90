@@ -1,17 +1,15 @@
 !> What the samples of one calibration say of the offset and of what several calibrations have in common: the
 !> information about them, from which a joint estimate is made without the samples.
 !>
-!> With x the values of JOINED, the parameters that runs can have in common (gracecg_estimation_parameters), and x* the
-!> point about which the fit was linearised, the weighted squares of the residuals, at their least in all that belongs to
-!> the run alone, are
-!>
-!>     S(x) = squares - 2 rhs^T (x - x*) + (x - x*)^T matrix (x - x*)
-!>
-!> of the samples alone: a-priori knowledge of JOINED is not in them, so that it can be counted once.
+!> It is about x - x*, x the values of JOINED, the parameters that runs can have in common (gracecg_estimation_parameters),
+!> and x* the point about which the fit was linearised, all that belongs to the run alone at its best
+!> (gracecg_estimation_information). It is of the samples alone: a-priori knowledge of JOINED is not in it, so that it
+!> can be counted once.
 module gracecg_estimation_run_information
     use gracecg_base_kinds, only: dp
     use gracecg_environment_time, only: utc_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_information, only: information_t
     implicit none
     private
     public :: run_information_t, JOINED_COUNT, OFFSET_OF_JOINED, SHARED_GROUPS, GROUP_OF_JOINED, BELIEFS_COUNT
@@ -28,14 +26,11 @@ module gracecg_estimation_run_information
     !> The group of each value of `beliefs_of`
     integer, parameter :: GROUP_OF_BELIEF(BELIEFS_COUNT) = [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 4, 4, 4]
 
-    type :: run_information_t
+    type, extends(information_t) :: run_information_t
         !! Of one run
         character(64) :: name = ''          !! Of the calibration
         type(utc_t) :: epoch    !! Time 0 of the run, UTC
         real(dp) :: point(JOINED_COUNT) = 0                 !! x*, SI units
-        real(dp) :: matrix(JOINED_COUNT, JOINED_COUNT) = 0  !! Information about JOINED, inverse SI units
-        real(dp) :: rhs(JOINED_COUNT) = 0                   !! Of the normal equations at the point
-        real(dp) :: squares = 0                             !! Weighted, at the point
         integer :: redundancy = 0           !! Observations less the parameters of the run alone
         logical :: estimated(JOINED_COUNT) = .false.        !! In the run's own estimate
         real(dp) :: prior_sigma(JOINED_COUNT) = 0           !! A-priori knowledge, SI units; 0: none

@@ -20,7 +20,7 @@ module gracecg_estimation_arc_chain
     use gracecg_estimation_arc_length, only: longest_arc
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_gather_information, only: move_joined
-    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_plausibility, only: refuse_implausible
@@ -179,31 +179,24 @@ contains
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
-        real(dp) :: before(3), offset(3, size(work%arcs)), sigma(3, size(work%arcs)), change, last_change
-        real(dp), allocatable :: weight(:)
-        integer :: round, i, k
+        type(run_verdict_t) :: alone(size(work%arcs))
+        real(dp) :: before(3), change, last_change
+        integer, allocatable :: which(:)    ! arcs that are joined
+        integer :: round, i
 
         call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
         if (allocated(error)) return
-        call of_arcs(work%arcs%joined, reshape([(solution%runs(i)%offset, i=1, size(solution%runs))], [3, size(solution%runs)]), &
-                     offset)
-        call of_arcs(work%arcs%joined, reshape([(solution%runs(i)%sigma, i=1, size(solution%runs))], [3, size(solution%runs)]), &
-                     sigma)
+        which = places_of(work%arcs%joined)
+        alone(which) = solution%runs
         ! first about the mean of what the arcs say alone: the joint estimate of many is worse (theory.md, 19.1)
-        do i = 1, 3
-            weight = [(1/solution%runs(k)%sigma(i)**2, k=1, size(solution%runs))]
-            before(i) = sum(weight*[(solution%runs(k)%offset(i), k=1, size(solution%runs))])/sum(weight)
-        end do
         allocate (work%point(JOINED_COUNT, size(work%arcs)), source=0.0_dp)
-        do i = 1, size(work%arcs)
-            if (work%arcs(i)%joined) work%point(:, i) = [before, work%arcs(i)%information%point(size(before) + 1:)]
+        do i = 1, 3
+            before(i) = sum(solution%runs%offset(i)/solution%runs%sigma(i)**2)/sum(1/solution%runs%sigma(i)**2)
+        end do
+        do i = 1, size(which)
+            work%point(:, which(i)) = [before, work%arcs(which(i))%information%point(size(before) + 1:)]
         end do
         do round = 1, MOST_ROUNDS
-            if (round > 1) then
-                before = solution%offset
-                call of_arcs(work%arcs%joined, reshape([(solution%runs(k)%point, k=1, size(solution%runs))], &
-                                                       [JOINED_COUNT, size(solution%runs)]), work%point)
-            end if
             call expect_pieces(progress, size(work%arcs), 'arcs once more')
             call run_parallel(work, size(work%arcs), threads, error, progress)
             if (allocated(error)) return
@@ -214,21 +207,32 @@ contains
             call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
             if (.not. allocated(error)) call leave_out_apart(work, solution, error)
             if (allocated(error)) return
+            which = places_of(work%arcs%joined)
             change = maxval(abs(solution%offset - before)/[(sqrt(solution%covariance(i, i)), i=1, 3)])
             if (change <= SETTLED) exit
             if (round > 1) then         ! the next change, as this one came after the last
                 if (change < last_change .and. change*change/last_change <= SETTLED) exit
             end if
             last_change = change
+            before = solution%offset
+            do i = 1, size(which)
+                work%point(:, which(i)) = solution%runs(i)%point
+            end do
         end do
-        k = 0
-        do i = 1, size(work%arcs)
-            if (.not. work%arcs(i)%joined) cycle
-            k = k + 1
-            solution%runs(k)%offset = offset(:, i)
-            solution%runs(k)%sigma = sigma(:, i)
+        do i = 1, size(which)
+            solution%runs(i)%offset = alone(which(i))%offset
+            solution%runs(i)%sigma = alone(which(i))%sigma
         end do
     end subroutine join
+
+    pure function places_of(chosen) result(places)
+        logical, intent(in) :: chosen(:)
+        integer, allocatable :: places(:)
+
+        integer :: i
+
+        places = pack([(i, i=1, size(chosen))], chosen)
+    end function places_of
 
     !> Leaves out the arc that differs most from the others, as long as one differs beyond the level of all tests: in it
     !> something happens that the model does not know, and a few such arcs pull the offset by many sigmas. No more than a
@@ -238,39 +242,23 @@ contains
         type(joint_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: k, worst
+        integer, allocatable :: which(:)
+        integer :: worst
 
         do while (count(work%arcs%apart) < int(MOST_APART*(size(solution%runs) + count(work%arcs%apart))))
             if (all(solution%runs%agrees)) return
             worst = maxloc(solution%runs%statistic, 1)
-            do k = 1, size(work%arcs)
-                if (count(work%arcs(:k)%joined) == worst) exit
-            end do
-            work%arcs(k)%joined = .false.
-            work%arcs(k)%apart = .true.
-            work%arcs(k)%reason = 'it disagrees with the others, chi square '// &
-                                  rounded_text(solution%runs(worst)%statistic, 3)//' for 3 degrees of freedom'
+            which = places_of(work%arcs%joined)
+            associate (arc => work%arcs(which(worst)))
+                arc%joined = .false.
+                arc%apart = .true.
+                arc%reason = 'it disagrees with the others, chi square '// &
+                             rounded_text(solution%runs(worst)%statistic, 3)//' for 3 degrees of freedom'
+            end associate
             call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
             if (allocated(error)) return
         end do
     end subroutine leave_out_apart
-
-    !> Values of the arcs that are joined, at the places of these among all.
-    pure subroutine of_arcs(joined, values, placed)
-        logical, intent(in) :: joined(:)
-        real(dp), intent(in) :: values(:, :)    ! (., arcs joined)
-        real(dp), intent(out) :: placed(:, :)   ! (., arcs)
-
-        integer :: i, k
-
-        placed = 0
-        k = 0
-        do i = 1, size(joined)
-            if (.not. joined(i)) cycle
-            k = k + 1
-            placed(:, i) = values(:, k)
-        end do
-    end subroutine of_arcs
 
     !> Where arcs begin and end: equal lengths but for rounding to an interval at which all instruments sample.
     subroutine cut(knowledge, length, arcs)
@@ -301,72 +289,70 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(estimation_options_t) :: options
-        type(solution_t) :: solution
-        type(whitened_problem_t) :: problem
         type(joint_solution_t) :: alone
         type(error_t), allocatable :: refusal
 
-        if (allocated(self%point)) then
-            call linearise_anew(self, i)
-            return
-        end if
-        associate (arc => self%arcs(i))
+        associate (arc => self%arcs(i), anew => allocated(self%point))
+            if (anew .and. .not. arc%joined) return
             call arc_of_run(self%observations, self%knowledge, arc%from, arc%to, observations)
-            arc%moves_rods = moves_rods(observations%knowledge%rods, arc%to - arc%from)
-            if (self%greatest_moment > 0) arc%moves_rods = maxval(abs(observations%knowledge%rods%measured%moment)) > &
-                                                           MANOEUVRE*self%greatest_moment
-            options = options_of(self%options, i)
-            call estimate_optimal(observations, options, solution, refusal, problem=problem)
-            if (.not. allocated(refusal) .and. solution%converged) then
-                arc%information = solution%information
-                arc%fit = point_of(problem)
+            if (anew) then
+                call linearise_anew(observations, options_of(self%options, i), self%point(:, i), arc, refusal)
+            else
+                call estimate_alone(observations, options_of(self%options, i), self%greatest_moment, arc, refusal)
+            end if
+            if (.not. allocated(refusal) .and. .not. allocated(arc%reason)) &
                 call estimate_jointly([arc%information], self%joint, alone, refusal)
-            end if
-            if (allocated(refusal)) then
-                arc%reason = refusal%message
-                arc%empty = index(arc%reason, SINGULAR) > 0 .or. self%greatest_moment > 0 .and. .not. arc%moves_rods
-            else if (.not. solution%converged) then
-                arc%reason = 'optimal did not converge'
-                arc%empty = .not. arc%moves_rods
-            else if (any(abs(solution%offset) > options%largest_offset)) then
-                arc%reason = 'its offset is beyond largest_offset_mm'
-                arc%empty = .not. arc%moves_rods
-            end if
-            arc%joined = .not. allocated(arc%reason)
-            arc%variance_factor = solution%variance_factor
-            call move_alloc(solution%warnings, arc%warnings)
+            arc%joined = .not. (allocated(refusal) .or. allocated(arc%reason))
+            if (.not. allocated(refusal)) return
+            arc%reason = refusal%message
+            arc%empty = index(arc%reason, SINGULAR) > 0 .or. (anew .or. self%greatest_moment > 0) .and. .not. arc%moves_rods
         end associate
     end subroutine estimate_arc
 
-    !> The information of an arc at the joint estimate. An arc that tells no offset there is left out.
-    subroutine linearise_anew(work, i)
-        class(arcs_work_t), intent(inout) :: work
-        integer, intent(in) :: i                ! The arc
+    !> The estimate of an arc. One without convergence, or with an offset that no satellite has, gets a reason.
+    subroutine estimate_alone(observations, options, greatest_moment, arc, refusal)
+        type(observation_set_t), intent(in) :: observations     !! Of the arc
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: greatest_moment                 !! Of those measured in the run, A m^2; 0: none were
+        type(chained_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: refusal
 
-        type(observation_set_t) :: observations
-        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+        type(whitened_problem_t) :: problem
+
+        arc%moves_rods = moves_rods(observations%knowledge%rods, arc%to - arc%from)
+        if (greatest_moment > 0) arc%moves_rods = maxval(abs(observations%knowledge%rods%measured%moment)) > &
+                                                  MANOEUVRE*greatest_moment
+        call estimate_optimal(observations, options, solution, refusal, problem=problem)
+        arc%variance_factor = solution%variance_factor
+        call move_alloc(solution%warnings, arc%warnings)
+        if (allocated(refusal)) return
+        if (.not. solution%converged) then
+            arc%reason = 'optimal did not converge'
+        else
+            arc%information = solution%information
+            arc%fit = point_of(problem)
+            if (any(abs(solution%offset) > options%largest_offset)) arc%reason = 'its offset is beyond largest_offset_mm'
+        end if
+        arc%empty = allocated(arc%reason) .and. .not. arc%moves_rods
+    end subroutine estimate_alone
+
+    !> The information of an arc at the joint estimate.
+    subroutine linearise_anew(observations, options, point, arc, refusal)
+        type(observation_set_t), intent(in) :: observations     !! Of the arc
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: point(JOINED_COUNT)             !! JOINED there
+        type(chained_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: refusal
+
         type(fitting_data_t) :: data
         type(whitened_problem_t) :: problem
-        type(joint_solution_t) :: alone
-        type(error_t), allocatable :: refusal
 
-        associate (arc => work%arcs(i))
-            if (.not. arc%joined) return
-            call arc_of_run(work%observations, work%knowledge, arc%from, arc%to, observations)
-            options = options_of(work%options, i)
-            call preprocess(observations, options, data, refusal)
-            if (.not. allocated(refusal)) then
-                call problem_at(observations%knowledge, options, data, arc%fit, problem)
-                call move_joined(observations%knowledge, options, work%point(:, i), problem, arc%information, refusal)
-            end if
-            if (.not. allocated(refusal)) arc%fit = point_of(problem)
-            if (.not. allocated(refusal)) call estimate_jointly([arc%information], work%joint, alone, refusal)
-            if (.not. allocated(refusal)) return
-            arc%joined = .false.
-            arc%reason = refusal%message
-            arc%empty = index(arc%reason, SINGULAR) > 0 .or. .not. arc%moves_rods
-        end associate
+        call preprocess(observations, options, data, refusal)
+        if (allocated(refusal)) return
+        call problem_at(observations%knowledge, options, data, arc%fit, problem)
+        call move_joined(observations%knowledge, options, point, problem, arc%information, refusal)
+        if (.not. allocated(refusal)) arc%fit = point_of(problem)
     end subroutine linearise_anew
 
     !> First guesses are those of the first arc.

@@ -12,10 +12,11 @@
 module gracecg_estimation_joint_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context, number_text
-    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_base_text, only: integer_text
+    use gracecg_base_vectors, only: identity
     use gracecg_environment_time, only: utc_t, seconds_between
+    use gracecg_estimation_information, only: information_t, eliminated_t, no_information, squares_of
     use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, SHARED_GROUPS, &
         GROUP_OF_JOINED, GROUP_OF_BELIEF
@@ -62,24 +63,22 @@ module gracecg_estimation_joint_estimate
         integer :: last = 1                     !! The run whose time the offset is of
     end type joint_solution_t
 
-    !> Places of what runs share, and of what each has of its own.
+    !> What runs share, and what each has of its own. The parameters of a run are those that are shared, then the errors
+    !> of changes, then its own, then, of a run with an offset d + delta of its own, delta.
     type :: layout_t
-        integer :: count = 0                    !! Of shared parameters
-        integer :: place(JOINED_COUNT) = 0      !! Of JOINED among them; 0: elsewhere
-        integer, allocatable :: change(:, :)    !! (3, changes): errors of changes; 0: exact
-        integer :: own_count = 0                !! Of a run's own parameters
-        integer :: own(JOINED_COUNT) = 0        !! Of JOINED among them; 0: elsewhere
+        integer :: count = 0                    !! Of what all runs have in common: shared ones and errors of changes
+        integer, allocatable :: shared(:)       !! Places among JOINED, the offset first
+        integer, allocatable :: own(:)          !! Places among JOINED
+        integer, allocatable :: change(:, :)    !! (2, .): number and axis of each change that is not exact
+        character(12), allocatable :: names(:)  !! (count), for messages
     end type layout_t
 
-    !> The normal equations of a run, reduced to what is shared: a run's own parameters meet no other run's, so that
-    !> they are eliminated run by run, and the work grows with the number of runs.
-    type :: equations_t
-        real(dp), allocatable :: normal(:, :), rhs(:)   !! Of the shared parameters
-        real(dp), allocatable :: inverse(:, :)          !! Of its own parameters, the shared ones kept
-        real(dp), allocatable :: own(:)                 !! Their values where the shared ones are 0
-        real(dp), allocatable :: gain(:, :)             !! By which they fall with the shared ones, (shared, own)
-        real(dp) :: squares = 0                         !! By which they lower the sum of squares
-    end type equations_t
+    !> A run in what all have in common. Its own parameters meet no other run's, so that they are eliminated run by run,
+    !> and the work grows with the number of runs.
+    type :: part_t
+        type(information_t) :: information      !! About what all have in common
+        type(eliminated_t) :: own               !! What is its own
+    end type part_t
 
 contains
 
@@ -92,9 +91,9 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(layout_t) :: layout
-        type(equations_t), allocatable :: equations(:)
+        type(part_t) :: parts(size(runs))
         real(dp), allocatable :: value(:), covariance(:, :)
-        integer :: i, j
+        integer :: i
 
         if (size(runs) == 0) then
             call fail(error, 'a joint estimate needs at least one run')
@@ -102,30 +101,28 @@ contains
         end if
         call check_beliefs(runs, options, error)
         if (allocated(error)) return
-        solution%last = 1
         do i = 2, size(runs)
             if (seconds_between(runs(solution%last)%epoch, runs(i)%epoch) > 0) solution%last = i
         end do
-        call solve(runs, options, runs(solution%last)%epoch, layout, equations, value, covariance, error)
-        call add_context(error, 'joint estimate')
-        if (allocated(error)) return
-        solution%offset = value(:3)
-        solution%covariance = covariance(:3, :3)
-        do j = 4, JOINED_COUNT
-            associate (k => layout%place(j))
-                if (k == 0) cycle
-                solution%parameter(j) = value(k)
-                solution%parameter_sigma(j) = sqrt(covariance(k, k))
-            end associate
-        end do
-        allocate (solution%runs(size(runs)))
-        do i = 1, size(runs)
-            call place_run(runs(i), options, layout, equations(i), value, runs(solution%last)%epoch, solution%runs(i))
-            call look_at_run_alone(runs(i), options, runs(solution%last)%epoch, solution%runs(i), error)
-            call add_context(error, 'run '//integer_text(i)//' alone')
+        associate (time => runs(solution%last)%epoch)
+            call solve(runs, options, time, layout, parts, value, covariance, error)
+            call add_context(error, 'joint estimate')
             if (allocated(error)) return
-        end do
-        if (size(runs) > 1) call test_agreement(runs, options, layout, equations, value, solution, error)
+            solution%offset = value(:3)
+            solution%covariance = covariance(:3, :3)
+            associate (beside => layout%shared(4:))
+                solution%parameter(beside) = value(4:size(layout%shared))
+                solution%parameter_sigma(beside) = [(sqrt(covariance(i, i)), i=4, size(layout%shared))]
+            end associate
+            allocate (solution%runs(size(runs)))
+            do i = 1, size(runs)
+                call place_run(runs(i), options, layout, parts(i), value, time, solution%runs(i))
+                call look_at_run_alone(runs(i), options, time, solution%runs(i), error)
+                call add_context(error, 'run '//integer_text(i)//' alone')
+                if (allocated(error)) return
+            end do
+            if (size(runs) > 1) call test_agreement(runs, options, layout, parts, value, time, solution, error)
+        end associate
     end subroutine estimate_jointly
 
     !> What is shared must be an error of the same belief in every run.
@@ -163,144 +160,102 @@ contains
         end do
     end function is_estimated
 
-    !> Numbers the parameters.
+    !> Sorts the parameters.
     subroutine lay_out(runs, options, layout)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(out) :: layout
 
-        integer :: i, j, changes
+        logical :: in_use(4:JOINED_COUNT), is_own(4:JOINED_COUNT)
+        integer :: i, j
 
-        changes = 0
-        if (allocated(options%changes)) changes = size(options%changes)
-        allocate (layout%change(3, changes), source=0)
-        layout%place(:3) = [1, 2, 3]
-        layout%count = 3
-        do j = 4, JOINED_COUNT
-            if (.not. is_estimated(runs, options, GROUP_OF_JOINED(j))) cycle
-            if (options%own(GROUP_OF_JOINED(j))) then
-                layout%own_count = layout%own_count + 1
-                layout%own(j) = layout%own_count
-            else
-                layout%count = layout%count + 1
-                layout%place(j) = layout%count
-            end if
-        end do
-        do i = 1, changes
-            do j = 1, 3
-                if (.not. options%changes(i)%sigma(j) > 0) cycle
-                layout%count = layout%count + 1
-                layout%change(j, i) = layout%count
+        in_use = [(is_estimated(runs, options, GROUP_OF_JOINED(j)), j=4, JOINED_COUNT)]
+        is_own = options%own(GROUP_OF_JOINED(4:))
+        layout%shared = [1, 2, 3, pack([(j, j=4, JOINED_COUNT)], in_use .and. .not. is_own)]
+        layout%own = pack([(j, j=4, JOINED_COUNT)], in_use .and. is_own)
+        allocate (layout%change(2, 0))
+        if (allocated(options%changes)) then
+            do i = 1, size(options%changes)
+                do j = 1, 3
+                    if (options%changes(i)%sigma(j) > 0) &
+                        layout%change = reshape([layout%change, i, j], [2, size(layout%change, 2) + 1])
+                end do
             end do
-        end do
+        end if
+        layout%names = [character(12) :: PARAMETER_NAMES(JOINED(layout%shared)), &
+                        spread('change', 1, size(layout%change, 2))]
+        layout%count = size(layout%names)
     end subroutine lay_out
 
     !> The least squares of all runs together: what they share.
-    subroutine solve(runs, options, time, layout, equations, value, covariance, error)
+    subroutine solve(runs, options, time, layout, parts, value, covariance, error)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
         type(utc_t), intent(in) :: time         !! Which the offset is of
         type(layout_t), intent(out) :: layout
-        type(equations_t), allocatable, intent(out) :: equations(:)     !! Of each run
+        type(part_t), intent(out) :: parts(:)   !! The runs
         real(dp), allocatable, intent(out) :: value(:), covariance(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: normal(:, :), rhs(:)
+        type(information_t) :: all_runs
         integer :: i
 
         call lay_out(runs, options, layout)
-        allocate (equations(size(runs)), value(layout%count), covariance(layout%count, layout%count), rhs(layout%count))
-        normal = known_beforehand(runs(1), options, layout)
-        rhs = 0
+        all_runs = known_beforehand(runs(1), options, layout)
         do i = 1, size(runs)
-            call set_up(runs(i), options, layout, time, .false., equations(i), error)
+            call take_part(runs(i), options, layout, time, .false., parts(i), error)
             if (allocated(error)) return
-            normal = normal + equations(i)%normal
-            rhs = rhs + equations(i)%rhs
+            call all_runs%add(parts(i)%information)
         end do
-        call solve_shared(layout, normal, rhs, value, covariance, error)
+        allocate (value(layout%count), covariance(layout%count, layout%count))
+        call all_runs%solve(value, covariance, error, layout%names)
     end subroutine solve
 
-    subroutine solve_shared(layout, normal, rhs, value, covariance, error)
-        type(layout_t), intent(in) :: layout
-        real(dp), intent(in) :: normal(:, :), rhs(:)
-        real(dp), intent(out) :: value(:), covariance(:, :)
-        type(error_t), allocatable, intent(out) :: error
-
-        character(12) :: names(layout%count)
-        real(dp) :: condition
-        integer :: j
-
-        names = 'change'
-        do j = 1, JOINED_COUNT
-            if (layout%place(j) > 0) names(layout%place(j)) = PARAMETER_NAMES(JOINED(j))
-        end do
-        call solve_normal_equations(normal, rhs, value, covariance, condition, error, names)
-    end subroutine solve_shared
-
     !> A-priori knowledge of what is shared, counted once, and of the changes.
-    function known_beforehand(first, options, layout) result(normal)
+    function known_beforehand(first, options, layout) result(information)
         type(run_information_t), intent(in) :: first        !! Run
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
-        real(dp) :: normal(layout%count, layout%count)
+        type(information_t) :: information
 
-        integer :: i, j, k
+        integer :: k
 
-        normal = 0
-        do j = 1, JOINED_COUNT
-            k = layout%place(j)
-            if (k > 0 .and. first%prior_sigma(j) > 0) normal(k, k) = 1/first%prior_sigma(j)**2
+        information = no_information(layout%count)
+        do k = 1, size(layout%shared)
+            call information%expect(k, first%prior_sigma(layout%shared(k)))
         end do
-        do i = 1, size(layout%change, 2)
-            do j = 1, 3
-                k = layout%change(j, i)
-                if (k > 0) normal(k, k) = 1/options%changes(i)%sigma(j)**2
-            end do
+        do k = 1, size(layout%change, 2)
+            associate (change => options%changes(layout%change(1, k)), axis => layout%change(2, k))
+                call information%expect(size(layout%shared) + k, change%sigma(axis))
+            end associate
         end do
     end function known_beforehand
 
-    !> The equations of a run, which may have an offset of its own, d + delta: delta stands behind its other parameters.
-    subroutine set_up(run, options, layout, time, free, equations, error)
+    !> What a run says of what all have in common.
+    subroutine take_part(run, options, layout, time, free, part, error)
         type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
         type(utc_t), intent(in) :: time         !! Which the offset is of
         logical, intent(in) :: free             !! It has an offset of its own
-        type(equations_t), intent(out) :: equations
+        type(part_t), intent(out) :: part
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: map(:, :), normal(:, :), rhs(:)
         character(12), allocatable :: names(:)
-        real(dp) :: fixed(JOINED_COUNT), condition
-        integer :: j, k, n, own
+        real(dp), allocatable :: map(:, :)
+        real(dp) :: fixed(JOINED_COUNT)
+        integer :: k
 
         call map_of(run, options, layout, time, free, map, fixed)
-        n = layout%count
-        own = size(map, 2) - n
-        normal = matmul(transpose(map), matmul(run%matrix, map))
-        rhs = matmul(transpose(map), run%rhs + matmul(run%matrix, run%point - fixed))
-        equations%normal = normal(:n, :n)
-        equations%rhs = rhs(:n)
-        allocate (equations%inverse(own, own), equations%own(own), equations%gain(n, own), names(own))
-        if (own == 0) return
-        names = 'offset'
-        do j = 1, JOINED_COUNT
-            k = layout%own(j)
-            if (k == 0) cycle
-            names(k) = PARAMETER_NAMES(JOINED(j))
-            if (run%prior_sigma(j) > 0) normal(n + k, n + k) = normal(n + k, n + k) + 1/run%prior_sigma(j)**2
+        part%information = run%seen_through(map, fixed - run%point)
+        do k = 1, size(layout%own)
+            call part%information%expect(layout%count + k, run%prior_sigma(layout%own(k)))
         end do
-        call solve_normal_equations(normal(n + 1:, n + 1:), rhs(n + 1:), equations%own, equations%inverse, condition, error, &
-                                    names)
-        if (allocated(error)) return
-        equations%gain = matmul(normal(:n, n + 1:), equations%inverse)
-        equations%normal = equations%normal - matmul(equations%gain, normal(n + 1:, :n))
-        equations%rhs = equations%rhs - matmul(equations%gain, rhs(n + 1:))
-        equations%squares = dot_product(rhs(n + 1:), equations%own)
-    end subroutine set_up
+        names = [character(12) :: PARAMETER_NAMES(JOINED(layout%own)), spread('offset', 1, merge(3, 0, free))]
+        call part%information%eliminate(layout%count, part%own, error, names)
+    end subroutine take_part
 
-    !> JOINED of a run as a linear function of shared and own parameters: map parameters + fixed.
+    !> JOINED of a run as a linear function of the parameters: map parameters + fixed.
     subroutine map_of(run, options, layout, time, free, map, fixed)
         type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
@@ -310,26 +265,20 @@ contains
         real(dp), allocatable, intent(out) :: map(:, :)
         real(dp), intent(out) :: fixed(JOINED_COUNT)
 
-        real(dp) :: change(3), variance(3)
-        integer :: j, k
+        real(dp), allocatable :: on_change(:, :)
+        real(dp) :: unit(JOINED_COUNT, JOINED_COUNT), change(3), variance(3)
+        integer :: k
 
-        associate (before => layout%count + layout%own_count)
-            allocate (map(JOINED_COUNT, before + merge(3, 0, free)), source=0.0_dp)
-            do j = 1, JOINED_COUNT
-                if (layout%place(j) > 0) map(j, layout%place(j)) = 1
-                if (layout%own(j) > 0) map(j, layout%count + layout%own(j)) = 1
-                if (free .and. j <= 3) map(j, before + j) = 1
-            end do
-        end associate
+        unit = identity(JOINED_COUNT)
+        on_change = -unit(:, layout%change(2, :))
+        do k = 1, size(on_change, 2)
+            if (.not. is_between(options%changes(layout%change(1, k)), run%epoch, time)) on_change(:, k) = 0
+        end do
+        map = reshape([unit(:, layout%shared), on_change, unit(:, layout%own), unit(:, :merge(3, 0, free))], &
+                      [JOINED_COUNT, layout%count + size(layout%own) + merge(3, 0, free)])
         call change_between(options, run%epoch, time, change, variance)
         fixed = 0
         fixed(:3) = -change
-        do k = 1, size(layout%change, 2)
-            if (.not. is_between(options%changes(k), run%epoch, time)) cycle
-            do j = 1, 3
-                if (layout%change(j, k) > 0) map(j, layout%change(j, k)) = -1
-            end do
-        end do
     end subroutine map_of
 
     !> The known change of the offset from one time to a later one, m, and its variance, m^2.
@@ -351,22 +300,21 @@ contains
     end subroutine change_between
 
     !> A run at the joint estimate: its values and the squares of its residuals.
-    subroutine place_run(run, options, layout, equations, value, time, verdict)
+    subroutine place_run(run, options, layout, part, value, time, verdict)
         type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
-        type(equations_t), intent(in) :: equations
-        real(dp), intent(in) :: value(:)        !! Of what is shared
+        type(part_t), intent(in) :: part
+        real(dp), intent(in) :: value(:)        !! Of what all have in common
         type(utc_t), intent(in) :: time         !! Which the offset is of
         type(run_verdict_t), intent(inout) :: verdict
 
         real(dp), allocatable :: map(:, :)
-        real(dp) :: fixed(JOINED_COUNT), away(JOINED_COUNT)
+        real(dp) :: fixed(JOINED_COUNT)
 
         call map_of(run, options, layout, time, .false., map, fixed)
-        verdict%point = matmul(map, [value, equations%own - matmul(value, equations%gain)]) + fixed
-        away = verdict%point - run%point
-        verdict%squares = run%squares - 2*dot_product(run%rhs, away) + dot_product(away, matmul(run%matrix, away))
+        verdict%point = matmul(map, [value, part%own%value_at(value)]) + fixed
+        verdict%squares = run%squares_at(verdict%point - run%point)
         verdict%redundancy = run%redundancy
     end subroutine place_run
 
@@ -379,12 +327,12 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(layout_t) :: layout
-        type(equations_t), allocatable :: equations(:)
+        type(part_t) :: parts(1)
         real(dp), allocatable :: value(:), covariance(:, :)
         real(dp) :: change(3), variance(3)
         integer :: j
 
-        call solve([run], options, run%epoch, layout, equations, value, covariance, error)
+        call solve([run], options, run%epoch, layout, parts, value, covariance, error)
         if (allocated(error)) return
         call change_between(options, run%epoch, time, change, variance)
         verdict%offset = value(:3) + change
@@ -393,94 +341,67 @@ contains
 
     !> Each run against all others, and all against one offset: the sum of squares falls, when every run but the last
     !> has an offset of its own, by what x^T C^-1 x of all their differences is.
-    subroutine test_agreement(runs, options, layout, equations, value, solution, error)
+    subroutine test_agreement(runs, options, layout, parts, value, time, solution, error)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
-        type(equations_t), intent(in) :: equations(:)
-        real(dp), intent(in) :: value(:)        !! Of what is shared
+        type(part_t), intent(in) :: parts(:)
+        real(dp), intent(in) :: value(:)        !! Of what all have in common
+        type(utc_t), intent(in) :: time         !! Which the offset is of
         type(joint_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        type(equations_t) :: free(size(runs))
+        type(part_t) :: free(size(runs))
         ! sums over the runs before each (and what is known beforehand), and over those after it: no difference of
         ! sums, in which a run that says little would be lost
-        real(dp), allocatable :: before(:, :, :), before_rhs(:, :)
-        real(dp), dimension(layout%count, layout%count) :: after, covariance, normal
-        real(dp), dimension(layout%count) :: after_rhs, rhs, shared
+        type(information_t) :: before(size(runs) + 1), after, with_free
+        real(dp) :: covariance(layout%count, layout%count), shared(layout%count)
         integer :: i
 
-        allocate (before(layout%count, layout%count, size(runs)), before_rhs(layout%count, size(runs)))
-        before(:, :, 1) = known_beforehand(runs(1), options, layout)
-        before_rhs(:, 1) = 0
-        normal = before(:, :, 1)
-        rhs = 0
+        before(1) = known_beforehand(runs(1), options, layout)
+        with_free = before(1)
         do i = 1, size(runs)
-            call set_up(runs(i), options, layout, runs(solution%last)%epoch, .true., free(i), error)
+            call take_part(runs(i), options, layout, time, .true., free(i), error)
             if (allocated(error)) return
-            if (i > 1) then
-                before(:, :, i) = before(:, :, i - 1) + equations(i - 1)%normal
-                before_rhs(:, i) = before_rhs(:, i - 1) + equations(i - 1)%rhs
-            end if
-            if (i == solution%last) then
-                normal = normal + equations(i)%normal
-                rhs = rhs + equations(i)%rhs
-            else
-                normal = normal + free(i)%normal
-                rhs = rhs + free(i)%rhs
-                solution%statistic = solution%statistic + (free(i)%squares - equations(i)%squares)
-            end if
+            before(i + 1) = before(i)
+            call before(i + 1)%add(parts(i)%information)
+            if (i == solution%last) call with_free%add(parts(i)%information)
+            if (i /= solution%last) call with_free%add(free(i)%information)
         end do
-        call solve_shared(layout, normal, rhs, shared, covariance, error)
+        call with_free%solve(shared, covariance, error, layout%names)
         if (allocated(error)) return
-        solution%statistic = solution%statistic + dot_product(rhs, shared) - &
-                             dot_product(before_rhs(:, size(runs)) + equations(size(runs))%rhs, value)
+        solution%statistic = before(size(runs) + 1)%squares_at(value) - with_free%squares_at(shared)
         solution%degrees = 3*(size(runs) - 1)
         solution%probability = chi_square_tail(max(0.0_dp, solution%statistic), solution%degrees)
-        after = 0
-        after_rhs = 0
+        after = no_information(layout%count)
         do i = size(runs), 1, -1
-            call solve_shared(layout, before(:, :, i) + free(i)%normal + after, before_rhs(:, i) + free(i)%rhs + after_rhs, &
-                              shared, covariance, error)
+            call before(i)%add(free(i)%information)
+            call before(i)%add(after)
+            call before(i)%solve(shared, covariance, error, layout%names)
             if (allocated(error)) return
-            call judge(layout, free(i), shared, covariance, FAMILY_LEVEL/size(runs), solution%runs(i))
-            after = after + equations(i)%normal
-            after_rhs = after_rhs + equations(i)%rhs
+            call judge(size(layout%own), free(i)%own, shared, covariance, FAMILY_LEVEL/size(runs), solution%runs(i))
+            call after%add(parts(i)%information)
         end do
         solution%consistent = solution%probability > FAMILY_LEVEL .and. all(solution%runs%agrees)
     end subroutine test_agreement
 
-    !> The difference of a run that has an offset of its own.
-    subroutine judge(layout, free, shared, covariance, level, verdict)
-        type(layout_t), intent(in) :: layout
-        type(equations_t), intent(in) :: free       !! Of the run
+    !> The difference of a run that has an offset of its own, behind its other parameters.
+    subroutine judge(others, free, shared, covariance, level, verdict)
+        integer, intent(in) :: others               !! Of its parameters
+        type(eliminated_t), intent(in) :: free      !! What is its own
         real(dp), intent(in) :: shared(:), covariance(:, :)     !! What all runs then share
         real(dp), intent(in) :: level               !! Of the test
         type(run_verdict_t), intent(inout) :: verdict
 
-        real(dp) :: own(size(free%own)), own_covariance(size(free%own), size(free%own))
+        real(dp) :: own(others + 3), own_covariance(others + 3, others + 3)
         integer :: j
 
-        own = free%own - matmul(shared, free%gain)
-        own_covariance = free%inverse + matmul(transpose(free%gain), matmul(covariance, free%gain))
-        associate (d => layout%own_count)
-            verdict%difference = own(d + 1:)
-            verdict%difference_sigma = [(sqrt(own_covariance(d + j, d + j)), j=1, 3)]
-            verdict%statistic = wald(verdict%difference, own_covariance(d + 1:, d + 1:))
-        end associate
+        own = free%value_at(shared)
+        own_covariance = free%covariance_with(covariance)
+        verdict%difference = own(others + 1:)
+        verdict%difference_sigma = [(sqrt(own_covariance(j, j)), j=others + 1, others + 3)]
+        verdict%statistic = squares_of(verdict%difference, own_covariance(others + 1:, others + 1:))
         verdict%probability = chi_square_tail(verdict%statistic, 3)
         verdict%agrees = verdict%probability > level
     end subroutine judge
-
-    !> x^T C^-1 x.
-    real(dp) function wald(x, covariance)
-        real(dp), intent(in) :: x(:), covariance(:, :)
-
-        real(dp) :: weighted(size(x)), inverse(size(x), size(x)), condition
-        type(error_t), allocatable :: singular
-
-        call solve_normal_equations(covariance, x, weighted, inverse, condition, singular)
-        wald = 0
-        if (.not. allocated(singular)) wald = dot_product(x, weighted)
-    end function wald
 end module gracecg_estimation_joint_estimate

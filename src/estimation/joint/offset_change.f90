@@ -8,7 +8,7 @@ module gracecg_estimation_offset_change
     use gracecg_files_table, only: table_file_t, read_csv
     implicit none
     private
-    public :: offset_change_t, read_changes, read_dated_rows, is_between
+    public :: offset_change_t, read_changes, read_offset_rows, read_dated_rows, is_between
 
     type :: offset_change_t
         !! One movement of masses
@@ -22,31 +22,47 @@ module gracecg_estimation_offset_change
 
 contains
 
-    !> Reads changes from a CSV file: time_utc (ISO 8601), change of d and its standard deviations in mm. Fails,
-    !> with file and line, when something is not a time or a number, or a standard deviation is negative.
+    !> Reads changes from a CSV file. Fails as read_offset_rows does.
     subroutine read_changes(path, changes, error)
         character(*), intent(in) :: path        !! Of the file
         type(offset_change_t), allocatable, intent(out) :: changes(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(table_file_t) :: file
         type(utc_t), allocatable :: time(:)
-        real(dp), allocatable :: values(:, :)
+        real(dp), allocatable :: change(:, :), sigma(:, :)
         integer :: i
+
+        call read_offset_rows(path, .true., time, change, sigma, error)
+        if (.not. allocated(error)) changes = [(offset_change_t(time(i), change(:, i), sigma(:, i)), i=1, size(time))]
+    end subroutine read_changes
+
+    !> Reads offsets, or changes of them, from a CSV file: time_utc (ISO 8601), d and its standard deviations in mm. Fails,
+    !> with file and line, when something is not a time or a number, or a standard deviation is negative or, where it
+    !> must not be, 0.
+    subroutine read_offset_rows(path, may_be_exact, time, offset, sigma, error)
+        character(*), intent(in) :: path        !! Of the file
+        logical, intent(in) :: may_be_exact     !! A standard deviation may be 0
+        type(utc_t), allocatable, intent(out) :: time(:)
+        real(dp), allocatable, intent(out) :: offset(:, :), sigma(:, :)     !! (3, rows), m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(table_file_t) :: file
+        real(dp), allocatable :: values(:, :)
+        integer :: i, axis
 
         call read_dated_rows(path, COLUMNS, file, time, values, error)
         if (allocated(error)) return
-        allocate (changes(size(time)))
+        offset = values(:3, :)*MILLIMETRE
+        sigma = values(4:, :)*MILLIMETRE
         do i = 1, size(time)
-            if (any(values(4:, i) < 0)) then
-                call file%fail_at(i, 'a standard deviation is negative', error)
+            do axis = 1, 3
+                if (sigma(axis, i) > 0 .or. may_be_exact .and. .not. sigma(axis, i) < 0) cycle
+                call file%fail_at(i, 'column '//trim(COLUMNS(4 + axis))//': a standard deviation '// &
+                                  trim(merge('is negative        ', 'has to be positive ', may_be_exact)), error)
                 return
-            end if
-            changes(i)%time = time(i)
-            changes(i)%change = values(:3, i)*MILLIMETRE
-            changes(i)%sigma = values(4:, i)*MILLIMETRE
+            end do
         end do
-    end subroutine read_changes
+    end subroutine read_offset_rows
 
     !> Did a change come after one time and not after another?
     elemental logical function is_between(change, from, to)

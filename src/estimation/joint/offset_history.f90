@@ -2,18 +2,19 @@
 !> (masses that are moved, gas that the tanks lose) and by a random walk for what is not.
 !>
 !> With y = d less the known part of the tanks: y(t + dt) = y(t) + w, w ~ N(0, Q dt); at a movement y grows by the
-!> change, its covariance by that of the change; a calibration observes y. The Kalman filter gives the offset from what was
-!> known at a time (R. E. Kalman, J. Basic Eng. 82 (1960) 35-45), the smoother from all calibrations (H. E. Rauch,
-!> F. Tung, C. T. Striebel, AIAA J. 3 (1965) 1445-1450). When it will leave its limits is found from many futures that
-!> are drawn.
+!> change, its covariance by that of the change; a calibration observes y. The information of the calibrations up to a time
+!> gives the offset from what was known then, and with that of all later ones, gathered backwards, the offset from all
+!> calibrations (D. C. Fraser, J. E. Potter, IEEE Trans. Automat. Contr. 14 (1969) 387-390). When it will leave its limits
+!> is found from many futures that are drawn.
 module gracecg_estimation_offset_history
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, utc_text
-    use gracecg_estimation_offset_change, only: offset_change_t
+    use gracecg_estimation_information, only: information_t, information_of, no_information
+    use gracecg_estimation_offset_change, only: offset_change_t, is_between
     use gracecg_estimation_saved_estimate, only: dated_offset_t
     implicit none
     private
@@ -25,7 +26,7 @@ module gracecg_estimation_offset_history
     !! What the offset changes by in a year for reasons that nobody knows, standard deviation of each axis, m: in half a
     !! year 7 um, ten times the 0.7 um that CSR-TM-00-01 Table 1.2 has for the decrease of all mass, and a seventh of the
     !! 46 um that it has for unequal tanks, which is known where the tanks' masses are
-    real(dp), parameter :: UNKNOWN = 1              !! Of the offset before the first calibration, m
+    character(3), parameter :: NAMES(3) = ['d_x', 'd_y', 'd_z']     !! In messages
     real(dp), parameter :: LONGEST_FUTURE = 20*YEAR
     integer, parameter :: STREAM_FUTURES = 31       !! Random numbers of the futures
 
@@ -116,16 +117,17 @@ contains
         type(utc_t), intent(in) :: time
         real(dp) :: shift(3)
 
-        real(dp) :: u
-        integer :: i
+        real(dp) :: t
+        integer :: i, n
 
         shift = 0
         if (.not. allocated(tanks%time)) return
-        do i = 1, size(tanks%time) - 2
-            if (seconds_between(time, tanks%time(i + 1)) > 0) exit
-        end do
-        u = seconds_between(tanks%time(i), time)/seconds_between(tanks%time(i), tanks%time(i + 1))
-        shift = tanks%shift(:, i) + u*(tanks%shift(:, i + 1) - tanks%shift(:, i))
+        n = size(tanks%time)
+        associate (times => [(seconds_between(tanks%time(1), tanks%time(i)), i=1, n)])
+            t = seconds_between(tanks%time(1), time)
+            i = max(1, min(n - 1, last_not_after(times, t)))
+            shift = tanks%shift(:, i) + (t - times(i))/(times(i + 1) - times(i))*(tanks%shift(:, i + 1) - tanks%shift(:, i))
+        end associate
     end function tank_shift
 
     !> Filter, smoother, and what the future may bring. Fails without a calibration, when today is before the last one, or
@@ -177,32 +179,29 @@ contains
         real(dp), intent(in) :: length, step        !! s
         type(node_t), allocatable, intent(out) :: nodes(:)
 
-        type(node_t) :: moving
+        type(node_t), allocatable :: unsorted(:)
+        logical, allocatable :: left(:)
         real(dp) :: t
         integer :: i, k, n
 
         n = ceiling(length/step)
-        allocate (nodes(0))
+        allocate (unsorted(0))
         do i = 1, size(changes)
             t = seconds_between(start, changes(i)%time)
-            if (t > 0 .and. t <= length) nodes = [nodes, node_t(t, change=i)]
+            if (t > 0 .and. t <= length) unsorted = [unsorted, node_t(t, change=i)]
         end do
-        do i = 1, size(offsets)
-            nodes = [nodes, node_t(seconds_between(start, offsets(i)%time), calibration=i)]
-        end do
-        nodes = [nodes, [(node_t(min(i*step, length)), i=1, n)]]
-        do i = 2, size(nodes)       ! insertion: equal times keep their order
-            moving = nodes(i)
-            k = i - 1
-            do while (k >= 1)
-                if (.not. nodes(k)%t > moving%t) exit
-                nodes(k + 1) = nodes(k)
-                k = k - 1
-            end do
-            nodes(k + 1) = moving
+        unsorted = [unsorted, [(node_t(seconds_between(start, offsets(i)%time), calibration=i), i=1, size(offsets))], &
+                    [(node_t(min(i*step, length)), i=1, n)]]
+        allocate (nodes(size(unsorted)), left(size(unsorted)))
+        left = .true.
+        do i = 1, size(nodes)
+            k = minloc(unsorted%t, 1, left)     ! the first of equal times
+            nodes(i) = unsorted(k)
+            left(k) = .false.
         end do
     end subroutine lay_out
 
+    !> The points of the history. The first node is a calibration.
     subroutine filter_and_smooth(offsets, changes, tanks, settings, start, nodes, history, error)
         type(dated_offset_t), intent(in) :: offsets(:)
         type(offset_change_t), intent(in) :: changes(:)
@@ -213,90 +212,78 @@ contains
         type(offset_history_t), intent(inout) :: history
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), dimension(3, size(nodes)) :: mean, predicted_mean, smoothed, shift
-        real(dp), dimension(3, 3, size(nodes)) :: covariance, predicted, smoothed_covariance
-        real(dp) :: gain(3, 3), inverse(3, 3), p(3, 3), innovation(3), left(3), m(3)
-        type(utc_t) :: time
-        integer :: i, k, n, axis
+        type(information_t) :: seen(size(nodes)), earlier(size(nodes)), later   ! of y
+        real(dp) :: shift(3), first
+        integer :: i, n
 
         n = size(nodes)
-        m = 0
-        p = 0
-        do axis = 1, 3
-            p(axis, axis) = UNKNOWN**2
-        end do
         allocate (history%points(n))
         do i = 1, n
-            time = utc_plus(start, nodes(i)%t)
-            shift(:, i) = tank_shift(tanks, time)
-            if (i > 1) then
-                do axis = 1, 3
-                    p(axis, axis) = p(axis, axis) + settings%walk(axis)**2*(nodes(i)%t - nodes(i - 1)%t)/YEAR
-                end do
-            end if
-            if (nodes(i)%change > 0) then
-                m = m + changes(nodes(i)%change)%change
-                do axis = 1, 3
-                    p(axis, axis) = p(axis, axis) + changes(nodes(i)%change)%sigma(axis)**2
-                end do
-            end if
-            predicted_mean(:, i) = m
-            predicted(:, :, i) = p
+            history%points(i)%time = utc_plus(start, nodes(i)%t)
+            history%points(i)%is_calibration = nodes(i)%calibration > 0
+            shift = tank_shift(tanks, history%points(i)%time)
+            seen(i) = no_information(3)
             if (nodes(i)%calibration > 0) then
-                associate (seen => offsets(nodes(i)%calibration))
-                    innovation = seen%offset - shift(:, i) - m
-                    call invert(p + seen%covariance, inverse, error)
-                    if (allocated(error)) return
-                    if (any(nodes(:i - 1)%calibration > 0)) then
-                        history%statistic = history%statistic + dot_product(innovation, matmul(inverse, innovation))
-                        history%degrees = history%degrees + 3
-                    end if
-                    gain = matmul(p, inverse)
-                    m = m + matmul(gain, innovation)
-                    p = matmul(gain, seen%covariance)       ! P (P + R)^-1 R: no difference of large numbers
-                    p = (p + transpose(p))/2
+                associate (offset => offsets(nodes(i)%calibration))
+                    call information_of(offset%offset - shift, offset%covariance, seen(i), error, NAMES)
                 end associate
             end if
-            mean(:, i) = m
-            covariance(:, :, i) = p
-        end do
-        if (history%degrees > 0) history%probability = chi_square_tail(history%statistic, history%degrees)
-        smoothed(:, n) = mean(:, n)
-        smoothed_covariance(:, :, n) = covariance(:, :, n)
-        do i = n - 1, 1, -1
-            call invert(predicted(:, :, i + 1), inverse, error)
+            earlier(i) = seen(i)
+            if (i > 1 .and. .not. allocated(error)) then
+                earlier(i) = earlier(i - 1)
+                call pass(i, 1, earlier(i))
+                call earlier(i)%add(seen(i))
+            end if
+            if (.not. allocated(error)) call estimate(earlier(i), history%points(i)%filtered, &
+                history%points(i)%filtered_covariance, history%points(i)%filtered_sigma)
             if (allocated(error)) return
-            gain = matmul(covariance(:, :, i), inverse)
-            ! the known change of the step is in the prediction
-            left = smoothed(:, i + 1) - predicted_mean(:, i + 1)
-            smoothed(:, i) = mean(:, i) + matmul(gain, left)
-            smoothed_covariance(:, :, i) = covariance(:, :, i) + matmul(gain, matmul( &
-                                           smoothed_covariance(:, :, i + 1) - predicted(:, :, i + 1), transpose(gain)))
         end do
-        do i = 1, n
-            associate (point => history%points(i))
-                point%time = utc_plus(start, nodes(i)%t)
-                point%is_calibration = nodes(i)%calibration > 0
-                point%filtered = mean(:, i) + shift(:, i)
-                point%smoothed = smoothed(:, i) + shift(:, i)
-                point%filtered_covariance = covariance(:, :, i)
-                point%smoothed_covariance = smoothed_covariance(:, :, i)
-                point%filtered_sigma = [(sqrt(covariance(k, k, i)), k=1, 3)]
-                point%smoothed_sigma = [(sqrt(max(0.0_dp, smoothed_covariance(k, k, i))), k=1, 3)]
-            end associate
+        first = earlier(1)%squares_at(history%points(1)%filtered - tank_shift(tanks, start))
+        history%statistic = earlier(n)%squares_at(history%points(n)%filtered - shift) - first
+        history%degrees = 3*(size(offsets) - 1)
+        if (history%degrees > 0) history%probability = chi_square_tail(history%statistic, history%degrees)
+        later = no_information(3)
+        do i = n, 1, -1
+            shift = tank_shift(tanks, history%points(i)%time)
+            call earlier(i)%add(later)
+            call estimate(earlier(i), history%points(i)%smoothed, history%points(i)%smoothed_covariance, &
+                          history%points(i)%smoothed_sigma)
+            if (allocated(error) .or. i == 1) return
+            call later%add(seen(i))
+            call pass(i, -1, later)
+            if (allocated(error)) return
         end do
+
+    contains
+
+        !> From the node before to a node, or back.
+        subroutine pass(i, direction, information)
+            integer, intent(in) :: i, direction     ! The later node; 1: forwards, -1: back
+            type(information_t), intent(inout) :: information
+
+            real(dp) :: step(3), variance(3)
+
+            step = 0
+            variance = settings%walk**2*(nodes(i)%t - nodes(i - 1)%t)/YEAR
+            if (nodes(i)%change > 0) then
+                step = direction*changes(nodes(i)%change)%change
+                variance = variance + changes(nodes(i)%change)%sigma**2
+            end if
+            call information%propagate(step, variance, error)
+        end subroutine pass
+
+        !> d at the node whose tanks' part is `shift`.
+        subroutine estimate(information, offset, covariance, sigma)
+            type(information_t), intent(in) :: information
+            real(dp), intent(out) :: offset(3), covariance(3, 3), sigma(3)
+
+            integer :: axis
+
+            call information%solve(offset, covariance, error, NAMES)
+            offset = offset + shift
+            sigma = [(sqrt(covariance(axis, axis)), axis=1, 3)]
+        end subroutine estimate
     end subroutine filter_and_smooth
-
-    subroutine invert(matrix, inverse, error)
-        real(dp), intent(in) :: matrix(3, 3)
-        real(dp), intent(out) :: inverse(3, 3)
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp) :: unused(3), condition
-
-        call solve_normal_equations(matrix, [0.0_dp, 0.0_dp, 0.0_dp], unused, inverse, condition, error, &
-                                    ['d_x', 'd_y', 'd_z'])
-    end subroutine invert
 
     !> Draws futures from today on, and asks when each first leaves the limit.
     subroutine draw_futures(changes, tanks, settings, history)
@@ -305,10 +292,12 @@ contains
         type(history_settings_t), intent(in) :: settings
         type(offset_history_t), intent(inout) :: history
 
-        real(dp) :: step, left_at(settings%futures), factor(3, 3), y(3, settings%futures), noise(3), base(3), shift(3), t
+        real(dp) :: factor(3, 3), y(3, settings%futures), noise(3), base(3), shift(3)
+        logical :: has_left(settings%futures)
         type(random_stream_t) :: stream
         type(utc_t) :: time
-        integer :: i, k, steps, change
+        integer, allocatable :: left(:)     ! futures that have left by each step
+        integer :: i, k, change
 
         stream = new_stream(1_i8, 0, 0, 0, STREAM_FUTURES)
         factor = root_of(history%today%filtered_covariance)
@@ -317,37 +306,33 @@ contains
             call stream%normals(noise)
             y(:, i) = history%today%filtered - base + matmul(factor, noise)
         end do
-        left_at = huge(1.0_dp)
-        step = settings%step
-        steps = int(LONGEST_FUTURE/step)
-        time = history%today%time
-        do k = 0, steps
-            t = k*step
-            time = utc_plus(history%today%time, t)
+        has_left = .false.
+        allocate (left(0:int(LONGEST_FUTURE/settings%step)))
+        do k = 0, ubound(left, 1)
+            time = utc_plus(history%today%time, k*settings%step)
             shift = tank_shift(tanks, time)
-            do change = 1, size(changes)
-                if (k == 0) exit
-                if (seconds_between(utc_plus(time, -step), changes(change)%time) <= 0 .or. &
-                    seconds_between(changes(change)%time, time) < 0) cycle
+            do change = 1, merge(size(changes), 0, k > 0)
+                if (.not. is_between(changes(change), utc_plus(time, -settings%step), time)) cycle
                 do i = 1, settings%futures
                     call stream%normals(noise)
                     y(:, i) = y(:, i) + changes(change)%change + changes(change)%sigma*noise
                 end do
             end do
             do i = 1, settings%futures
-                if (left_at(i) < huge(1.0_dp)) cycle
+                if (has_left(i)) cycle
                 if (k > 0) then
                     call stream%normals(noise)
-                    y(:, i) = y(:, i) + settings%walk*sqrt(step/YEAR)*noise
+                    y(:, i) = y(:, i) + settings%walk*sqrt(settings%step/YEAR)*noise
                 end if
-                if (any(abs(y(:, i) + shift) > settings%limit)) left_at(i) = t
+                has_left(i) = any(abs(y(:, i) + shift) > settings%limit)
             end do
-            if (all(left_at < huge(1.0_dp))) exit
+            left(k:) = count(has_left)
+            if (all(has_left)) exit
         end do
-        history%left_already = count(left_at <= 0)/real(settings%futures, dp)
+        history%left_already = left(0)/real(settings%futures, dp)
         history%leaving = [time_of(0.16_dp), time_of(0.5_dp), time_of(0.84_dp)]
         history%calibrate_by = time_of(settings%risk)
-        history%leaves = 2*count(left_at < huge(1.0_dp)) > settings%futures
+        history%leaves = 2*left(ubound(left, 1)) > settings%futures
 
     contains
 
@@ -355,19 +340,9 @@ contains
         type(utc_t) function time_of(part)
             real(dp), intent(in) :: part
 
-            real(dp) :: low, high, middle
-
-            low = -step
-            high = LONGEST_FUTURE
-            do while (high - low > step/2)      ! left_at has whole steps
-                middle = (low + high)/2
-                if (count(left_at <= middle) >= part*settings%futures) then
-                    high = middle
-                else
-                    low = middle
-                end if
-            end do
-            time_of = utc_plus(history%today%time, max(0.0_dp, nint(high/step)*step))
+            k = findloc(left >= part*settings%futures, .true., 1) - 1
+            if (k < 0) k = nint(LONGEST_FUTURE/settings%step)
+            time_of = utc_plus(history%today%time, k*settings%step)
         end function time_of
     end subroutine draw_futures
 

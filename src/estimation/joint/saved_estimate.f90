@@ -7,17 +7,14 @@ module gracecg_estimation_saved_estimate
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
-    use gracecg_files_table, only: table_file_t
     use gracecg_estimation_parameters, only: PARAMETER_NAMES, JOINED
-    use gracecg_estimation_offset_change, only: read_dated_rows
+    use gracecg_estimation_offset_change, only: read_offset_rows
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     implicit none
     private
     public :: put_information, read_information, information_from_json, dated_offset_t, read_offsets
 
     character(*), parameter :: MEMBER = 'information'
-    character(11), parameter :: COLUMNS(7) = [character(11) :: 'time_utc', 'dx_mm', 'dy_mm', 'dz_mm', 'sigma_x_mm', &
-                                              'sigma_y_mm', 'sigma_z_mm']   !! Of a CSV file of offsets
 
     type :: dated_offset_t
         !! An offset that was estimated
@@ -66,13 +63,13 @@ contains
         type(run_information_t), intent(out) :: information
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: counts(1), estimated(JOINED_COUNT), squares(1)
-        real(dp) :: elements(JOINED_COUNT**2)
+        real(dp) :: elements(JOINED_COUNT**2), counts(1), estimated(JOINED_COUNT), squares(1)
         character(:), allocatable :: name
 
         call read_estimate_head(text, information%epoch, name, error)
         if (allocated(error)) return
         information%name = name
+        allocate (information%rhs(JOINED_COUNT))
         call take('point', information%point)
         call take('matrix', elements)
         call take('rhs', information%rhs)
@@ -133,56 +130,62 @@ contains
     end subroutine read_estimate_head
 
     !> Reads offsets with their times: one from a saved estimate (of `gracecg estimate` or `level1 estimate`), or all rows
-    !> of a CSV file with time_utc, offset and
-    !> standard deviations in mm. Fails when the file is neither.
+    !> of a CSV file (read_offset_rows). Fails when the file is neither, or an offset has no covariance.
     subroutine read_offsets(path, offsets, error)
         character(*), intent(in) :: path        !! Of the file; a name that ends with .csv is that of a CSV file
         type(dated_offset_t), allocatable, intent(out) :: offsets(:)
         type(error_t), allocatable, intent(out) :: error
 
+        type(text_file_t) :: file
+        character(:), allocatable :: command
+        logical :: ok
+        integer :: i
+
         if (index(path, '.csv', back=.true.) == len_trim(path) - 3 .and. len_trim(path) > 4) then
             call read_csv_offsets(path, offsets, error)
-        else
-            call read_json_offset(path, offsets, error)
+            return
         end if
-    end subroutine read_offsets
-
-    subroutine read_json_offset(path, offsets, error)
-        character(*), intent(in) :: path
-        type(dated_offset_t), allocatable, intent(out) :: offsets(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(text_file_t) :: file
-        character(:), allocatable :: name
-        real(dp), allocatable :: values(:), matrix(:)
-        logical :: ok
-        integer :: n
-
         allocate (offsets(1))
         call read_text_file(path, file, error)
         if (allocated(error)) return
-        call read_json_text(file%text, 'command', name, ok)
-        if (name == 'level1 estimate') then
+        call read_json_text(file%text, 'command', command, ok)
+        if (command == 'level1 estimate') then
             call read_level1_offset(file%text, offsets(1), error)
-            call add_context(error, path)
-            if (.not. allocated(error)) call check_covariance(offsets(1)%covariance, path, error)
-            return
+        else
+            call read_offset(file%text, offsets(1), error)
         end if
-        call read_estimate_head(file%text, offsets(1)%time, name, error)
+        if (.not. allocated(error)) then
+            if (.not. all([(offsets(1)%covariance(i, i), i=1, 3)] > 0)) &
+                call fail(error, 'the offset has no covariance; estimate it with noise levels in setup.nml')
+        end if
         call add_context(error, path)
+    end subroutine read_offsets
+
+    !> Of what `gracecg estimate --format json` prints.
+    subroutine read_offset(text, offset, error)
+        character(*), intent(in) :: text
+        type(dated_offset_t), intent(inout) :: offset
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: name
+        real(dp), allocatable :: values(:), elements(:), matrix(:, :)
+        logical :: ok
+        integer :: n
+
+        call read_estimate_head(text, offset%time, name, error)
         if (allocated(error)) return
-        call read_json_numbers(file%text, 'offset_m', values, ok)
-        if (ok) call read_json_numbers(file%text, 'covariance.matrix', matrix, ok)
+        call read_json_numbers(text, 'offset_m', values, ok)
+        if (ok) call read_json_numbers(text, 'covariance.matrix', elements, ok)
         n = 0
-        if (ok) n = nint(sqrt(real(size(matrix), dp)))
-        if (.not. ok .or. n < 3 .or. n**2 /= size(matrix) .or. size(values) /= 3) then
-            call fail(error, path//': has no members "offset_m" and "covariance": save the estimate with this version')
+        if (ok) n = nint(sqrt(real(size(elements), dp)))
+        if (.not. ok .or. n < 3 .or. n**2 /= size(elements) .or. size(values) /= 3) then
+            call fail(error, 'has no members "offset_m" and "covariance": save the estimate with this version')
             return
         end if
-        offsets(1)%offset = values
-        offsets(1)%covariance = reshape([matrix(1:3), matrix(n + 1:n + 3), matrix(2*n + 1:2*n + 3)], [3, 3])
-        call check_covariance(offsets(1)%covariance, path, error)
-    end subroutine read_json_offset
+        matrix = reshape(elements, [n, n])
+        offset%offset = values
+        offset%covariance = matrix(:3, :3)
+    end subroutine read_offset
 
     !> The first source of what `gracecg level1 estimate --format json` prints, SRF being body axes. Fails when its flag
     !> says that it is not to be used.
@@ -222,36 +225,19 @@ contains
         type(dated_offset_t), allocatable, intent(out) :: offsets(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(table_file_t) :: file
         type(utc_t), allocatable :: time(:)
-        real(dp), allocatable :: values(:, :)
+        real(dp), allocatable :: values(:, :), sigma(:, :)
         integer :: i, axis
 
-        call read_dated_rows(path, COLUMNS, file, time, values, error)
+        call read_offset_rows(path, .false., time, values, sigma, error)
         if (allocated(error)) return
         allocate (offsets(size(time)))
         do i = 1, size(time)
             offsets(i)%time = time(i)
-            offsets(i)%offset = values(:3, i)*MILLIMETRE
+            offsets(i)%offset = values(:, i)
             do axis = 1, 3
-                if (.not. values(3 + axis, i) > 0) then
-                    call file%fail_at(i, 'column '//trim(COLUMNS(4 + axis))//': a standard deviation has to be positive', &
-                                      error)
-                    return
-                end if
-                offsets(i)%covariance(axis, axis) = (values(3 + axis, i)*MILLIMETRE)**2
+                offsets(i)%covariance(axis, axis) = sigma(axis, i)**2
             end do
         end do
     end subroutine read_csv_offsets
-
-    subroutine check_covariance(covariance, path, error)
-        real(dp), intent(in) :: covariance(3, 3)
-        character(*), intent(in) :: path
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: i
-
-        if (all([(covariance(i, i), i=1, 3)] > 0)) return
-        call fail(error, path//': the offset has no covariance; estimate it with noise levels in setup.nml')
-    end subroutine check_covariance
 end module gracecg_estimation_saved_estimate

@@ -2,8 +2,9 @@
 module gracecg_estimation_gather_information
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas, JOINED
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
@@ -95,15 +96,14 @@ contains
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(out), optional :: in_sigmas        !! The largest part of the step, in its standard deviation
 
-        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), rhs(:), inverse(:, :), gain(:, :)
-        real(dp), allocatable :: sigma(:)
-        real(dp) :: condition
+        type(information_t) :: samples
+        type(eliminated_t) :: own
+        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), sigma(:)
         integer :: n, m, i, priors
 
         n = size(wider%model%estimated)
         m = wider%observations
-        allocate (partials(n, m), residuals(m), weights(m), normal(n, n), rhs(n), own_step(n - JOINED_COUNT), &
-                  inverse(n - JOINED_COUNT, n - JOINED_COUNT))
+        allocate (partials(n, m), residuals(m), weights(m))
         call wider%linearise(partials, residuals, weights, error)
         if (allocated(error)) return
         priors = 0
@@ -115,20 +115,16 @@ contains
                 priors = priors + 1
             end if
         end do
-        call grouped_normal_equations(wider%groups, partials, residuals, normal, rhs)
-        associate (own => rhs(JOINED_COUNT + 1:), cross => normal(:JOINED_COUNT, JOINED_COUNT + 1:))
-            call solve_normal_equations(normal(JOINED_COUNT + 1:, JOINED_COUNT + 1:), own, own_step, inverse, condition, &
-                                        error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))
-            call add_context(error, 'information of the run')
-            if (allocated(error)) return
-            if (present(in_sigmas)) in_sigmas = maxval([(abs(own_step(i))/sqrt(inverse(i, i)), i=1, size(own_step))])
-            gain = matmul(cross, inverse)
-            information%own_by_joined = -transpose(gain)
-            information%matrix = normal(:JOINED_COUNT, :JOINED_COUNT) - matmul(gain, transpose(cross))
-            information%matrix = (information%matrix + transpose(information%matrix))/2
-            information%rhs = rhs(:JOINED_COUNT) - matmul(gain, own)
-            information%squares = sum(residuals**2) - dot_product(own, own_step)
-        end associate
+        samples = no_information(n)
+        call grouped_normal_equations(wider%groups, partials, residuals, samples%matrix, samples%rhs)
+        samples%squares = sum(residuals**2)
+        call samples%eliminate(JOINED_COUNT, own, error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))
+        call add_context(error, 'information of the run')
+        if (allocated(error)) return
+        own_step = own%value
+        if (present(in_sigmas)) in_sigmas = maxval([(abs(own_step(i))/sqrt(own%inverse(i, i)), i=1, size(own_step))])
+        information%information_t = samples
+        information%own_by_joined = -transpose(own%gain)
         information%name = knowledge%name
         information%epoch = knowledge%epoch
         information%point = wider%state%value(JOINED)
