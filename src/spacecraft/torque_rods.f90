@@ -12,7 +12,7 @@ module gracecg_spacecraft_torque_rods
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, rod_moments, rod_direction, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
-    public :: moves_rods, check_rods_fire, check_rod_sampling, next_rod_edge, dipole_moments
+    public :: moves_rods, check_rods_fire, check_total_moment, check_rod_sampling, next_rod_edge, dipole_moments
     public :: rod_pattern, PATTERN_RULES
 
     !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
@@ -86,7 +86,7 @@ contains
             call check_activation(activations(i), i, error)
             if (allocated(error)) return
         end do
-        call check_total_moment(activations, error)
+        call check_total_moment(activations, 0.0_dp, self%gain, error)
         if (allocated(error)) return
         self%count = size(activations)
         self%activations(:self%count) = activations
@@ -178,9 +178,12 @@ contains
         end associate
     end subroutine check_shape
 
-    !> A rod's greatest sum of amplitudes occurs where one of its activations starts.
-    subroutine check_total_moment(activations, error)
+    !> Fails when what is active at one time on one rod, and what it does besides, could exceed MAX_DIPOLE. A rod's
+    !> greatest sum of amplitudes occurs where one of its activations starts.
+    subroutine check_total_moment(activations, besides, gain, error)
         type(rod_activation_t), intent(in) :: activations(:)
+        real(dp), intent(in) :: besides     !! A m^2
+        real(dp), intent(in) :: gain(3)     !! Of the rods
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: total
@@ -188,15 +191,12 @@ contains
 
         do i = 1, size(activations)
             associate (axis => activations(i)%axis, time => activations(i)%start)
-                total = sum(abs(activations%amplitude), mask=activations%axis == axis .and. &
-                            activations%start <= time .and. time <= activations%stop)
-                if (total > MAX_DIPOLE) then
-                    call fail(error, 'torque rod '//integer_text(axis)//': amplitudes '// &
-                              'add up to '//number_text(total)//' A m^2 at t = '// &
-                              number_text(time)//' s; a rod bears at most '// &
-                              number_text(MAX_DIPOLE)//' A m^2')
-                    return
-                end if
+                total = besides + abs(gain(axis))*sum(abs(activations%amplitude), mask=activations%axis == axis .and. &
+                                                      activations%start <= time .and. time <= activations%stop)
+                if (total <= MAX_DIPOLE) cycle
+                call fail(error, 'torque rod '//integer_text(axis)//': amplitudes add up to '//number_text(total)// &
+                          ' A m^2 at t = '//number_text(time)//' s; a rod bears at most '//number_text(MAX_DIPOLE)//' A m^2')
+                return
             end associate
         end do
     end subroutine check_total_moment

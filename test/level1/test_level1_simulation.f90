@@ -279,17 +279,11 @@ contains
         call check(error, abs(settings%list(1)%amplitude(1) - 100) < 1e-9_dp .and. abs(settings%list(2)%duration - 180) < 1e-9_dp &
                    .and. abs(settings%list(2)%start - 500) < 1e-9_dp, 'spans')
         call refused('&level1_simulation'//achar(10)//' spacing = 100'//achar(10)//'/', ['span 2 starts less than 120 s'])
-        if (allocated(error)) return
         call refused('&level1_simulation'//achar(10)//' first_start = 20'//achar(10)//'/', ['earlier than 120 s'])
-        if (allocated(error)) return
         call refused('&level1_simulation'//achar(10)//' duration = 200'//achar(10)//'/', ['the files end before'])
-        if (allocated(error)) return
         call refused('&level1_simulation'//achar(10)//' stair_case = .true.'//achar(10)//'/', ['stair_case'])
-        if (allocated(error)) return
         call refused('&level1_simulation'//achar(10)//' fault = ''all'''//achar(10)//'/', ['rod-sign'])
-        if (allocated(error)) return
         call refused('&level1_simulation'//achar(10)//' epoch = ''2020-13-01'''//achar(10)//'/', ['epoch'])
-        if (allocated(error)) return
         settings = clean()
         settings%epoch = '1999-01-01T00:00:00'
         call report_case('front-1', case, failure)

@@ -166,7 +166,8 @@ contains
             call propagate_case(case, arc, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            motion = attitude_motion(arc%interval, arc%state(OMEGA, :), arc%state(ATTITUDE, :))
+            call follow_motion(arc%interval, arc%state(OMEGA, 0), arc%state(ATTITUDE, 0), 0, arc%state(OMEGA, :), &
+                               arc%state(ATTITUDE, :), motion)
         end subroutine motion_of
     end subroutine test_taper_in_flight
 

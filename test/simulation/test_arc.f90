@@ -34,6 +34,7 @@ module test_truth_arc
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, new_torque_rods, WAVEFORM_NAMES, SINE, COSINE, TAPERED, SQUARE
     use gracecg_simulation_dynamics
     use gracecg_simulation_arc
+    use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
     use gracecg_simulation_case, only: case_t, flies_under_control
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
@@ -52,6 +53,7 @@ contains
         testsuite = [ &
                     new_unittest('epochs-and-loads', test_epochs), &
                     new_unittest('controlled-and-fixed-agree', test_control), &
+                    new_unittest('known-at-every-time', test_dense), &
                     new_unittest('a-jump', test_jump), &
                     new_unittest('hours-and-shadows', test_hours), &
                     new_unittest('pieces-and-threads', test_pieces), &
@@ -104,6 +106,31 @@ contains
         call rkf78_step(dynamics, 4.5_dp, arc%state(:, 9), 0.5_dp, next)
         call check(error, maxval(abs(arc%state(:, 10) - next)), 0.0_dp)
     end subroutine test_epochs
+
+    !> An arc that is known at every time has at the epochs of another its states, and between them those of a step from
+    !> there.
+    subroutine test_dense(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        type(truth_arc_t) :: arc
+        type(dense_arc_t) :: dense
+        type(error_t), allocatable :: failure
+        real(dp) :: start(STATE_SIZE), next(STATE_SIZE)
+        integer :: k
+
+        call example(dynamics, start, error)
+        if (allocated(error)) return
+        call propagate_arc(dynamics, start, 0.5_dp, 40, arc, failure, 1e-12_dp)
+        if (.not. allocated(failure)) call fly_densely(dynamics, start, 0.0_dp, 20.0_dp, 1e-12_dp, dense, failure)
+        if (failed(error, message_of(failure))) return
+        do k = 0, 39
+            call check(error, maxval(abs(dense%state_at(0.5_dp*k)/arc%state(:, k) - 1), mask=abs(arc%state(:, k)) > 1e-6_dp), &
+                       0.0_dp, thr=1e-12_dp)
+            call rkf78_step(dynamics, 0.5_dp*k, arc%state(:, k), 0.2_dp, next)
+            call check(error, maxval(abs(dense%state_at(0.5_dp*k + 0.2_dp)/next - 1), mask=abs(next) > 1e-6_dp), 0.0_dp, &
+                       thr=1e-11_dp)
+        end do
+    end subroutine test_dense
 
     !> Steps under control and one every 0.01 s: rods that begin, bend and end in the midst of the arc at epochs of the
     !> latter. The differences stay near the rounding of a state.

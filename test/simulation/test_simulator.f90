@@ -314,14 +314,11 @@ contains
         other = simulator
         call observe(other, SEED, 8, changed, failure)
         call check_changed('run')
-        if (allocated(error)) return
         call observe(other, SEED + 1, 7, changed, failure)
         call check_changed('seed')
-        if (allocated(error)) return
         other%case%number = 2
         call observe(other, SEED, 7, changed, failure)
         call check_changed('case')
-        if (allocated(error)) return
         other = simulator
         other%case%satellite%name = 'back'
         call observe(other, SEED, 7, changed, failure)

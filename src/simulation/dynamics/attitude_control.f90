@@ -15,12 +15,11 @@
 module gracecg_simulation_attitude_control
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_vectors, only: cross, unit, identity
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_files_settings, only: settings_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, MAX_DIPOLE
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_total_moment, MAX_DIPOLE
     implicit none
     private
     public :: attitude_control_t, orbital_axes, describe_control, check_control
@@ -146,25 +145,12 @@ contains
         type(torque_rods_t), intent(in) :: rods
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: total
-        integer :: i
-
         if (.not. control%acts) return
         if (any(abs(rods%misalignment) > 0)) then
             call fail(error, 'control: rods with a misalignment are not held by it; set misalignment_deg of &rods to 0')
             return
         end if
-        associate (a => rods%activations(:rods%count))
-            do i = 1, rods%count
-                total = control%greatest_moment + abs(rods%gain(a(i)%axis))* &
-                        sum(abs(a%amplitude), mask=a%axis == a(i)%axis .and. a%start <= a(i)%start .and. a(i)%start <= a%stop)
-                if (total <= MAX_DIPOLE) cycle
-                call fail(error, 'control: greatest_moment = '//number_text(control%greatest_moment)//' A m^2 and what '// &
-                          'torque rod '//integer_text(a(i)%axis)//' is commanded to from '//number_text(a(i)%start)// &
-                          ' s add up to '//number_text(total)//' A m^2; a rod bears at most '//number_text(MAX_DIPOLE)// &
-                          ' A m^2: lower one of them')
-                return
-            end do
-        end associate
+        call check_total_moment(rods%activations(:rods%count), control%greatest_moment, rods%gain, error)
+        call add_context(error, 'control: with greatest_moment = '//number_text(control%greatest_moment)//' A m^2')
     end subroutine check_control
 end module gracecg_simulation_attitude_control

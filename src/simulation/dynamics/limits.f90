@@ -9,7 +9,7 @@ module gracecg_simulation_limits
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     implicit none
     private
-    public :: attitude_motion_t, attitude_motion, follow_motion, exceeds_limits, check_motion
+    public :: attitude_motion_t, follow_motion, exceeds_limits, check_motion
 
     !> The extremes of the attitude during an arc.
     type :: attitude_motion_t
@@ -21,17 +21,8 @@ module gracecg_simulation_limits
 
 contains
 
-    !> The extremes of a rotation that is sampled at equal intervals.
-    pure function attitude_motion(interval, angular_velocity, quaternion) result(motion)
-        real(dp), intent(in) :: interval                !! s
-        real(dp), intent(in) :: angular_velocity(:, 0:) !! (3, 0:n), body axes, rad/s
-        real(dp), intent(in) :: quaternion(:, 0:)       !! (4, 0:n), inertial to body, scalar last
-        type(attitude_motion_t) :: motion
-
-        call follow_motion(interval, angular_velocity(:, 0), quaternion(:, 0), 0, angular_velocity, quaternion, motion)
-    end function attitude_motion
-
-    !> The same piece by piece: the extremes so far, and those of some further epochs.
+    !> The extremes of a rotation that is sampled at equal intervals, piece by piece: those so far, and those of some
+    !> further epochs.
     pure subroutine follow_motion(interval, rate, attitude, from, angular_velocity, quaternion, motion)
         real(dp), intent(in) :: interval                    !! s
         real(dp), intent(in) :: rate(3), attitude(4)        !! At t = 0: body axes, rad/s; inertial to body

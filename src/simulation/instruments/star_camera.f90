@@ -12,7 +12,8 @@ module gracecg_simulation_star_camera
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_error, only: error_t, fail, fail_out_of_range, add_context, number_text
+    use gracecg_base_error, only: error_t, fail, fail_out_of_range, add_context
+    use gracecg_base_text, only: integer_text
     use gracecg_base_vectors, only: cross, unit, identity, determinant_3x3
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_random, only: random_stream_t
@@ -48,7 +49,6 @@ module gracecg_simulation_star_camera
         procedure :: see        !! The stars in a head's frame
         procedure :: stars_in_field     !! How many stars of a catalogue a head has before it
         procedure :: mean_stars_in_field    !! The same on average over all attitudes
-        procedure :: observe    !! A noisy attitude from the sky
         procedure, private :: check_settings
     end type star_camera_t
 
@@ -106,7 +106,8 @@ contains
         camera = rotation_matrix(quaternion_product(self%mounting(head), attitude))
         call catalogue%visible_stars(camera, self%field_of_view, indices, n)
         if (n < self%minimum_stars) then
-            call fail_too_few(n, self%minimum_stars, error)
+            call fail(error, 'the star camera sees '//integer_text(n)//' stars, at least '//integer_text(self%minimum_stars)// &
+                      ' are needed: widen the field of view or use a richer catalogue')
             return
         end if
         if (n > self%star_count) call choose_best(matmul(camera, catalogue%direction(:, indices(:n))), &
@@ -154,8 +155,8 @@ contains
         integer, intent(inout) :: indices(:)            !! Of the stars; then those in use come first
         integer, intent(out) :: n                       !! Number in use
 
-        real(dp) :: information(3, 3), line(3, size(indices)), trace, least, found, swapped(3)
-        integer :: i, j, best(2), kept
+        real(dp) :: information(3, 3), line(3, size(indices)), trace, least, found
+        integer :: i, j, best(2)
 
         line = line_of_sight
         n = most
@@ -178,12 +179,8 @@ contains
             if (best(1) == 0) return
             information = information - across_projection(line(:, best(1))) + across_projection(line(:, best(2)))
             trace = least
-            swapped = line(:, best(1))
-            line(:, best(1)) = line(:, best(2))
-            line(:, best(2)) = swapped
-            kept = indices(best(1))
-            indices(best(1)) = indices(best(2))
-            indices(best(2)) = kept
+            line(:, best) = line(:, best([2, 1]))
+            indices(best) = indices(best([2, 1]))
         end do
     end subroutine choose_best
 
@@ -253,39 +250,6 @@ contains
                    loss, error)
         covariance = self%noise**2*covariance
     end subroutine draw
-
-    !> One noisy attitude of a head. Fails where `see` and `draw` fail.
-    subroutine observe(self, catalogue, attitude, head, stream, q_observed, covariance, n_stars, &
-                       error)
-        class(star_camera_t), intent(in) :: self
-        type(star_catalogue_t), intent(in) :: catalogue
-        real(dp), intent(in) :: attitude(4)         !! True attitude, inertial (J2000) to body
-        integer, intent(in) :: head                 !! 1 or 2
-        type(random_stream_t), intent(inout) :: stream
-        real(dp), intent(out) :: q_observed(4)      !! Inertial (J2000) to camera frame, q(4) >= 0
-        real(dp), intent(out) :: covariance(3, 3)   !! As for `draw`
-        integer, intent(out) :: n_stars             !! Stars used
-        type(error_t), allocatable, intent(out) :: error
-
-        type(star_frame_t) :: frame
-
-        q_observed = 0
-        covariance = 0
-        n_stars = 0
-        call self%see(catalogue, attitude, head, frame, error)
-        if (allocated(error)) return
-        n_stars = size(frame%reference, 2)
-        call frame%draw(stream, q_observed, covariance, error)
-    end subroutine observe
-
-    subroutine fail_too_few(n, minimum, error)
-        integer, intent(in) :: n, minimum
-        type(error_t), allocatable, intent(out) :: error
-
-        call fail(error, 'the star camera sees '//number_text(real(n, dp))//' stars, at least '// &
-                  number_text(real(minimum, dp))//' are needed: widen the field of view or use '// &
-                  'a richer catalogue')
-    end subroutine fail_too_few
 
     subroutine check_settings(self, attitude, head, error)
         class(star_camera_t), intent(in) :: self

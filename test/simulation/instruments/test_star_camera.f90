@@ -34,7 +34,6 @@ contains
                     new_unittest('errors-match-their-covariance', test_covariance), &
                     new_unittest('errors-are-white', test_whiteness), &
                     new_unittest('roll-about-boresight-is-worst', test_roll), &
-                    new_unittest('observe-is-see-and-draw', test_observe), &
                     new_unittest('rejects-bad-settings', test_settings), &
                     new_unittest('best-stars', test_best), &
                     new_unittest('stars-in-the-field', test_star_number)]
@@ -178,11 +177,12 @@ contains
     subroutine test_noiseless(error)
         type(error_type), allocatable, intent(out) :: error
         type(star_camera_t) :: camera
+        type(star_frame_t) :: frame
         type(star_catalogue_t) :: catalogue
         type(random_stream_t) :: stream
         type(error_t), allocatable :: failure
         real(dp) :: q(4), q_observed(4), covariance(3, 3)
-        integer :: i, head, n_stars
+        integer :: i, head
 
         catalogue = builtin_star_catalogue()
         camera%catalogue_noise = 0
@@ -191,10 +191,9 @@ contains
         do i = 1, 50
             q = random_attitude(stream)
             head = 1 + mod(i, HEADS)
-            call camera%observe(catalogue, q, head, stream, q_observed, covariance, n_stars, &
-                                failure)
-            call check(error, rotation_angle_between( &
-                       q_observed, quaternion_product(camera%mounting(head), q)), 0.0_dp, &
+            call camera%see(catalogue, q, head, frame, failure)
+            call frame%draw(stream, q_observed, covariance, failure)
+            call check(error, rotation_angle_between(q_observed, quaternion_product(camera%mounting(head), q)), 0.0_dp, &
                        thr=1e-13_dp)
             call check(error, all(covariance == 0))
         end do
@@ -281,27 +280,6 @@ contains
                    thr=0.2_dp)
     end subroutine test_roll
 
-    subroutine test_observe(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(star_camera_t) :: camera
-        type(star_frame_t) :: frame
-        type(star_catalogue_t) :: catalogue
-        type(random_stream_t) :: stream
-        type(error_t), allocatable :: failure
-        real(dp) :: q_whole(4), q_split(4), p_whole(3, 3), p_split(3, 3)
-        integer :: n_stars
-
-        catalogue = builtin_star_catalogue()
-        stream = new_stream(76, 0, 0, 0, 0)
-        call camera%observe(catalogue, normalised(ATTITUDE), 2, stream, q_whole, p_whole, n_stars, &
-                            failure)
-        stream = new_stream(76, 0, 0, 0, 0)
-        call camera%see(catalogue, normalised(ATTITUDE), 2, frame, failure)
-        call frame%draw(stream, q_split, p_split, failure)
-        call check(error, all(q_whole == q_split) .and. all(p_whole == p_split))
-        call check(error, n_stars == size(frame%reference, 2) .and. q_whole(4) >= 0)
-    end subroutine test_observe
-
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error
         type(star_camera_t) :: camera
@@ -333,14 +311,10 @@ contains
             real(dp), intent(in) :: q(4)
             integer, intent(in) :: head
 
-            type(random_stream_t) :: stream
+            type(star_frame_t) :: frame
             type(error_t), allocatable :: failure
-            real(dp) :: q_observed(4), covariance(3, 3)
-            integer :: n_stars
 
-            if (allocated(error)) return
-            call camera%observe(builtin_star_catalogue(), q, head, stream, q_observed, covariance, &
-                                n_stars, failure)
+            call camera%see(builtin_star_catalogue(), q, head, frame, failure)
             call check_fails(error, message_of(failure), [words])
         end subroutine expect_failure
     end subroutine test_settings
