@@ -28,7 +28,7 @@ module test_level1_estimate
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_heads, only: combine_heads, rotation_vector
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_all_sources, only: estimate_level1
     use gracecg_level1_judgement, only: offset_remark
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_sources, only: LEVEL1_SOURCES

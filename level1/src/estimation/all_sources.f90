@@ -1,6 +1,6 @@
 !> The estimate of the offset from Level-1 data: rods calibrated by the attitude, delays, all sources of angular
 !> acceleration side by side, and a judgement that names what is wrong.
-module gracecg_level1_estimate
+module gracecg_level1_all_sources
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: append
     use gracecg_level1_setup, only: level1_setup_t
@@ -68,4 +68,4 @@ contains
         call judge(calibration, estimate)
         estimate%flag = estimate%solutions(1)%flag
     end subroutine estimate_level1
-end module gracecg_level1_estimate
+end module gracecg_level1_all_sources
