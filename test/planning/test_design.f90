@@ -240,7 +240,7 @@ contains
         calibration%case%duration = 3*STEP
         call prepare_plan(calibration, request, plan, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'target of 0.0001 mm', 'out of reach'])
+        call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
     end subroutine test_shortest
 
     !> Among the three places of the report, that over the pole is best: the field is the strongest.
