@@ -32,7 +32,8 @@ module test_level1_estimate
     use gracecg_level1_judgement, only: offset_remark
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_sources, only: LEVEL1_SOURCES
-    use gracecg_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset
+    use gracecg_level1_offset, only: solve_offset
+    use gracecg_level1_offset_solution, only: level1_solution_t, source_series_t, consider_t
     use gracecg_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_level1_results, only: trim_command_t, trim_commands
     use gracecg_level1_spans, only: find_spans
