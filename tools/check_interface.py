@@ -4,7 +4,7 @@
     tools/check_interface.py    prints each difference; status 1 if any
 
 - What tools/interface.py makes of tools/interface.txt is up to date.
-- The headers compile as C99 and C++11; so does test/interface/version_1.c, a program of the interface's version 1.
+- The headers compile as C99 and C++11; so does example/version_1/version_1.c, a program of the interface's version 1.
 - The numbers of the status, the size of a message and the version of the interface are those of the headers.
 - The Fortran chapter of docs/api.md against src/gracecg.f90 and level1/src/gracecg_level1.f90: every public name stands there.
 """
@@ -16,7 +16,7 @@ import sys
 import interface
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SOURCES = (ROOT / "include/gracecg.h", ROOT / "include/gracecg_level1.h", ROOT / "test/interface/version_1.c")
+SOURCES = (ROOT / "include/gracecg.h", ROOT / "include/gracecg_level1.h", ROOT / "example/version_1/version_1.c")
 UMBRELLAS = (ROOT / "src/gracecg.f90", ROOT / "level1/src/gracecg_level1.f90")
 
 

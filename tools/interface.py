@@ -409,8 +409,8 @@ def generate():
         all_entries += entries
     if long := [entry.name for entry in all_entries if len(entry.name) > 6]:
         raise Mistake(f"Fortran 77 allows six characters: {long}")
-    yield ROOT / "test/interface/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
-    yield ROOT / "test/interface/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
+    yield ROOT / "tools/testing/src/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
+    yield ROOT / "tools/testing/src/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
     yield document(packages, all_entries)
 
 

@@ -13,7 +13,7 @@ module gracecg_observations_parameters
     private
     public :: parameter_kind_t, KINDS, KIND_OF, MEMBER_OF, PARAMETERS
     public :: ROTATION, ACCELERATION, ATTITUDE, CHANNELS
-    public :: is_rotational, typical_sizes, loose_sigmas
+    public :: is_rotational, is_of_star_camera, typical_sizes, loose_sigmas
     public :: parameter_names, parameter_units, belief_subject, belief_unit, belief_size, largest_error
     public :: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS
     public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
@@ -304,6 +304,13 @@ contains
 
         is_rotational = KINDS(KIND_OF(place))%acts_on == ROTATION
     end function is_rotational
+
+    !> Is a parameter an error of the star camera, that nothing else shows?
+    elemental logical function is_of_star_camera(place)
+        integer, intent(in) :: place        !! Of the parameter
+
+        is_of_star_camera = KINDS(KIND_OF(place))%acts_on == ATTITUDE
+    end function is_of_star_camera
 
     !> Sizes of parameters, for convergence, SI units.
     pure function typical_sizes(places, duration) result(sizes)

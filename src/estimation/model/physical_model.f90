@@ -1097,7 +1097,7 @@ contains
             rate = omega + tau*trajectory%omega_dot(:, k)
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i))
-                    if (.not. is_of_camera(p)) cycle
+                    if (.not. is_of_star_camera(p)) cycle
                     if (abs(state%value(p)) > 0) angles = angles - state%value(p)*camera_partial(p, head, camera, rate, time)
                 end associate
             end do
@@ -1115,20 +1115,13 @@ contains
                 associate (p => model%estimated(i), r => model%place(i))
                     if (r > 0) then
                         partials(i, :) = rotational(r, :)
-                    else if (is_of_camera(p)) then
+                    else if (is_of_star_camera(p)) then
                         partials(i, :) = camera_partial(p, head, camera, rate, time)
                     end if
                 end associate
             end do
         end associate
     end subroutine star_angles
-
-    !> Is a parameter an error of the star camera?
-    elemental logical function is_of_camera(parameter)
-        integer, intent(in) :: parameter        !! Its place
-
-        is_of_camera = KINDS(KIND_OF(parameter))%acts_on == ATTITUDE
-    end function is_of_camera
 
     !> The angles that a head shows by 1 of such a parameter.
     pure function camera_partial(parameter, head, camera, rate, time) result(partial)
