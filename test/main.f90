@@ -41,11 +41,17 @@ program tester
     use test_level1_time, only: collect_level1_time
     use test_level1_check, only: collect_level1_check
     use test_level1_estimate, only: collect_level1_estimate
+    use test_level1_days, only: collect_level1_days
+    use test_level1_parts, only: collect_level1_parts
+    use test_level1_results, only: collect_level1_results
     use test_level1_fuzz, only: collect_level1_fuzz
     use test_level1_simulation, only: collect_level1_simulation
     use test_level1_simulated_files, only: collect_level1_simulated_files
     use test_level1_round_trip, only: collect_level1_round_trip
     use test_commands, only: collect_commands
+    use test_case_commands, only: collect_case_commands
+    use test_run_commands, only: collect_run_commands
+    use test_model_commands, only: collect_model_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
     use test_batch_processor, only: collect_batch_processor
@@ -76,6 +82,7 @@ program tester
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
     use test_beliefs_of_operator, only: collect_beliefs
+    use test_belief_verdicts, only: collect_belief_verdicts
     use test_arc_chain, only: collect_arc_chain
     use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
@@ -117,8 +124,9 @@ program tester
     !> Suites, and tests of others, that take long when compiled with run-time checks: left out by --fast.
     character(64), parameter :: SLOW(*) = [character(64) :: 'monte-carlo', 'studies', 'report', 'optimal-monte-carlo', &
                                            'sequential', 'design', 'beliefs/scores-are-standard-normal', &
-                                           'beliefs/wrong-beliefs-are-found-and-named', 'beliefs/power-is-that-stated', &
-                                           'beliefs/tried-one-after-the-other', 'joint/errors-are-those-predicted', &
+                                           'belief-verdicts/wrong-beliefs-are-found-and-named', &
+                                           'belief-verdicts/power-is-that-stated', &
+                                           'belief-verdicts/tried-one-after-the-other', 'joint/errors-are-those-predicted', &
                                            'state-sigmas/sigmas-against-scatter', 'level1-round-trip/faults', &
                                            'knowledge-errors/every-source-in-every-estimator', &
                                            'operator/knowledge-mends-the-samples', &
@@ -174,11 +182,17 @@ program tester
              new_testsuite('level1-time', collect_level1_time), &
              new_testsuite('level1-check', collect_level1_check), &
              new_testsuite('level1-estimate', collect_level1_estimate), &
+             new_testsuite('level1-days', collect_level1_days), &
+             new_testsuite('level1-parts', collect_level1_parts), &
+             new_testsuite('level1-results', collect_level1_results), &
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('level1-simulation', collect_level1_simulation), &
              new_testsuite('level1-simulated-files', collect_level1_simulated_files), &
              new_testsuite('level1-round-trip', collect_level1_round_trip), &
              new_testsuite('commands', collect_commands), &
+             new_testsuite('case-commands', collect_case_commands), &
+             new_testsuite('run-commands', collect_run_commands), &
+             new_testsuite('model-commands', collect_model_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &
              new_testsuite('batch-processor', collect_batch_processor), &
@@ -209,6 +223,7 @@ program tester
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
              new_testsuite('beliefs', collect_beliefs), &
+             new_testsuite('belief-verdicts', collect_belief_verdicts), &
              new_testsuite('joint', collect_joint), &
              new_testsuite('arc-chain', collect_arc_chain), &
              new_testsuite('bound', collect_bound), &

@@ -24,7 +24,7 @@ module gracecg_level1
     use gracecg_level1_all_sources, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_sources, only: LEVEL1_SOURCES
-    use gracecg_level1_offset, only: level1_solution_t
+    use gracecg_level1_offset_solution, only: level1_solution_t
     implicit none
     private
 

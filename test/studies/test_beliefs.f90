@@ -1,15 +1,14 @@
-!> The tests of the operator's beliefs: their partials against altered observations, their scores against what chance
-!> makes of them, and what they say of beliefs that are wrong.
+!> The tests of the operator's beliefs: their partials against altered observations, and their scores against what chance
+!> makes of them.
 module test_beliefs_of_operator
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_base_constants, only: DEGREE, TWO_PI
+    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t, SQUARE
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
     use gracecg_planning_calibration, only: calibration_t, find_calibration
@@ -19,23 +18,17 @@ module test_beliefs_of_operator
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters
-    use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration, is_interchange
-    use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
+    use gracecg_estimation_belief, only: apply_value, is_interchange
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
-    use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
-    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
     use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
+    use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_beliefs
-
-    type(density_wave_t), parameter :: WAVE_NEAR_RODS = density_wave_t(0.003_dp, 12.0_dp, 0.0_dp)
-    !! Its period is near the 10 s of the rods, so that it takes up a part of what a wrong delay does; with that of the
-    !! cases, 19.9 s, it takes up little
 
 contains
 
@@ -51,13 +44,7 @@ contains
                     new_unittest('what-leaves-no-trace-is-not-counted', test_traces), &
                     new_unittest('scores-are-confirmed-by-fits', test_confirmation), &
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
-                    new_unittest('bent-forces-are-no-scale-factor', test_bent_forces), &
-                    new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
-                    new_unittest('what-does-not-converge-is-refused', test_not_converged), &
-                    new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
-                    new_unittest('power-is-that-stated', test_power), &
-                    new_unittest('power-is-that-of-fits-without-noise', test_detectable_values), &
-                    new_unittest('tried-one-after-the-other', test_trials)]
+                    new_unittest('bent-forces-are-no-scale-factor', test_bent_forces)]
     end subroutine collect_beliefs
 
     !> Abramowitz and Stegun, Table 26.5, and the relation of both tails.
@@ -70,23 +57,6 @@ contains
         call check(error, normal_quantile(1e-9_dp), -5.997807015_dp, thr=1e-7_dp)
         call check(error, normal_quantile(0.5_dp), 0.0_dp, thr=1e-15_dp)
     end subroutine test_quantiles
-
-    subroutine simulator_of(name, simulator, options, error, wave)
-        character(*), intent(in) :: name
-        type(simulator_t), intent(out) :: simulator
-        type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(inout) :: error
-        type(density_wave_t), intent(in), optional :: wave  !! In place of the case's
-
-        type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
-
-        call find_calibration(name, calibration, failure)
-        if (present(wave)) calibration%case%density_wave = wave
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        call check_passes(error, message_of(failure))
-        options = calibration%options
-    end subroutine simulator_of
 
     !> What a belief's value would change in the whitened residuals, by its partials and by observations and knowledge
     !> that are changed by it, up and down. Samples that are shifted in time blur the abrupt edges of the rods.
@@ -461,267 +431,4 @@ contains
             end do
         end do
     end subroutine test_long_arcs
-
-    !> Wrong beliefs of several kinds: contradicted, and the right one named first.
-    subroutine test_wrong_beliefs(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(simulator_t) :: simulator
-        type(estimation_options_t) :: options
-        type(observation_set_t) :: observations, wrong
-
-        call check(error, all(len_trim(ALTERATIONS) < len(ALTERATIONS)), 'words are cut')
-        if (.not. allocated(error)) call simulator_of('front-3', simulator, options, error)
-        if (.not. allocated(error)) call sound(7)
-        if (allocated(error)) return
-        wrong%knowledge%rods%activations%frequency = 0.11_dp
-        call named(OF_VALUE, 'frequency of all rods', -0.01_dp)
-        if (allocated(error)) return
-        wrong = observations
-        wrong%knowledge%rods%gain(3) = 2
-        call named(OF_VALUE, 'gain of rod z', -0.5_dp)
-        if (allocated(error)) return
-        wrong = observations
-        call apply_alteration(find_alteration('accelerometer y and z'), wrong)
-        call named(OF_ALTERATION, 'accelerometer y and z are interchanged', 0.0_dp)
-        if (allocated(error)) return
-        wrong = observations
-        wrong%knowledge%accelerometer_noise%level = observations%knowledge%accelerometer_noise%level/100
-        call named(OF_NOISE, 'noise of accelerometer', 10.0_dp)
-        if (allocated(error)) return
-        ! A delay of accelerometer x by a second would smooth its noise, a scale factor of 2.4 lower it: no explanations
-        call simulator_of('front-1', simulator, options, error)
-        if (.not. allocated(error)) call sound(7)
-        if (allocated(error)) return
-        wrong%knowledge%rods%delay(3) = 0.2_dp
-        call named(OF_VALUE, 'delay of rod z', -0.2_dp)
-        if (allocated(error)) return
-        ! Rod y does nearly all: a delay of it and one of all rods are the same. Axes turned this far no step leads back
-        call simulator_of('front-2', simulator, options, error, WAVE_NEAR_RODS)
-        if (.not. allocated(error)) call sound(7)
-        if (allocated(error)) return
-        wrong%knowledge%rods%delay(2) = 0.2_dp
-        call named(OF_VALUE, 'delay of rod y', -0.2_dp, together=.true.)
-        if (allocated(error)) return
-        call named(OF_VALUE, 'delay of all rods', -0.2_dp, together=.true.)
-        if (allocated(error)) return
-        wrong = observations
-        call apply_value(ACCELEROMETER_TURN(2), 20*DEGREE, wrong)
-        call named(OF_VALUE, 'direction of accelerometer about y', -20*DEGREE)
-
-    contains
-
-        subroutine sound(run)
-            integer, intent(in) :: run
-
-            type(error_t), allocatable :: failure
-
-            call observe(simulator, 4713_i8, run, observations, failure)
-            call check_passes(error, message_of(failure))
-            wrong = observations
-        end subroutine sound
-
-        integer function find_alteration(beginning) result(place)
-            character(*), intent(in) :: beginning
-
-            place = findloc(index(ALTERATIONS, beginning) == 1, .true., 1)
-        end function find_alteration
-
-        subroutine named(kind, subject, value, together)
-            integer, intent(in) :: kind
-            character(*), intent(in) :: subject
-            real(dp), intent(in) :: value       !! SI units; its first digit counts
-            logical, intent(in), optional :: together       !! With others, not before them
-
-            type(solution_t) :: solution
-            type(error_t), allocatable :: failure
-            character(52) :: found
-            integer :: i
-
-            call estimate_offset('optimal', wrong, options, solution, failure)  ! may be refused
-            call check(error, allocated(solution%beliefs), subject//': no tests')
-            if (allocated(error)) return
-            call check(error, solution%beliefs%has_contradiction(), subject//': not contradicted')
-            call check(error, size(solution%beliefs%explanations) > 0, subject//': not explained')
-            if (allocated(error)) return
-            i = 1
-            if (present(together)) then
-                do i = 1, size(solution%beliefs%explanations) - 1
-                    associate (one => solution%beliefs%explanations(i))
-                        if (one%kind == OF_VALUE .and. belief_subject(one%place) == subject) exit
-                    end associate
-                end do
-            end if
-            associate (first => solution%beliefs%explanations(i))
-                if (kind == OF_VALUE) then
-                    found = belief_subject(first%place)
-                else if (first%kind == OF_ALTERATION) then
-                    found = ALTERATIONS(first%place)
-                else
-                    found = NOISE_SUBJECTS(first%place)
-                end if
-                call check(error, first%kind == kind .and. index(found, subject) == 1, subject//' is named '//found)
-                if (allocated(error)) return
-                if (kind == OF_ALTERATION) return
-                call check(error, abs(first%value - value) < 0.15_dp*abs(value), subject//': '//number_text(first%value))
-            end associate
-        end subroutine named
-    end subroutine test_wrong_beliefs
-
-    !> Sound runs, a rod of another frequency and noise believed too small by ten: told, and told by name. A frequency far
-    !> beyond what is detectable counts as that.
-    subroutine test_trials(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        integer, parameter :: RUNS = 1
-        type(calibration_t) :: calibration
-        type(wrong_belief_t), allocatable :: list(:)
-        type(tally_t), allocatable :: tallies(:)
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call find_calibration('front-3', calibration, failure)
-        list = all_wrong_beliefs()
-        list = pack(list, [(any([character(52) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
-                                subject_of(list(i))), i=1, size(list))])
-        if (.not. allocated(failure)) &
-            call try_wrong_beliefs(calibration, ['optimal'], .true., list, 4715_i8, RUNS, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(tallies), 1 + 3 + 3)
-        call check(error, all(tallies%silent == 0), 'silent')
-        call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
-        call check(error, tallies(4)%times > 2, 'detectable')
-        call check(error, tallies(4)%contradicted, RUNS, 'frequency')
-        call check(error, tallies(4)%named, RUNS, 'frequency by name')
-        call check(error, tallies(5)%contradicted, RUNS, 'noise')
-        call check(error, tallies(5)%named, RUNS, 'noise by name')
-    end subroutine test_trials
-
-    !> Quaternions whose components stand in another order: `optimal` fits nothing, so that no belief is tested, and what
-    !> `sequential` makes of them does not converge, which is no silent result.
-    subroutine test_not_converged(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        type(wrong_belief_t), allocatable :: list(:)
-        type(tally_t), allocatable :: tallies(:)
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call find_calibration('back-1', calibration, failure)
-        list = all_wrong_beliefs()
-        list = pack(list, [(subject_of(list(i)) == 'the quaternions have the scalar first', i=1, size(list))])
-        if (.not. allocated(failure)) &
-            call try_wrong_beliefs(calibration, ['sequential'], .false., list, 7001_i8, 2, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(tallies) == 1 .and. tallies(1)%refused == 2 .and. tallies(1)%silent == 0)
-    end subroutine test_not_converged
-
-    !> Quaternions of another convention in the manoeuvre that `design` finds for front 1: among what might explain it are
-    !> fits whose normal matrix with the forces' shapes is singular, of which no belief is tested.
-    subroutine test_singular(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        real(dp), parameter :: FREQUENCY(3) = [0.18332252381644681_dp, 0.13355009605689397_dp, 0.18332868418778148_dp]   ! Hz
-        real(dp), parameter :: PHASE(3) = [77.73997155859475_dp, 97.95996108970257_dp, 77.69514825950904_dp]     ! deg
-        type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
-        type(estimation_options_t) :: options
-        type(observation_set_t) :: observations, wrong
-        type(solution_t) :: solution
-        type(error_t), allocatable :: failure
-        integer :: i, k
-
-        call find_calibration('front-1', calibration, failure)
-        calibration%options%optimal%estimate_scale_factors = .true.
-        calibration%options%optimal%estimate_magnetometer_bias = .true.
-        options = calibration%options
-        associate (rods => calibration%case%satellite%rods)
-            call new_torque_rods(rods, [(rod_activation_t(axis=i, amplitude=30, frequency=FREQUENCY(i), &
-                                         phase=PHASE(i)*DEGREE, stop=60, waveform=SQUARE), i=1, 3)], failure)
-        end associate
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        do k = 1, size(ALTERATIONS)
-            if (allocated(error)) return
-            if (index(ALTERATIONS(k), 'the quaternions') /= 1) cycle
-            wrong = observations
-            call apply_alteration(k, wrong)
-            call estimate_offset('optimal', wrong, options, solution, failure)      ! may be refused
-            if (allocated(failure)) cycle
-            call check(error, allocated(solution%beliefs), 'no tests')
-            call check(error, solution%beliefs%has_contradiction(), 'not contradicted')
-        end do
-    end subroutine test_singular
-
-    !> A belief that is wrong by its minimal detectable value is contradicted with the power that is stated.
-    subroutine test_power(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        integer, parameter :: RUNS = 60, TESTED(3) = [ROD_FREQUENCIES(3), TORQUE_CHANGE(1), INERTIA(4)]
-        type(simulator_t) :: simulator
-        type(estimation_options_t) :: options
-        type(observation_set_t) :: observations, wrong
-        type(solution_t) :: solution
-        type(error_t), allocatable :: failure
-        integer :: run, i, k, found
-
-        ! without a wave in the data the search takes what a wrong frequency does for one, which what is stated leaves out
-        call simulator_of('front-3', simulator, options, error, WAVE_NEAR_RODS)
-        do k = 1, size(TESTED)
-            found = 0
-            do run = 1, RUNS
-                if (allocated(error)) return
-                call observe(simulator, 4714_i8, run, observations, failure)
-                if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
-                i = findloc(solution%beliefs%values%belief, TESTED(k), 1)
-                wrong = observations
-                call apply_value(TESTED(k), solution%beliefs%values(i)%detectable, wrong)
-                call estimate_optimal(wrong, options, solution, failure)
-                if (.not. allocated(solution%beliefs)) cycle
-                if (abs(solution%beliefs%values(i)%score) > solution%beliefs%critical) found = found + 1
-            end do
-            call check(error, abs(found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
-                       parameter_names(TESTED(k))//integer_text(found))
-        end do
-    end subroutine test_power
-
-    !> Values that fits without noise find with the power are found as often with noise: also the delay of a rod, part of
-    !> which a density wave takes up, which without one would be a third smaller.
-    subroutine test_detectable_values(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        integer, parameter :: RUNS = 60, TESTED(2) = [ROD_DELAYS(2), FIELD_TURN(2)]
-        type(calibration_t) :: calibration
-        type(wrong_belief_t), allocatable :: list(:), asked(:)
-        type(tally_t), allocatable :: tallies(:)
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call find_calibration('front-3', calibration, failure)
-        calibration%case%density_wave = WAVE_NEAR_RODS
-        if (.not. allocated(failure)) call beliefs_with_value(calibration, list, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        asked = pack(list, [(any(TESTED == list(i)%place), i=1, size(list))])
-        list = asked
-        call find_detectable_values(calibration, 1, list, failure)
-        call check_passes(error, message_of(failure))
-        call check(error, size(list), size(TESTED))
-        if (allocated(error)) return
-        call check(error, list(1)%value > 1.2_dp*asked(1)%value, 'the density wave takes up nothing of a delay')
-        call check(error, list(2)%value, asked(2)%value, thr=0.02_dp*asked(2)%value)
-        call try_wrong_beliefs(calibration, [character(10) :: 'optimal'], .false., list, 4721_i8, RUNS, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        do i = 1, size(tallies)
-            if (allocated(error)) return
-            call check(error, abs(tallies(i)%found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
-                       trim(subject_of(tallies(i)%wrong))//integer_text(tallies(i)%found))
-        end do
-    end subroutine test_detectable_values
 end module test_beliefs_of_operator

@@ -11,7 +11,8 @@ module gracecg_level1_command_estimate
     use gracecg_level1_all_sources, only: estimate_level1
     use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
-    use gracecg_level1_offset, only: sigma_of, LEAKAGE_CHOICES
+    use gracecg_level1_offset, only: LEAKAGE_CHOICES
+    use gracecg_level1_offset_solution, only: sigma_of
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
     use gracecg_level1_sources, only: LEVEL1_SOURCES

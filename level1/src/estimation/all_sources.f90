@@ -9,7 +9,7 @@ module gracecg_level1_all_sources
     use gracecg_level1_drive_fit, only: choose_drive, make_motion, tie_gains
     use gracecg_level1_gyros, only: fit_gyro_axes
     use gracecg_level1_judgement, only: name_faults, judge
-    use gracecg_level1_offset, only: level1_solution_t
+    use gracecg_level1_offset_solution, only: level1_solution_t
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_sources, only: LEVEL1_SOURCES, solve_by_source, drop_outliers
     implicit none

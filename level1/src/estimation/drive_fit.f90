@@ -11,7 +11,8 @@ module gracecg_level1_drive_fit
     use gracecg_level1_calibration, only: level1_calibration_t, field_sigma
     use gracecg_level1_drive, only: level1_drive_t, new_drive, mark_breaks, drop_jumps, join_at_steps
     use gracecg_level1_firings, only: accelerometer_lag, gyro_lag, SAMPLE
-    use gracecg_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset
+    use gracecg_level1_offset, only: solve_offset
+    use gracecg_level1_offset_solution, only: level1_solution_t, source_series_t, consider_t
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     implicit none
     private

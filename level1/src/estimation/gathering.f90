@@ -12,8 +12,9 @@ module gracecg_level1_gathering
     use gracecg_level1_time, only: level1_clock_t, new_level1_clock, gps_date_text
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
         middle_of, SPAN_MARGIN
-    use gracecg_level1_instruments, only: find_files, read_currents, read_firings, read_accelerometer, &
-        read_attitude, read_gyros
+    use gracecg_level1_attitude_reading, only: read_attitude
+    use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
+    use gracecg_level1_product_reading, only: find_files
     use gracecg_level1_series, only: interpolate, node_before
     use gracecg_level1_spans, only: said_spans, choose_spans
     implicit none

@@ -5,7 +5,7 @@ module gracecg_level1_judgement
     use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_offset, only: sigma_of
+    use gracecg_level1_offset_solution, only: sigma_of
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     implicit none
     private

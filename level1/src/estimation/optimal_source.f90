@@ -10,7 +10,7 @@ module gracecg_level1_optimal_source
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
-    use gracecg_level1_offset, only: level1_solution_t
+    use gracecg_level1_offset_solution, only: level1_solution_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_to_observations, only: arcs_of_spans
     implicit none

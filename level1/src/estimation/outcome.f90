@@ -6,7 +6,7 @@ module gracecg_level1_outcome
     use gracecg_level1_attitude, only: rod_calibration_t
     use gracecg_level1_drive, only: level1_drive_t
     use gracecg_level1_gyros, only: gyro_axes_t
-    use gracecg_level1_offset, only: level1_solution_t
+    use gracecg_level1_offset_solution, only: level1_solution_t
     implicit none
     private
     public :: level1_estimate_t, milliseconds

@@ -6,7 +6,8 @@ module gracecg_level1_residuals
     use gracecg_level1_angular, only: level1_motion_t, NUISANCE_DEGREE
     use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
-    use gracecg_level1_offset, only: level1_solution_t, modelled_acceleration
+    use gracecg_level1_offset, only: modelled_acceleration
+    use gracecg_level1_offset_solution, only: level1_solution_t
     implicit none
     private
     public :: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum

@@ -13,8 +13,8 @@ module gracecg_level1_sources
     use gracecg_level1_firings, only: SAMPLE
     use gracecg_level1_gyros, only: gyro_attitude
     use gracecg_level1_optimal_source, only: solve_optimal
-    use gracecg_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset, &
-        modelled_acceleration
+    use gracecg_level1_offset, only: solve_offset, modelled_acceleration
+    use gracecg_level1_offset_solution, only: level1_solution_t, source_series_t, consider_t
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_series, only: hold
     implicit none

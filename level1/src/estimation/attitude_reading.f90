@@ -1,0 +1,249 @@
+!> Attitude and orbit of the spans of a manoeuvre from Level-1 files, in GPS time and SRF, and what depends on both: field,
+!> vertical, gravity gradient.
+module gracecg_level1_attitude_reading
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: EARTH_GM
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
+    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
+    use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
+    use gracecg_environment_time, only: utc_of_gps, decimal_year
+    use gracecg_level1_frames, only: gracecg_quaternion, continuous_quaternions, mounting_of_head, attitude_by_head, &
+        inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
+    use gracecg_level1_folder, only: level1_folder_t
+    use gracecg_level1_records, only: level1_records_t, read_level1
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_time, only: level1_clock_t
+    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN
+    use gracecg_level1_heads, only: combine_heads, rotation_vector
+    use gracecg_level1_product_reading, only: find_files, read_product, without_bits
+    implicit none
+    private
+    public :: read_attitude
+
+    integer, parameter :: HEADS = 3
+    real(dp), parameter :: ORBIT_MARGIN = 130   !! Orbits are read so much farther, s: two records of every product
+
+contains
+
+    !> Leaves a span out that the records of an orbit do not reach around, or with a gap.
+    subroutine check_orbit(orbit, epoch, span)
+        type(level1_records_t), intent(in) :: orbit
+        integer(i8), intent(in) :: epoch
+        type(level1_span_t), intent(inout) :: span
+
+        real(dp), parameter :: NEEDED = 5       ! s, around the span
+        real(dp) :: times(orbit%count), first, last
+
+        times = real(orbit%seconds - epoch, dp) + orbit%fraction
+        first = span%start - NEEDED
+        last = span%stop + NEEDED
+        if (times(1) <= first .and. times(size(times)) >= last) then
+            if (all(times(2:) - times(:size(times) - 1) < ORBIT_MARGIN .or. times(2:) < first .or. &
+                    times(:size(times) - 1) > last)) return
+        end if
+        call leave_out(span, 'a gap in the orbit')
+    end subroutine check_orbit
+
+    !> Attitude by SCA1B, or SCA1A and QSA1B, and with the orbit what depends on it: field, vertical, gradient.
+    subroutine read_attitude(paths, setup, clock, calibration, windows, error)
+        type(level1_folder_t), intent(in) :: paths
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_clock_t), intent(in) :: clock
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_records_t) :: fixed, inertial
+        class(geomagnetic_model_t), allocatable :: model
+        real(dp), allocatable :: times(:), q(:, :)
+        type(string_t), allocatable :: found(:), others(:)
+        logical :: has_fixed, has_inertial
+        integer :: i
+
+        call star_cameras(paths, clock, calibration, windows, times, q, error)
+        if (allocated(error)) return
+        call find_files(paths, ['GNV1B'], found)
+        call find_files(paths, ['GNI1B'], others)
+        has_fixed = size(found) > 0
+        has_inertial = size(others) > 0
+        if (.not. (has_fixed .or. has_inertial)) then
+            call fail(error, 'no file of product GNV1B or GNI1B of satellite '//calibration%satellite//': the orbit is not known')
+            return
+        end if
+        if (has_fixed) call read_orbit(found, fixed)
+        if (has_inertial .and. .not. allocated(error)) call read_orbit(others, inertial)
+        if (allocated(error)) return
+        if (setup%field_file == '') then
+            call new_geomagnetic_model('igrf14', decimal_year(utc_of_gps(calibration%epoch, 0.0_dp)), '', model, error)
+        else
+            call new_geomagnetic_model('file', decimal_year(utc_of_gps(calibration%epoch, 0.0_dp)), trim(setup%field_file), &
+                                       model, error)
+        end if
+        if (allocated(error)) return
+        if (.not. (has_fixed .and. has_inertial)) call note(calibration, 'no '//merge('GNI1B', 'GNV1B', has_fixed)// &
+            ': Earth-fixed to inertial axes by precession, nutation and UT1 = UTC (some arcsec)')
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                if (has_fixed) call check_orbit(fixed, calibration%epoch, span)
+                if (has_inertial) call check_orbit(inertial, calibration%epoch, span)
+                call span_attitude(calibration, span, times, q, fixed, inertial, has_fixed, has_inertial, model)
+            end associate
+        end do
+
+    contains
+
+        subroutine read_orbit(found, orbit)
+            type(string_t), intent(in) :: found(:)
+            type(level1_records_t), intent(out) :: orbit
+
+            character(4), parameter :: STATE(6) = ['xpos', 'ypos', 'zpos', 'xvel', 'yvel', 'zvel']
+            real(dp) :: wider(2, size(windows, 2))
+
+            wider(1, :) = windows(1, :) - ORBIT_MARGIN
+            wider(2, :) = windows(2, :) + ORBIT_MARGIN
+            call read_product(found, clock, calibration, STATE, orbit, error, wider)
+            if (allocated(error)) return
+            if (orbit%count < 2) call fail(error, orbit%path//': no orbit within the spans of the manoeuvre')
+        end subroutine read_orbit
+    end subroutine read_attitude
+
+    !> Times and quaternions, inertial to SRF, scalar last.
+    subroutine star_cameras(paths, clock, calibration, windows, times, q, error)
+        type(level1_folder_t), intent(in) :: paths
+        type(level1_clock_t), intent(in) :: clock
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
+        real(dp), allocatable, intent(out) :: times(:), q(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        character(10), parameter :: FIELDS(7) = [character(10) :: 'quatangle', 'quaticoeff', 'quatjcoeff', 'quatkcoeff', &
+                                                 'sca_id', 'qualflg', 'sca_mode']
+        type(level1_records_t) :: sca, qsa
+        real(dp), allocatable :: joint_times(:), joint_q(:, :)
+        real(dp) :: mounting(4, HEADS), sample(4)
+        type(string_t), allocatable :: found(:), others(:)
+        character(:), allocatable :: names
+        logical :: heads_alone, known(HEADS)
+        integer :: i, k, head
+
+        call find_files(paths, ['SCA1B'], found)
+        heads_alone = size(found) == 0
+        if (.not. heads_alone) then
+            call read_product(found, clock, calibration, FIELDS(:6), sca, error, windows)
+            if (allocated(error)) return
+            if (sca%count > 0) call sca%drop(.not. without_bits(sca, [0]))
+        else
+            call find_files(paths, ['SCA1A'], found)
+            call find_files(paths, ['QSA1B'], others)
+            if (size(found) == 0 .or. size(others) == 0) then
+                call fail(error, 'no file of product SCA1B, or SCA1A with QSA1B, of satellite '//calibration%satellite// &
+                          ': the attitude is not known')
+                return
+            end if
+            call read_level1(others, qsa, error)
+            if (allocated(error)) return
+            call read_product(found, clock, calibration, FIELDS, sca, error, windows)
+            if (allocated(error)) return
+            if (sca%count > 0) call sca%drop([(.not. btest(nint(sca%values(k, 7)), 0), k=1, sca%count)])
+            names = ''
+            do head = 1, HEADS
+                mounting(:, head) = mounting_of_head(qsa, head, calibration%epoch)
+                known(head) = norm2(mounting(:, head)) > 0.5_dp
+                if (any(nint(sca%values(:sca%count, 5)) == head) .and. known(head)) names = names//' '//integer_text(head)
+            end do
+            if (sca%count > 0) call sca%drop([(.not. any(nint(sca%values(k, 5)) == pack([1, 2, 3], known)), k=1, sca%count)])
+            if (sca%count > 0) call note(calibration, 'no SCA1B: attitude by the heads of SCA1A together:'//names)
+        end if
+        if (sca%count < 30) then
+            call fail(error, sca%path//': no attitude within the spans of the manoeuvre')
+            return
+        end if
+        call sca%times_since(calibration%epoch, times)
+        allocate (q(4, sca%count))
+        do i = 1, sca%count
+            sample = sca%values(i, 1:4)
+            q(:, i) = gracecg_quaternion(sample)
+            if (heads_alone) q(:, i) = attitude_by_head(mounting(:, nint(sca%values(i, 5))), q(:, i))
+        end do
+        if (heads_alone) then
+            call combine_heads(times, nint(sca%values(:sca%count, 5)), q, mounting, joint_times, joint_q)
+            call move_alloc(joint_times, times)
+            call move_alloc(joint_q, q)
+        end if
+        call continuous_quaternions(q)
+    end subroutine star_cameras
+
+    !> Attitude, rate, field, vertical and gradient of one span.
+    subroutine span_attitude(calibration, span, times, q, fixed, inertial, has_fixed, has_inertial, model)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_span_t), intent(inout) :: span
+        real(dp), intent(in) :: times(:), q(:, :)
+        type(level1_records_t), intent(in) :: fixed, inertial
+        logical, intent(in) :: has_fixed, has_inertial      ! One of both at least
+        class(geomagnetic_model_t), intent(in) :: model
+
+        integer, allocatable :: wanted(:)
+        real(dp) :: turn(4), c(3, 3), r(3), v(3), rf(3), vf(3), b(3), to_body(3, 3)
+        integer :: n, i, first, last
+        integer(i8) :: second
+
+        wanted = pack([(i, i=1, size(times))], times >= span%start - SPAN_MARGIN - 2 .and. times <= span%stop + SPAN_MARGIN + 2)
+        n = size(wanted)
+        span%attitude_time = times(wanted)
+        span%quaternion = q(:, wanted)
+        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%up(3, n), span%gradient(n), span%position(3, n))
+        if (n < 10) then
+            call leave_out(span, 'no attitude')
+            return
+        end if
+        span%angle(:, 1) = 0
+        do i = 2, n
+            turn = quaternion_product(q(:, wanted(i)), conjugate_quaternion(q(:, wanted(i - 1))))
+            if (turn(4) < 0) turn = -turn
+            span%angle(:, i) = span%angle(:, i - 1) + rotation_vector(turn)
+        end do
+        do i = 1, n
+            first = max(1, i - 1)
+            last = min(n, i + 1)
+            span%rate(:, i) = (span%angle(:, last) - span%angle(:, first))/(span%attitude_time(last) - span%attitude_time(first))
+            if (has_fixed) call state_at(fixed, calibration%epoch, span%attitude_time(i), rf, vf)
+            if (has_inertial) call state_at(inertial, calibration%epoch, span%attitude_time(i), r, v)
+            if (has_fixed .and. has_inertial) then
+                c = inertial_of_earth_fixed_by_states(r, v, rf, vf)
+            else
+                second = floor(span%attitude_time(i), i8)
+                c = inertial_of_earth_fixed(utc_of_gps(calibration%epoch + second, span%attitude_time(i) - real(second, dp)))
+                if (.not. has_fixed) rf = matmul(r, c)
+            end if
+            call model%evaluate(rf, b)
+            span%position(:, i) = matmul(c, rf)
+            to_body = matmul(rotation_matrix(q(:, wanted(i))), c)
+            span%field(:, i) = matmul(to_body, b)
+            span%up(:, i) = matmul(to_body, rf/norm2(rf))
+            span%gradient(i) = EARTH_GM/norm2(rf)**3
+        end do
+        span%mean_field = sum(span%field, 2)/n
+    end subroutine span_attitude
+
+    !> Position and velocity between two records, by Hermite's cubic.
+    pure subroutine state_at(orbit, epoch, time, r, v)
+        type(level1_records_t), intent(in) :: orbit
+        integer(i8), intent(in) :: epoch
+        real(dp), intent(in) :: time                !! s from the epoch
+        real(dp), intent(out) :: r(3), v(3)
+
+        real(dp) :: h, u
+        integer :: k
+
+        k = int(max(1, min(orbit%count - 1, count(real(orbit%seconds - epoch, dp) + orbit%fraction <= time))))
+        h = real(orbit%seconds(k + 1) - orbit%seconds(k), dp) + orbit%fraction(k + 1) - orbit%fraction(k)
+        u = (time - real(orbit%seconds(k) - epoch, dp) - orbit%fraction(k))/h
+        associate (r1 => orbit%values(k, 1:3), r2 => orbit%values(k + 1, 1:3), v1 => orbit%values(k, 4:6), &
+                   v2 => orbit%values(k + 1, 4:6))
+            r = (1 + 2*u)*(1 - u)**2*r1 + u**2*(3 - 2*u)*r2 + h*(u*(1 - u)**2*v1 - u**2*(1 - u)*v2)
+            v = 6*u*(u - 1)/h*(r1 - r2) + (1 - u)*(1 - 3*u)*v1 + u*(3*u - 2)*v2
+        end associate
+    end subroutine state_at
+end module gracecg_level1_attitude_reading

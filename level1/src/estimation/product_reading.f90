@@ -1,0 +1,77 @@
+!> The files of a product in a folder of Level-1 files, and their records in GPS time.
+module gracecg_level1_product_reading
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_level1_folder, only: level1_folder_t
+    use gracecg_level1_records, only: level1_records_t, read_level1
+    use gracecg_level1_time, only: level1_clock_t, to_gps_time
+    use gracecg_level1_calibration, only: level1_calibration_t, note
+    implicit none
+    private
+    public :: find_files, read_product, without_bits
+
+contains
+
+    !> The files of one of some products, on every day that has one: the first product that is there on as many days as
+    !> any of them.
+    subroutine find_files(files, products, paths)
+        type(level1_folder_t), intent(in) :: files
+        character(5), intent(in) :: products(:)    !! Names of products, the preferred first
+        type(string_t), allocatable, intent(out) :: paths(:)    !! In order of the days; none: there is none
+
+        type(string_t), allocatable :: others(:)
+        integer :: i
+
+        allocate (paths(0))
+        do i = 1, size(products)
+            call files%paths_of(products(i), others)
+            if (size(others) > size(paths)) call move_alloc(others, paths)
+        end do
+    end subroutine find_files
+
+    !> Reads the wanted fields of a product in GPS time.
+    subroutine read_product(paths, clock, calibration, fields, records, error, windows)
+        type(string_t), intent(in) :: paths(:)
+        character(*), intent(in) :: fields(:)               !! Their names
+        type(level1_clock_t), intent(in) :: clock
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(level1_records_t), intent(out) :: records
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: windows(:, :)     !! (2, n), s past 2000-01-01 12:00; absent: all
+
+        integer :: extrapolated, i
+
+        call read_level1(paths, records, error, fields, windows)
+        if (allocated(error)) return
+        if (records%count == 0) return
+        if (records%satellite /= calibration%satellite) then
+            call fail(error, records%path//': its records are of satellite '//records%satellite//', not '// &
+                      calibration%satellite)
+            return
+        end if
+        if (records%layout%product(5:5) == 'A' .and. records%time_ref == 'G') call note(calibration, records%layout%product// &
+            ': its tags say GPS time, a 1A product has those of the on-board computer: they may be tags left in OBC time')
+        call to_gps_time(records, clock, extrapolated)
+        if (extrapolated > 0) call note(calibration, records%layout%product//': '//integer_text(extrapolated)// &
+                                        ' tags are beyond CLK1B, which is extrapolated')
+        do i = 1, size(records%warnings)
+            call note(calibration, records%layout%product//': '//records%warnings(i)%text)
+        end do
+    end subroutine read_product
+
+    !> Which records have none of some bits set in the quality flag.
+    pure function without_bits(records, bits) result(good)
+        type(level1_records_t), intent(in) :: records
+        integer, intent(in) :: bits(:)              !! From 0
+        logical :: good(records%count)
+
+        integer :: i, column, flag
+
+        column = records%field_of('qualflg')
+        do i = 1, records%count
+            flag = nint(records%values(i, column))
+            good(i) = .not. any(btest(flag, bits))
+        end do
+    end function without_bits
+end module gracecg_level1_product_reading

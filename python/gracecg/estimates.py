@@ -1,0 +1,445 @@
+"""Setups, observation sets, estimates and what they tell of themselves."""
+from __future__ import annotations
+
+import itertools
+import os
+from dataclasses import dataclass
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._library import NOT_CONVERGED, Handle, array, call, exactly, ffi, lib, named, numbers, pointer, text_of
+
+Array = NDArray[np.float64]
+Options = "str | Mapping[str, Mapping[str, Any]]"
+
+
+def _names(of: str) -> list[str]:
+    pointers = (lib.gracecg_name(of.encode(), i) for i in itertools.count())
+    return [text_of(name) for name in itertools.takewhile(lambda name: name != ffi.NULL, pointers)]
+
+
+def algorithms() -> list[str]:
+    """The estimators by name."""
+    return _names("algorithm")
+
+
+def _namelist(options: Options) -> bytes:
+    """The text of a file of options, of itself or of {group: {key: value}}."""
+    if isinstance(options, str):
+        return options.encode()
+
+    def written(value: Any) -> str:
+        if isinstance(value, (bool, np.bool_)):
+            return ".true." if value else ".false."
+        if isinstance(value, str):
+            return "'" + value.replace("'", "''") + "'"
+        if np.ndim(value) > 0:
+            return ", ".join(written(item) for item in np.asarray(value).tolist())
+        return repr(value.item() if isinstance(value, np.generic) else value)
+
+    lines = []
+    for group, keys in options.items():
+        lines += [f"&{group}", *(f"    {key} = {written(value)}" for key, value in keys.items()), "/"]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _settings(text: str) -> bytes:
+    """A text that cannot be taken for the name of a file: with a line break."""
+    return (text + "\n").encode()
+
+
+class _WithOptions(Handle):
+    """What carries options of the estimators."""
+
+    @property
+    def options(self) -> str:
+        """How to estimate, as the text of a file of options."""
+        return self._text("options")
+
+    def with_options(self, options: Options):
+        """The same object with other options.
+
+        Parameters
+        ----------
+        options : str or mapping
+            The text of a file of options, or ``{group: {key: value}}`` with the groups "estimation", "optimal",
+            "sequential"; what is not said has its default.
+        """
+        return self._made("options_replace", self._handle, _namelist(options))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The result of an estimator.
+
+    Attributes
+    ----------
+    offset : ndarray, (3,)
+        d, from the centre of mass to the proof mass, body axes, m.
+    sigma : ndarray, (3,)
+        Square roots of the diagonal of the covariance, m.
+    covariance : ndarray, (3, 3)
+        Of the offset under the instruments' noise, m^2.
+    drift, bias : ndarray, (3,)
+        Of the non-gravitational acceleration's straight line, m/s^3, and its value at the epoch, m/s^2.
+    quaternion : ndarray, (4,)
+        Attitude at the epoch, inertial to body, scalar last.
+    angular_velocity : ndarray, (3,)
+        At the epoch, body axes, rad/s.
+    residual_rms : ndarray, (3,)
+        Of the accelerometer, m/s^2.
+    condition : float
+        Of the scaled normal matrix.
+    variance_factor : float
+        Weighted squares of the residuals over their redundancy; 0 of the report's four estimators.
+    noise_level, noise_corner : ndarray, (3,)
+        Of the accelerometer, as weighted with: m^2 s^-4/Hz, Hz.
+    star_camera_sigma : ndarray, (3,)
+        About camera x, y, boresight, rad.
+    parameters : dict
+        Name: (value, standard deviation) of the parameters beside the offset, SI units.
+    edited : ndarray, (2,)
+        Samples left out: accelerometer (by axis), star camera.
+    iterations : int
+    converged : bool
+        If not, the offset is not to be relied upon.
+    warnings : list of str
+    """
+
+    offset: Array = array(3)
+    sigma: Array = array(3)
+    covariance: Array = array(3, 3)
+    drift: Array = array(3)
+    bias: Array = array(3)
+    quaternion: Array = array(4)
+    angular_velocity: Array = array(3)
+    residual_rms: Array = array(3)
+    condition: float
+    variance_factor: float
+    noise_level: Array = array(3)
+    noise_corner: Array = array(3)
+    star_camera_sigma: Array = array(3)
+    parameters: dict[str, tuple[float, float]]
+    edited: Array = array(2)
+    iterations: int
+    converged: bool
+    warnings: list[str]
+
+
+@dataclass(frozen=True)
+class FitTests:
+    """What a fit tells of model and noise, by accelerometer axis where there are three.
+
+    Attributes
+    ----------
+    torque_factor, torque_sigma : float
+        Of the rods' torque that would fit the rotation best, and its standard deviation; sigma 0: not compared.
+    attitude_misfit : float
+        RMS of the attitude's residuals, standard deviations; 0: the noise is not known.
+    rms, expected_rms : ndarray, (3,)
+        Of the residuals, and of the setup's noise, m/s^2.
+    ratio, ratio_sigma : ndarray, (3,)
+        RMS of the whitened residuals, 1 if the noise is that of the setup; its standard deviation by chance.
+    probability : ndarray, (3,)
+        That white noise has such autocorrelations (Ljung and Box).
+    worst, worst_time : ndarray, (3,)
+        The largest residual, m/s^2, and its time, s.
+    peak_frequency, peak_ratio : ndarray, (3,)
+        Where the spectrum is farthest above the expected one, Hz, and the quotient there.
+    bound : ndarray, (3,)
+        Sigma of d that the accelerometer allows if the rotation is known, m; 0: not determined.
+    information_share : ndarray, (axis, component)
+    source_share : ndarray, (5, component)
+        Of the variance: noise of accelerometer x, y, z, of the star camera, a-priori knowledge.
+    semi_axis, direction : ndarray, (3,), (3, 3)
+        Of the error ellipsoid of one sigma, longest first, m; rows are unit vectors, body axes.
+    """
+
+    torque_factor: float = named("test_torque_factor")
+    torque_sigma: float = named("test_torque_sigma")
+    attitude_misfit: float = named("test_attitude_misfit")
+    rms: Array = array(3, item="test_rms")
+    expected_rms: Array = array(3, item="test_expected_rms")
+    ratio: Array = array(3, item="test_ratio")
+    ratio_sigma: Array = array(3, item="test_ratio_sigma")
+    probability: Array = array(3, item="test_probability")
+    worst: Array = array(3, item="test_worst")
+    worst_time: Array = array(3, item="test_worst_time")
+    peak_frequency: Array = array(3, item="test_peak_frequency")
+    peak_ratio: Array = array(3, item="test_peak_ratio")
+    bound: Array = array(3, item="test_bound")
+    information_share: Array = array(3, 3, item="test_information_share")
+    source_share: Array = array(5, 3, item="test_source_share")
+    semi_axis: Array = array(3, item="test_semi_axis")
+    direction: Array = array(3, 3, item="test_direction")
+
+
+class Fit(Handle):
+    """An estimate with all that it can tell of itself; made by `Observations.fit`."""
+
+    def __init__(self, algorithm: str, observations: "Observations") -> None:
+        super().__init__("estimate", algorithm.encode(), observations._handle, allowed=[NOT_CONVERGED])
+
+    @property
+    def solution(self) -> Solution:
+        """The result."""
+        found = zip(self._numbers("parameter_value").tolist(), self._numbers("parameter_sigma").tolist())
+        return self._values(Solution, parameters=dict(zip(self._text("parameter_names").splitlines(), found)),
+                            warnings=self._text("warnings").splitlines())
+
+    @property
+    def parameters(self) -> list[str]:
+        """Names of the parameters, d_x, d_y, d_z first."""
+        return self._text("fitted_names").splitlines()
+
+    def series(self) -> dict[str, Array]:
+        """Of the accelerometer samples that the fit keeps.
+
+        Returns
+        -------
+        dict
+            "time" (n,), s from the epoch; "residual" (n, 3), observed minus fitted, m/s^2; "partials" (n, 3, 3), the
+            row an axis of the acceleration, the column a component of the offset, 1/s^2; "angular_acceleration"
+            (n, 3), rad/s^2; body axes.
+        """
+        return {"time": self._numbers("time"), "residual": self._numbers("residual", -1, 3),
+                "partials": self._numbers("partials", -1, 3, 3),
+                "angular_acceleration": self._numbers("angular_acceleration", -1, 3)}
+
+    def covariance(self) -> Array:
+        """Covariance (parameters, parameters), SI units."""
+        n = len(self.parameters)
+        return self._numbers("fitted_covariance", n, n)
+
+    def covariance_by_source(self) -> Array:
+        """What of the offset's covariance comes from accelerometer x, y, z, star camera, a-priori knowledge:
+        (5, 3, 3), m^2."""
+        return self._numbers("covariance_by_source", 5, 3, 3)
+
+    def state_covariance(self) -> Array:
+        """Covariance (15, 15) of d, alpha, beta, omega and the attitude's small angles, SI units."""
+        return self._numbers("state_covariance", 15, 15)
+
+    def tests(self) -> FitTests:
+        """Residuals, torque and attitude against what is known of the noise."""
+        return self._values(FitTests)
+
+    def running(self) -> dict[str, Array]:
+        """The offset as "sequential" had it on the way: "time" (n,), s; "offset", "sigma" (n, 3), m."""
+        return {"time": self._numbers("running_time"), "offset": self._numbers("running_offset", -1, 3),
+                "sigma": self._numbers("running_sigma", -1, 3)}
+
+    def beliefs(self) -> "Beliefs":
+        """What the data say of rods, inertia, instruments and noise."""
+        return self._values(Beliefs, contradictions=self._text("contradictions"), untestable=self._text("untestable"))
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """What the data say of what the setup states.
+
+    Attributes
+    ----------
+    undetected : ndarray, (3,)
+        What a single wrong belief could move each component of the offset by, unseen, m.
+    apart : ndarray, (3,)
+        Part of it that is the difference from the estimate of "optimal", m.
+    tested, contradicted, untested : int
+        How many; untested: too weakly, they could move a component farther than is wanted.
+    sign_known : bool
+        The setup says that the sign of the accelerometer is confirmed.
+    contradictions, untestable : str
+        In words, with what would explain them; empty where there is none.
+    """
+
+    undetected: Array = array(3, item="belief_undetected")
+    apart: Array = array(3, item="belief_apart")
+    tested: int = named("belief_tested")
+    contradicted: int = named("belief_contradicted")
+    untested: int = named("belief_untested")
+    sign_known: bool = named("belief_sign_known")
+    contradictions: str
+    untestable: str
+
+
+class Setup(_WithOptions):
+    """What an operator knows: satellite, manoeuvre, instruments.
+
+    Parameters
+    ----------
+    path : str or path
+        Of a file setup.nml.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        super().__init__("setup_open", os.fsencode(path))
+
+    @classmethod
+    def parse(cls, text: str) -> "Setup":
+        """From the text of a setup.nml."""
+        return cls._made("setup_open", _settings(text))
+
+    @property
+    def text(self) -> str:
+        """The text of setup.nml, followed by the options."""
+        return self._text("text")
+
+    def measured(self, time: ArrayLike, moment: ArrayLike) -> "Setup":
+        """The same with measured moments of the rods: times (n,), s from the epoch; moments (n, 3), A m^2."""
+        times, moments = numbers(time), numbers(moment, 3)
+        return self._made("setup_from", self._handle, len(times), pointer(times), pointer(exactly(moments, len(times), 3)))
+
+
+class Observations(_WithOptions):
+    """The samples of one calibration, and what the operator knows.
+
+    Parameters
+    ----------
+    folder : str or path
+        As ``gracecg simulate`` writes it.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        super().__init__("observations_open", os.fsencode(folder))
+
+    @classmethod
+    def from_arrays(cls, setup: Setup, accelerometer: tuple[ArrayLike, ArrayLike],
+                    star_camera: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+                    magnetometer: tuple[ArrayLike, ArrayLike] | None = None,
+                    orbit: tuple[ArrayLike, ArrayLike] | None = None) -> "Observations":
+        """From arrays in memory, which are copied and checked; times (n,) in s from the setup's epoch, rising.
+
+        Parameters
+        ----------
+        setup : Setup
+        accelerometer : (time, acceleration)
+            Acceleration (n, 3), body axes, m/s^2.
+        star_camera : (time, head, quaternion)
+            Heads (n,) 1 or 2; quaternions (n, 4), inertial to camera, scalar last.
+        magnetometer : (time, flux_density), optional
+            Flux density (n, 3), body axes, T; a field model stands in where an orbit is given.
+        orbit : (time, position), optional
+            Position (n, 3), inertial, m.
+        """
+        star_camera = star_camera if star_camera is not None else ((), (), ())
+        magnetometer = magnetometer if magnetometer is not None else ((), ())
+        orbit = orbit if orbit is not None else ((), ())
+        heads = np.ascontiguousarray(star_camera[1], dtype=np.int32)
+        series = ((numbers(accelerometer[0]), numbers(accelerometer[1], 3)),
+                  (numbers(star_camera[0]), heads, numbers(star_camera[2], 4)),
+                  (numbers(magnetometer[0]), numbers(magnetometer[1], 3)), (numbers(orbit[0]), numbers(orbit[1], 3)))
+        arguments: list[Any] = []
+        for arrays in series:
+            n = len(arrays[0])
+            if any(len(array) != n for array in arrays):
+                raise ValueError(f"arrays of {', '.join(str(len(array)) for array in arrays)} rows")
+            arguments += [n, *(pointer(array) for array in arrays)]
+        return cls._made("observations_create", setup._handle, *arguments)
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Into a folder, which is made if it is not there."""
+        call("observations_write", self._handle, os.fsencode(folder))
+
+    @property
+    def setup(self) -> Setup:
+        """What the operator knows."""
+        return Setup._made("setup_from", self._handle, 0, ffi.NULL, ffi.NULL)
+
+    @property
+    def accelerometer(self) -> tuple[Array, Array]:
+        """Times (n,), s, and accelerations (n, 3), body axes, m/s^2."""
+        return self._numbers("accelerometer_time"), self._numbers("acceleration", -1, 3)
+
+    @property
+    def star_camera(self) -> tuple[Array, NDArray[np.int32], Array]:
+        """Times (n,), s, heads (n,), quaternions (n, 4), inertial to camera, scalar last."""
+        head = self._numbers("star_camera_head").astype(np.int32)
+        return self._numbers("star_camera_time"), head, self._numbers("quaternion", -1, 4)
+
+    @property
+    def magnetometer(self) -> tuple[Array, Array]:
+        """Times (n,), s, and flux densities (n, 3), body axes, T."""
+        return self._numbers("magnetometer_time"), self._numbers("flux_density", -1, 3)
+
+    @property
+    def orbit(self) -> tuple[Array, Array]:
+        """Times (n,), s, and positions (n, 3), inertial, m."""
+        return self._numbers("orbit_time"), self._numbers("orbit_position", -1, 3)
+
+    def fit(self, algorithm: str = "optimal") -> Fit:
+        """An estimate with residuals, partials, covariances, tests and the running estimate."""
+        return Fit(algorithm, self)
+
+    def beliefs(self, algorithm: str = "optimal") -> Beliefs:
+        """Estimates, and tells what the data say of rods, inertia, instruments and noise."""
+        return self.fit(algorithm).beliefs()
+
+    def estimate(self, algorithm: str = "optimal", options: Options | None = None) -> Solution:
+        """The offset by one of `algorithms`, with the options of this set or those that are given."""
+        return (self if options is None else self.with_options(options)).fit(algorithm).solution
+
+    def estimate_chain(self, arc: float = 60.0, threads: int = 1) -> "Chain":
+        """One offset of a long set, by "optimal" with the options of this set, in arcs of `arc` seconds at most."""
+        found = Handle("estimate_chain", self._handle, arc, threads)
+        return found._values(Chain, warnings=found._text("warnings").splitlines())
+
+
+@dataclass(frozen=True)
+class Joined:
+    """One offset from several sets of observations, or from arcs of one.
+
+    Attributes
+    ----------
+    offset, covariance : ndarray, (3,), (3, 3)
+        At the time of the last, body axes, m; m^2.
+    chi_square, degrees, probability : float, int, float
+        Of all differences between them, degrees of freedom, probability that chance makes so much.
+    consistent : bool
+        They agree on one offset.
+    """
+
+    offset: Array = array(3)
+    covariance: Array = array(3, 3)
+    chi_square: float
+    degrees: int
+    probability: float
+    consistent: bool
+
+
+@dataclass(frozen=True)
+class Chain(Joined):
+    """One offset from the arcs of a long observation set.
+
+    Attributes
+    ----------
+    arcs, joined : int
+        How many there are, and how many are joined: the others tell no offset, or disagree.
+    warnings : list of str
+        Why arcs are left out, and what several arcs warn of.
+    """
+
+    arcs: int
+    joined: int
+    warnings: list[str]
+
+
+@dataclass(frozen=True)
+class Joint(Joined):
+    """One offset from several observation sets.
+
+    Attributes
+    ----------
+    difference, difference_sigma : ndarray, (n, 3)
+        Each run alone minus all others, and its standard deviation if they agree, m.
+    """
+
+    difference: Array = array(-1, 3)
+    difference_sigma: Array = array(-1, 3)
+
+
+def estimate_joint(observations: Sequence[Observations]) -> Joint:
+    """One offset from several observation sets, by "optimal" with the options of each."""
+    handles = ffi.new("gracecg_object *[]", [one._handle for one in observations])
+    return Handle("estimate_joint", len(observations), handles)._values(Joint)

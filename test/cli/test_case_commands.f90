@@ -1,0 +1,369 @@
+!> Cases on the command line: the list, files of them, whole and broken, edited ones, and what refuses a case.
+module test_case_commands
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t, split, split_words
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use command_fixture, only: run, succeeds, refused
+    use testdrive, only: unittest_type, error_type, new_unittest
+    use fixture, only: check, FOLDER, make_file, make_folder, check_passes
+    implicit none
+    private
+    public :: collect_case_commands
+
+    integer, parameter :: W = 70
+    character(*), parameter :: LF = new_line('a')
+
+contains
+
+    subroutine collect_case_commands(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('cases', test_cases), &
+                    new_unittest('case-files', test_case_files), &
+                    new_unittest('broken-case-files', test_broken_cases), &
+                    new_unittest('long-case-names', test_long_names), &
+                    new_unittest('edited-cases', test_edited_cases), &
+                    new_unittest('rods-that-are-off', test_rods_off), &
+                    new_unittest('case-groups', test_case_groups), &
+                    new_unittest('instruments-beyond-their-limits', test_instruments), &
+                    new_unittest('times-in-utc', test_utc)]
+    end subroutine collect_case_commands
+
+    !> The list has the places that CSR-TM-00-01 section 6.1 prints for the front satellite.
+    subroutine test_cases(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: list
+        type(string_t), allocatable :: words(:)
+        character(:), allocatable :: output
+        integer :: i
+
+        call succeeds(error, 'cases', output)
+        if (allocated(error)) return
+        list = text_file_of(output, 'list')
+        call check(error, list%line_count(), size(REPORT_CASE_NAMES) + 4)      ! a heading, a sentence
+        do i = 1, size(REPORT_CASE_NAMES)
+            call check(error, index(list%line(i + 2), REPORT_CASE_NAMES(i)), 1)
+        end do
+        if (allocated(error)) return
+        words = split_words(list%line(4))
+        call check(error, words(3)%text == '1989-01-02T00:23:20' .and. &
+                   words(4)%text(:2) == '89' .and. words(5)%text(:4) == '-107' .and. words(9)%text == '-30', list%line(4))
+        if (allocated(error)) return
+        words = split_words(list%line(5))
+        call check(error, words(4)%text(:2) == '10' .and. words(5)%text(:2) == '67', list%line(5))
+        call refused(error, 'cases show frnt-1', STATUS_FAILED, &
+                     [character(W) :: 'no case "frnt-1"', 'front-1, front-2', &
+                     'did you mean "front-1"?'])
+    end subroutine test_cases
+
+    !> A case shown, saved and run gives exactly the numbers of the built-in case.
+    subroutine test_case_files(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output
+        character(*), parameter :: FILES(6) = [character(17) :: 'truth.csv', 'accelerometer.csv', 'star_camera.csv', &
+            'magnetometer.csv', 'orbit.csv', 'setup.nml']
+        integer :: i, k
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            if (allocated(error)) return
+            associate (name => REPORT_CASE_NAMES(i))
+                call succeeds(error, 'cases show '//name, output)
+                call make_file(error, 'case.nml', output)
+                call succeeds(error, 'simulate '//name//' --out '//FOLDER//'named', output)
+                call succeeds(error, 'simulate '//FOLDER//'case.nml --out '//FOLDER//'filed', output)
+            end associate
+            do k = 1, size(FILES)
+                call same_file(error, 'named/', 'filed/', trim(FILES(k)))
+            end do
+        end do
+    end subroutine test_case_files
+
+    subroutine same_file(error, first, second, name)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: first, second, name
+        type(text_file_t) :: a, b
+        type(error_t), allocatable :: failure
+
+        if (allocated(error)) return
+        call read_text_file(FOLDER//first//name, a, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//second//name, b, failure)
+        call check_passes(error, message_of(failure))
+        call check(error, a%text == b%text, name//' differs')
+    end subroutine same_file
+
+    !> The columns of montecarlo give way to a long name.
+    subroutine test_long_names(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: NAME = 'with-physical-weights'
+        character(:), allocatable :: output
+        integer :: at
+
+        call succeeds(error, 'cases show front-3', output)
+        if (allocated(error)) return
+        at = index(output, 'front-3')
+        call make_file(error, 'case.nml', output(:at - 1)//NAME//output(at + len('front-3'):))
+        call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', &
+                      output)
+        call check(error, index(output, LF//NAME//'  x     0.') > 0, output)
+        call check(error, index(output, LF//NAME//'  0.3000 ') > 0, output)
+        call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'x     0.') > 0, output)
+    end subroutine test_long_names
+
+    !> Case files with one line changed: the message names file, line and key, and nothing is
+    !> written.
+    subroutine test_broken_cases(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call broken('mass =', 'mas = 420', [character(W) :: 'mas', 'mass'])
+        call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', 'duration'])
+        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:10', 'mass', '"heavy"'])
+        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:10', 'mass', 'value'])
+        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:10', 'mass', '-1', '0.001 to'])
+        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:10', 'mass', 'nan'])
+        call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', '3'])
+        call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', &
+                    [character(W) :: 'broken.nml:', 'quaternion', 'not a unit quaternion'])
+        call broken('epoch =', 'epoch = ''1995-01-02T00:00:00''', &
+                    [character(W) :: 'no space weather for 1995-01-02', '1988-12-01 to 1989-02-28'])
+        call broken('epoch =', 'epoch = ''2003-01-02T00:00:00''', &
+                    [character(W) :: 'igrf95', '1985 to 2000', 'igrf14'])
+        call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', 'day 32'])
+        call broken('gravity =', 'gravity = ''file''', [character(W) :: 'broken.nml:', &
+                                                        'gravity_file', 'names no file'])
+        call broken('solar_irradiance =', 'solar_irradiance = 0', [character(W) :: 'broken.nml:', &
+                                                                   'solar_irradiance', '1 to 10000'])
+        call broken('wind_file =', 'wind_file = ''wind.txt''', &
+                    [character(W) :: 'broken.nml:', 'wind_file', 'a file that is not used'])
+        call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', 'dtm77'])
+
+    contains
+
+        subroutine broken(key, text, parts)
+            character(*), intent(in) :: key, text, parts(:)
+
+            type(text_file_t) :: good
+            character(:), allocatable :: output
+            integer :: line
+
+            call succeeds(error, 'cases show front-1', output)
+            if (allocated(error)) return
+            good = text_file_of(output, 'good')
+            do line = 1, good%line_count()
+                if (index(adjustl(good%line(line)), key) == 1) exit
+            end do
+            call check(error, line <= good%line_count(), 'no key '//key)
+            call make_file(error, 'broken.nml', good%text(:good%first(line) - 1)//text// &
+                           good%text(good%last(line) + 1:))
+            call refused(error, 'simulate '//FOLDER//'broken.nml --out '//FOLDER//'broken', &
+                         STATUS_FAILED, parts)
+            call check(error, .not. file_exists(FOLDER//'broken/truth.csv') .and. &
+                       .not. file_exists(FOLDER//'broken/setup.nml'), 'a result stands after '// &
+                       text)
+        end subroutine broken
+    end subroutine test_broken_cases
+
+    !> A case is judged against what is published by its settings, whatever its name.
+    subroutine test_edited_cases(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output, text
+        integer :: place
+
+        call succeeds(error, 'cases show front-1', text)
+        if (allocated(error)) return
+        place = index(text, 'amplitude = 30 ')
+        call make_file(error, 'edited.nml', text(:place - 1)//'amplitude = 10 '//text(place + 15:))
+        if (allocated(error)) return
+        place = index(text, 'front-1')
+        call make_file(error, 'renamed.nml', text(:place - 1)//'mine'//text(place + 7:))
+        call succeeds(error, 'verify --cases '//FOLDER//'edited.nml,'//FOLDER//'renamed.nml', output)
+        call check(error, index(output, 'front-1, edited: not the case of the report. Against front-1 it has '// &
+                                'amplitude = 10'//achar(10)) > 0, output)
+        call check(error, index(output, 'mine: curves and the printed axis') > 0, output)
+        call check(error, index(output, 'mine, edited') == 0, output)
+        call succeeds(error, 'montecarlo --runs 2 --algorithms ascfest --cases '// &
+                      FOLDER//'edited.nml,'//FOLDER//'renamed.nml --out '//FOLDER// &
+                      'edited.csv --runs-out '//FOLDER//'edited_runs.csv', output)
+        call check(error, index(output, 'theory is right (95 %): 3 of 3') > 0, output)
+        call check(error, index(output, 'front-1: edited or switched, not the case') > 0, output)
+        call succeeds(error, 'merge '//FOLDER//'edited_runs.csv', output)
+        call check(error, index(output, 'front-1: edited or switched, not the case') > 0 .and. &
+                   index(output, '(95 %): 3 of 3') > 0, output)
+    end subroutine test_edited_cases
+
+    !> Without a moment there is no calibration; the observations themselves can be simulated, with a
+    !> warning.
+    subroutine test_rods_off(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(:), allocatable :: text, messages, output
+        integer :: place, status
+
+        call succeeds(error, 'cases show front-3', text)
+        if (allocated(error)) return
+        do
+            place = index(text, 'amplitude = 30')
+            if (place == 0) exit
+            text = text(:place - 1)//'amplitude = 0'//text(place + len('amplitude = 30'):)
+        end do
+        call make_file(error, 'off.nml', text)
+        call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+        call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, [character(W) :: 'all torque rods are off'])
+        call refused(error, 'design --manoeuvre '//FOLDER//'off.nml', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+        call run('simulate '//FOLDER//'off.nml --out '//FOLDER//'off', status, output, messages)
+        call check(error, status == STATUS_DONE .and. index(messages, 'all torque rods are off') > 0, messages)
+        call refused(error, 'estimate '//FOLDER//'off --algorithm optimal', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+    end subroutine test_rods_off
+
+    !> Groups stand for their cases in their order, beside names and --cases; a name may not come twice, and a command of
+    !> one case takes no group of several.
+    subroutine test_case_groups(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: SINGLE(4) = [character(8) :: 'timing', 'design', 'errors', 'trim']
+        character(*), parameter :: SEVERAL(4) = [character(40) :: 'bound', 'verify', 'magnetometer-loss --runs 1', &
+                                                 'montecarlo --runs 1']
+        character(:), allocatable :: output
+        integer :: i
+
+        call succeeds(error, 'bound front --format csv', output)
+        call in_order([character(16) :: 'front-1', 'front-2', 'front-3'], 3)
+        call succeeds(error, 'bound front-3 --cases back,front-1 --format csv', output)
+        call in_order([character(16) :: 'front-3', 'back-1', 'back-2', 'back-3', 'front-1'], 5)
+        call succeeds(error, 'bound ALL --format csv', output)
+        call in_order([character(16) :: REPORT_CASE_NAMES], 6)
+        call succeeds(error, 'bound printed front-1 --format csv', output)
+        call in_order([character(16) :: 'front-1-printed', 'front-2-printed', 'front-3-printed', 'back-1-printed', &
+                       'back-2-printed', 'back-3-printed', 'front-1'], 7)
+        call succeeds(error, 'verify front-2 --cases back-2 --format csv', output)
+        call in_order([character(16) :: 'front-2', 'back-2'], 90)
+        do i = 1, size(SINGLE)
+            call refused(error, trim(SINGLE(i))//' front', STATUS_MISUSED, [character(W) :: '3 cases are named'])
+            call refused(error, trim(SINGLE(i))//' front-1 --cases front-2', STATUS_MISUSED, &
+                         [character(W) :: '2 cases are named'])
+        end do
+        do i = 1, size(SEVERAL)
+            call refused(error, trim(SEVERAL(i))//' front front-2', STATUS_FAILED, &
+                         [character(W) :: 'two cases have the name "front-2"'])
+            call refused(error, trim(SEVERAL(i))//' --cases all,back', STATUS_FAILED, &
+                         [character(W) :: 'two cases have the name "back-1"'])
+        end do
+        call refused(error, 'bound middle', STATUS_FAILED, [character(W) :: 'no case "middle"'])
+
+    contains
+
+        !> The rows' cases, each once more or often, in this order.
+        subroutine in_order(names, rows)
+            character(*), intent(in) :: names(:)
+            integer, intent(in) :: rows
+
+            type(text_file_t) :: text
+            type(string_t), allocatable :: fields(:)
+            integer :: row, k, n
+
+            if (allocated(error)) return
+            text = text_file_of(output, 'output')
+            k = 0
+            n = 0
+            do row = 2, text%line_count()
+                if (text%line(row) == '') cycle
+                n = n + 1
+                fields = split(text%line(row), ',')
+                if (k > 0) then
+                    if (fields(1)%text == names(k)) cycle
+                end if
+                k = k + 1
+                call check(error, k <= size(names), output)
+                call check(error, fields(1)%text, trim(names(k)))
+                if (allocated(error)) return
+            end do
+            call check(error, k == size(names) .and. n == rows, output)
+        end subroutine in_order
+    end subroutine test_case_groups
+
+    !> Settings and samples beyond what the report says of an instrument are warned of; its own ones are not.
+    subroutine test_instruments(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: text, output, messages
+        integer :: place, status
+
+        call make_folder(error)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'keeps', output)
+        call succeeds(error, 'cases show front-1', text)
+        call change('bias_nt = 50', 'bias_nt = 150')
+        call change('linearity_nt = 0', 'linearity_nt = 30')
+        ! of the accelerometer, which comes first
+        call change('limited = .false.', 'limited = .true.')
+        call change('range = 0.00005', 'range = 0.00002')
+        call change('quantised = .false.', 'quantised = .true.')
+        call change('resolution = 1e-10', 'resolution = 1e-9')
+        call make_file(error, 'beyond.nml', text)
+        call run('simulate '//FOLDER//'beyond.nml --out '//FOLDER//'beyond', status, output, messages)
+        call check(error, status == STATUS_DONE, messages)
+        call says('bias, x axis: 150 nT exceeds the limit 100 nT')
+        call says('linearity error: 30 nT exceeds the limit 25 nT')
+        call says('accelerometer resolution: 1.000000E-09 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
+        call says('accelerometer: 600 of 600 samples are cut off at its full scale')
+        call check(error, index(messages, 'scale1') == 0, messages)
+        call change('limited = .true.', 'limited = .false.')        ! at full scale no estimate is made
+        call make_file(error, 'beyond.nml', text)
+        call run('montecarlo '//FOLDER//'beyond.nml --runs 1', status, output, messages)
+        call check(error, status == STATUS_DONE, messages)
+        call says('warning: case front-1: magnetometer linearity error')
+
+    contains
+
+        subroutine says(part)
+            character(*), intent(in) :: part
+
+            call check(error, index(messages, part) > 0, part//' is not in '//messages)
+        end subroutine says
+
+        subroutine change(old, new)
+            character(*), intent(in) :: old, new
+
+            if (allocated(error)) return
+            place = index(text, old)
+            call check(error, place > 0, old)
+            if (place > 0) text = text(:place - 1)//new//text(place + len(old):)
+        end subroutine change
+    end subroutine test_instruments
+
+    !> Times of the orbit in UTC: 1400 s after midnight are 00:23:20; over the leap second at the end of 1990 a
+    !> revolution takes a second longer on the clock.
+    subroutine test_utc(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: text, output
+        integer :: place
+
+        call make_folder(error)
+        call succeeds(error, 'timing --step 600', output)
+        call check(error, index(output, 'case 2    1400  00:23:20') > 0 .and. &
+                   index(output, 'case 3    2658  00:44:18') > 0, output)
+        call succeeds(error, 'timing --step 600 --format csv', output)
+        call check(error, index(output, LF//'1200,1989-01-02T00:20:00,') > 0, output)
+        call succeeds(error, 'timing --step 600 --format json', output)
+        call check(error, index(output, '"all_utc": "1989-01-02T0') > 0 .and. &
+                   index(output, '"utc": "1989-01-02T00:23:20"') > 0, output)
+        call succeeds(error, 'design --manoeuvre front-1 --at 1400 --format csv', output)
+        call check(error, index(output, 'front-1,1400,1989-01-02T00:23:20,89.5') > 0, output)
+        call succeeds(error, 'cases show front-1', text)
+        if (allocated(error)) return
+        place = index(text, '1989-01-02T00:00:00')
+        call check(error, place > 0, text)
+        if (allocated(error)) return
+        text(place:place + 18) = '1990-12-31T23:50:00'
+        place = index(text, 'density = ''dtm77''')
+        call check(error, place > 0, text)
+        if (allocated(error)) return
+        text = text(:place - 1)//'density = ''none'''//text(place + len('density = ''dtm77'''):)
+        call make_file(error, 'leap.nml', text)
+        call succeeds(error, 'timing '//FOLDER//'leap.nml --step 600 --format csv', output)
+        call check(error, index(output, LF//'600,1990-12-31T23:59:60,') > 0 .and. &
+                   index(output, LF//'1200,1991-01-01T00:09:59,') > 0, output)
+    end subroutine test_utc
+end module test_case_commands

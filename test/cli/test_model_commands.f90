@@ -1,0 +1,188 @@
+!> The commands of `model`: their numbers, and places where no model holds.
+module test_model_commands
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
+    use gracecg_base_text, only: string_t, split, parse_real
+    use gracecg_files_file, only: text_file_t, text_file_of
+    use gracecg_cli_command_line, only: STATUS_FAILED, STATUS_MISUSED
+    use command_fixture, only: succeeds, refused
+    use testdrive, only: unittest_type, error_type, new_unittest
+    use fixture, only: check
+    implicit none
+    private
+    public :: collect_model_commands
+
+    integer, parameter :: W = 70
+    character(*), parameter :: EQUATOR = ' --position 6837865 0 0'
+
+contains
+
+    subroutine collect_model_commands(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('gravity', test_gravity), &
+                    new_unittest('field', test_field), &
+                    new_unittest('density', test_density), &
+                    new_unittest('wind', test_wind_model), &
+                    new_unittest('sun', test_sun_model), &
+                    new_unittest('star-camera', test_star_camera_model), &
+                    new_unittest('impossible-places', test_impossible)]
+    end subroutine collect_model_commands
+
+    !> The header and the numbers of the row that a line prints.
+    subroutine row_of(error, line, header, values)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: line, header
+        real(dp), intent(out) :: values(:)
+
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: output
+        integer :: i
+        logical :: ok
+
+        values = 0
+        call succeeds(error, line, output)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        call check(error, text%line(text%line_count() - 1), header, line)
+        if (allocated(error)) return
+        fields = split(text%line(text%line_count()), ',')
+        call check(error, size(fields), size(values), line)
+        if (allocated(error)) return
+        do i = 1, size(values)
+            call parse_real(fields(i)%text, values(i), ok)
+            call check(error, ok, fields(i)%text)
+            if (allocated(error)) return
+        end do
+    end subroutine row_of
+
+    !> Degree 0 is the point mass; the whole model differs from it by the oblateness, some 1e-3.
+    subroutine test_gravity(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = 'ax_m_s2,ay_m_s2,az_m_s2,potential_m2_s2'
+        real(dp) :: point(4), full(4)
+        real(dp), parameter :: R = 6837865.0_dp
+
+        call row_of(error, 'model gravity --degree 0'//EQUATOR, HEADER, point)
+        call row_of(error, 'model gravity'//EQUATOR, HEADER, full)
+        call check(error, abs(point(1) + EARTH_GM/R**2) < 1e-14_dp*10 .and. &
+                   abs(point(2)) <= 0 .and. abs(point(4) - EARTH_GM/R) < 1e-8_dp*10)
+        call check(error, full(1)/point(1) > 1.0013_dp .and. full(1)/point(1) < 1.0015_dp)
+        call refused(error, 'model gravity --degree 71'//EQUATOR, STATUS_FAILED, [character(W) :: '70'])
+        call refused(error, 'model gravity --degree 5 --order 6'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: 'order'])
+        call refused(error, 'model gravity --file nowhere.gfc'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: 'nowhere.gfc: no such file'])
+    end subroutine test_gravity
+
+    !> On the equator at Greenwich radial is x, south -z, east y. The two tables agree in 1989.
+    subroutine test_field(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = &
+            'bx_tesla,by_tesla,bz_tesla,b_radial_tesla,b_south_tesla,b_east_tesla'
+        character(*), parameter :: IN_1989 = 'model field --date 1989-01-02T00:00:00'
+        real(dp) :: old(6), new(6)
+
+        call row_of(error, IN_1989//EQUATOR, HEADER, old)
+        call row_of(error, IN_1989//' --table igrf14'//EQUATOR, HEADER, new)
+        call check(error, maxval(abs(old(4:6) - [old(1), -old(3), old(2)])) <= 0)
+        call check(error, maxval(abs(old - new)) < 1e-12_dp .and. norm2(old(:3)) > 2e-5_dp)
+        call refused(error, 'model field --date 2005-06-01'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: 'igrf95', '1985 to 2000', 'igrf14 covers 1900 to 2030'])
+    end subroutine test_field
+
+    !> The density is the sum over the constituents (with O2, a little more); the row of the table
+    !> is that of the indices given.
+    subroutine test_density(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = &
+            'density_kg_m3,temperature_kelvin,exospheric_temperature_kelvin,n_he_per_m3,n_o_per_m3,n_n2_per_m3,'// &
+            'height_km,latitude_deg,local_time_h,day,f107_sfu,f107a_sfu,kp'
+        character(*), parameter :: AT = 'model density --date 1989-01-02T06:00:00'//EQUATOR
+        real(dp), parameter :: ATOMIC_MASS_UNIT = 1.66054e-27_dp
+        real(dp) :: air(13), same(13), sum_of_parts
+
+        call row_of(error, AT, HEADER, air)
+        call row_of(error, AT//' --f107 185.7 --f107a 210.6 --kp 2.7', HEADER, same)
+        if (allocated(error)) return
+        sum_of_parts = ATOMIC_MASS_UNIT*(4*air(4) + 16*air(5) + 28*air(6))
+        call check(error, sum_of_parts/air(1) < 1.001_dp .and. sum_of_parts/air(1) > 0.98_dp)
+        call check(error, air(1) > 1e-12_dp .and. air(1) < 1e-11_dp .and. air(2) < air(3))
+        call check(error, all(abs(air(7:10) - [459.728_dp, 0.0_dp, 6.0_dp, 1.25_dp]) < 1e-9_dp))
+        call refused(error, 'model density --date 1995-06-01'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: '--f107, --f107a and --kp', '1988-12-01 to 1989-02-28'])
+        call refused(error, AT//' --f107 10 --f107a 210 --kp 2', STATUS_FAILED, [character(W) :: '10', '50'])
+        call refused(error, 'model density --date 1989-01-02 --position 6.4e6 0 0', STATUS_FAILED, &
+                     [character(W) :: 'height 21.863 km', 'valid from 120 km'])
+    end subroutine test_density
+
+    subroutine test_wind_model(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: WIND_HEADER = 'east_m_s,north_m_s,height_km,latitude_deg,local_time_h'
+        real(dp) :: wind(5), later(5)
+        character(:), allocatable :: output
+
+        call row_of(error, 'model wind --date 1989-01-02'//EQUATOR, WIND_HEADER, wind)
+        ! a day later at the same place it is the same local time
+        call row_of(error, 'model wind --date 1989-01-03'//EQUATOR, WIND_HEADER, later)
+        call check(error, maxval(abs(wind - later)) <= 0 .and. norm2(wind(:2)) > 10 .and. norm2(wind(:2)) < 500)
+        call succeeds(error, 'model wind --date 1989-01-02 --format json'//EQUATOR, output)
+        call check(error, index(output, '"note": "HWM93 of 1989-01-02') > 0, output)
+    end subroutine test_wind_model
+
+    !> On 2 January 1989: right ascension 281.9 deg, declination -23 deg, near the perihelion.
+    subroutine test_sun_model(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: sun(4)
+        real(dp), parameter :: DEGREE = acos(-1.0_dp)/180
+
+        call row_of(error, 'model sun --date 1989-01-02T00:00:00', 'x_m,y_m,z_m,distance_au', sun)
+        call check(error, abs(norm2(sun(:3))/ASTRONOMICAL_UNIT - sun(4)) < 1e-14_dp*10)
+        call check(error, abs(sun(4) - 0.9833_dp) < 1e-4_dp)
+        call check(error, abs(atan2(sun(2), sun(1))/DEGREE + 360 - 282.75_dp) < 1 .and. &
+                   abs(asin(sun(3)/norm2(sun(:3)))/DEGREE + 23) < 0.5_dp)
+    end subroutine test_sun_model
+
+    !> The error stays within five sigma of the boresight's, which is the greatest; other runs
+    !> differ.
+    subroutine test_star_camera_model(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = 'q1,q2,q3,q4,stars,angle_error_arcsec,quest_and_q_method_arcsec,'// &
+                                   'sigma_x_arcsec,sigma_y_arcsec,sigma_boresight_arcsec'
+        character(*), parameter :: AT = 'model star-camera --quaternion 0.5 -0.5 0.5 0.5'
+        real(dp) :: first(10), second(10), other(10)
+
+        call row_of(error, AT, HEADER, first)
+        call row_of(error, AT//' --run 2', HEADER, second)
+        call row_of(error, AT//' --head 2', HEADER, other)
+        call check(error, abs(norm2(first(:4)) - 1) < 1e-14_dp .and. first(5) >= 2 .and. first(5) <= 20)
+        call check(error, first(6) > 0 .and. first(6) < 50 .and. maxval(abs(first(:4) - second(:4))) > 0)
+        call check(error, maxval(abs(first(:4) - other(:4))) > 0.1_dp)
+        call refused(error, 'model star-camera --quaternion 0 0 0 0', STATUS_FAILED, &
+                     [character(W) :: '--quaternion', 'not a unit quaternion'])
+        call refused(error, 'model star-camera --quaternion 0.5 0.5 0.5 0.6', STATUS_FAILED, &
+                     [character(W) :: 'not a unit quaternion'])
+        call refused(error, AT//' --head 3', STATUS_MISUSED, [character(W) :: '--head', 'from 1 to 2'])
+    end subroutine test_star_camera_model
+
+    subroutine test_impossible(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: MODELS(4) = [character(27) :: 'gravity', &
+                                                'field --date 1989-01-02', &
+                                                'density --date 1989-01-02', &
+                                                'wind --date 1989-01-02']
+        integer :: i
+
+        do i = 1, size(MODELS)
+            call refused(error, 'model '//trim(MODELS(i))//' --position 0 0 0', STATUS_FAILED, &
+                         [character(W) :: '--position', 'inside the Earth'])
+            call refused(error, 'model '//trim(MODELS(i))//' --position 6370e3 0 0', &
+                         STATUS_FAILED, [character(W) :: '--position', &
+                         '8.137 km below the ellipsoid'])
+            call refused(error, 'model '//trim(MODELS(i))//' --position 6837.865 0 0', &
+                         STATUS_FAILED, [character(W) :: 'give Earth-fixed metres'])
+        end do
+    end subroutine test_impossible
+end module test_model_commands

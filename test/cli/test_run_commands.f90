@@ -1,0 +1,262 @@
+!> `simulate` and `estimate` on the command line: what they write, and what an estimate says of itself.
+module test_run_commands
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: string_t, split, parse_real
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, remove_file
+    use gracecg_files_table, only: read_csv
+    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use command_fixture, only: run, succeeds, refused
+    use testdrive, only: unittest_type, error_type, new_unittest
+    use fixture, only: check, check_fails, FOLDER, make_file, check_passes
+    implicit none
+    private
+    public :: collect_run_commands
+
+    integer, parameter :: W = 70
+
+contains
+
+    subroutine collect_run_commands(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('simulate', test_simulate), &
+                    new_unittest('estimate', test_estimate), &
+                    new_unittest('running-estimate', test_running), &
+                    new_unittest('no-convergence', test_no_convergence), &
+                    new_unittest('options-in-an-old-setup', test_old_setup)]
+    end subroutine collect_run_commands
+
+    !> Columns and rows as documented; other runs have other noise and the same truth.
+    subroutine test_simulate(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(10), parameter :: COLUMNS(23) = [character(10) :: 'time_s', 'rx_m', 'ry_m', 'rz_m', 'vx_m_s', &
+            'vy_m_s', 'vz_m_s', 'q1', 'q2', 'q3', 'q4', 'wx_rad_s', 'wy_rad_s', 'wz_rad_s', 'wdx_rad_s2', &
+            'wdy_rad_s2', 'wdz_rad_s2', 'bx_tesla', 'by_tesla', 'bz_tesla', 'ngx_m_s2', 'ngy_m_s2', 'ngz_m_s2']
+        type(error_t), allocatable :: failure
+        type(text_file_t) :: file
+        type(string_t), allocatable :: comments(:)
+        real(dp), allocatable :: truth_1(:, :), truth_2(:, :), noisy_1(:, :), noisy_2(:, :)
+        character(7), parameter :: ACCELEROMETER(4) = [character(7) :: 'time_s', 'ax_m_s2', 'ay_m_s2', 'az_m_s2']
+        character(:), allocatable :: output
+
+        call succeeds(error, 'simulate front-3 --out '//FOLDER//'run1 --seed 5', output)
+        call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
+        call check(error, index(output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ') > 0, output)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'run1/truth.csv', COLUMNS, truth_1, failure, comments)
+        if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', COLUMNS, truth_2, failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'run1/accelerometer.csv', ACCELEROMETER, noisy_1, failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'run2/accelerometer.csv', ACCELEROMETER, noisy_2, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, failure)
+        call check_passes(error, message_of(failure))
+        call check(error, comments(1)%text == 'gracecg '//VERSION//' simulate' .and. &
+                   comments(2)%text == 'case front-3, seed 5, run 1')
+        call check(error, size(truth_1, 1) == 601 .and. size(noisy_1, 1) == 600)
+        call check(error, index(file%line(4), '0.3,') == 1, file%line(4))
+        call check(error, all(abs(truth_1(:, :20) - truth_2(:, :20)) <= 0), 'the truth depends on the run')
+        call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), 'the density wave does not')
+        call check(error, all(abs(noisy_1(:, 2) - noisy_2(:, 2)) > 0), 'the noise does not')
+    end subroutine test_simulate
+
+    !> The estimate from files: within five of its sigmas in the well observed axes of case 3, the
+    !> same in both formats.
+    subroutine test_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: TRUE_OFFSET(3) = [0.3_dp, 0.4_dp, -0.5_dp]   ! mm, section 6.2
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: output, messages, line
+        real(dp) :: value, sigma
+        integer :: axis, status
+        logical :: ok
+
+        call succeeds(error, 'simulate front-3 --out '//FOLDER//'run3', output)
+        call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde --format csv', output)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        call check(error, index(text%line(1), &
+                   'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
+                   'converged,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,alpha_x_m_s3,') == 1, &
+                   text%line(1))
+        if (allocated(error)) return
+        fields = split(text%line(2), ',')
+        call check(error, size(fields) == 46 .and. size(split(text%line(1), ',')) == 46 .and. &
+                   fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '', text%line(2))
+        do axis = 1, 3
+            if (allocated(error)) return
+            call parse_real(fields(1 + axis)%text, value, ok)
+            call parse_real(fields(4 + axis)%text, sigma, ok)
+            call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. &
+                       sigma < 0.1_dp, text%line(2))
+        end do
+        call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', output)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        do axis = 1, 3
+            line = text%line(1 + axis)
+            read (line(4:16), *) sigma
+            call parse_real(fields(1 + axis)%text, value, ok)
+            call check(error, abs(sigma - value) < 1e-5_dp, line)
+            if (allocated(error)) return
+        end do
+        call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
+                     [character(W) :: 'none: no such folder'])
+        call estimate_without_stars()
+        if (allocated(error)) return
+        call remove_file(FOLDER//'run3/magnetometer.csv')
+        call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs'), 1, messages)
+        call remove_file(FOLDER//'run3/orbit.csv')
+        call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
+                     [character(W) :: 'run3/magnetometer.csv: no such file'])
+
+    contains
+
+        !> With the angular velocity of the setup, that of the truth file's first row: no star camera, no attitude.
+        subroutine estimate_without_stars()
+            type(text_file_t) :: setup, truth
+            type(string_t), allocatable :: names(:), values(:)
+            character(:), allocatable :: rates
+            type(error_t), allocatable :: failure
+            integer :: i, place, length
+
+            call succeeds(error, 'simulate front-3 --out '//FOLDER//'run4', output)
+            if (allocated(error)) return
+            call remove_file(FOLDER//'run4/star_camera.csv')
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm assest-fde', STATUS_FAILED, &
+                         [character(W) :: 'run4/star_camera.csv: no such file'])
+            call read_text_file(FOLDER//'run4/truth.csv', truth, failure)
+            names = split(truth%line(1), ',')
+            values = split(truth%line(2), ',')
+            rates = ''
+            do i = 1, size(names)
+                if (index(names(i)%text, '_rad_s') > 0 .and. index(names(i)%text, 'wd') == 0) rates = rates//' '//values(i)%text
+            end do
+            call read_text_file(FOLDER//'run4/setup.nml', setup, failure)
+            call make_file(error, 'run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
+                           ' sigma = 3*1e-8 /'//new_line('a'))
+            call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
+            call check(error, status == STATUS_DONE .and. index(messages, 'from other means') > 0, messages)
+            if (allocated(error)) return
+            text = text_file_of(output, 'output')
+            fields = split(text%line(2), ',')
+            do axis = 1, 3
+                call parse_real(fields(1 + axis)%text, value, ok)
+                call parse_real(fields(4 + axis)%text, sigma, ok)
+                call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. sigma < 0.1_dp, text%line(2))
+                if (allocated(error)) return
+            end do
+            names = split(text%line(1), ',')
+            place = findloc([(names(i)%text == 'q1', i=1, size(names))], .true., 1)
+            length = 0
+            do i = place, place + 7
+                length = length + len_trim(fields(i)%text)
+            end do
+            call check(error, length, 0, text%line(2))
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, &
+                         [character(W) :: 'ASSEST alone can do without'])
+        end subroutine estimate_without_stars
+    end subroutine test_estimate
+
+    !> The running estimate: its columns, its last row the estimate; refused of a batch estimator, and not
+    !> half-written.
+    subroutine test_running(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: FILE = FOLDER//'running.csv'
+        character(*), parameter :: COLUMNS(9) = [character(20) :: 'time_s', 'dx_mm', 'dy_mm', 'dz_mm', &
+            'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'edited_accelerometer', 'edited_star_camera']
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        real(dp), allocatable :: table(:, :)
+        real(dp) :: value
+        integer :: status, i
+        logical :: ok
+
+        call succeeds(error, 'simulate back-3 --out '//FOLDER//'run6', output)
+        call run('estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, status, &
+                 output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (allocated(error)) return
+        call read_csv(FILE, COLUMNS, table, failure)
+        call check_passes(error, message_of(failure))
+        call check(error, size(table, 1), 601)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        fields = split(text%line(2), ',')
+        do i = 2, 7
+            call parse_real(fields(i)%text, value, ok)
+            call check(error, ok .and. abs(table(601, i) - value) < 1e-5_dp, text%line(2))
+            if (allocated(error)) return
+        end do
+        call remove_file(FILE)
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm optimal --running '//FILE, STATUS_MISUSED, &
+                     [character(W) :: '--running: optimal estimates from all samples at once'])
+        call refused(error, 'estimate '//FOLDER//'none --algorithm sequential --running '//FILE, STATUS_FAILED, &
+                     [character(W) :: 'none: no such folder'])
+        call check(error, .not. file_exists(FILE), 'no file is left by a failure')
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', &
+                     STATUS_FAILED, [character(W) :: 'there is no folder'])
+    end subroutine test_running
+
+    !> A hopeless initial guess: the result is shown, marked as not converged, and the status is 1.
+    subroutine test_no_convergence(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: KEY = 'guess_angular_velocity = '
+        type(text_file_t) :: knowledge
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        integer :: status, place
+
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'lost/options.nml', knowledge, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        place = index(knowledge%text, KEY) + len(KEY)
+        call make_file(error, 'lost/options.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '// &
+                       knowledge%text(place:))
+        call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv --options '//FOLDER// &
+                 'lost/options.nml', status, output, messages)
+        call check(error, status, STATUS_FAILED, messages)
+        call check(error, index(output, ',false,') > 0 .and. index(messages, 'did not converge') > 0, &
+                   output//messages)
+    end subroutine test_no_convergence
+
+    !> A setup.nml of version 0.1 has options: they count, with a warning; --options takes their place.
+    subroutine test_old_setup(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: setup, options
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages, told, untold
+        integer :: status
+
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'old', output)
+        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv', untold)
+        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER// &
+                      'old/options.nml', told)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'old/setup.nml', setup, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//'old/options.nml', options, failure)
+        call check_passes(error, message_of(failure))
+        call make_file(error, 'old/setup.nml', setup%text//options%text)
+        call run('estimate '//FOLDER//'old --algorithm ascfest --format csv', status, output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        call check(error, output == told .and. output /= untold, 'the groups of the setup count')
+        call check_fails(error, messages, [character(W) :: 'warning: ', 'setup.nml', '&estimation, &optimal, &sequential', &
+                                           '--options'])
+        call make_file(error, 'old/empty.nml', '&estimation /')
+        call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &
+                 status, output, messages)
+        call check(error, output == untold, '--options takes their place')
+        call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', &
+                     STATUS_FAILED, [character(W) :: 'old/none.nml'])
+    end subroutine test_old_setup
+end module test_run_commands
