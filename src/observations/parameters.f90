@@ -13,7 +13,7 @@ module gracecg_observations_parameters
     private
     public :: parameter_kind_t, KINDS, KIND_OF, MEMBER_OF, PARAMETERS
     public :: ROTATION, ACCELERATION, ATTITUDE, CHANNELS
-    public :: is_rotational, is_of_star_camera, typical_sizes, loose_sigmas
+    public :: is_rotational, is_of_star_camera, acts_in_proportion, find_parameters, typical_sizes, loose_sigmas
     public :: parameter_names, parameter_units, belief_subject, belief_unit, belief_size, largest_error
     public :: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS
     public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
@@ -311,6 +311,49 @@ contains
 
         is_of_star_camera = KINDS(KIND_OF(place))%acts_on == ATTITUDE
     end function is_of_star_camera
+
+    !> Is a parameter an error of a belief that the model has in proportion alone, by its partial where the belief holds?
+    elemental logical function acts_in_proportion(place)
+        integer, intent(in) :: place        !! Of the parameter
+
+        acts_in_proportion = any(BELIEFS == place) .and. &
+            .not. any(KIND_OF(place) == [OF_ROD_GAIN, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_FIELD_BIAS])
+    end function acts_in_proportion
+
+    !> The parameters that a text names, as `parameter_names` does, separated by blanks or commas. Interchanges, which have
+    !> no size, cannot be estimated and are not known.
+    pure subroutine find_parameters(text, places, unknown)
+        character(*), intent(in) :: text
+        integer, allocatable, intent(out) :: places(:)
+        character(:), allocatable, intent(out) :: unknown   !! The first name that is none; empty: all are known
+
+        character(len(text)) :: left
+        integer :: length, place
+
+        left = text
+        do place = 1, len(left)
+            if (left(place:place) == ',') left(place:place) = ' '
+        end do
+        unknown = ''
+        allocate (places(0))
+        do
+            left = adjustl(left)
+            if (left == '') return
+            length = index(left//' ', ' ') - 1
+            do place = PARAMETERS, 1, -1
+                if (parameter_names(place) == left(:length)) exit
+            end do
+            if (place > 0) then
+                if (any(KIND_OF(place) == [OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS])) place = 0
+            end if
+            if (place == 0) then
+                unknown = left(:length)
+                return
+            end if
+            if (.not. any(places == place)) places = [places, place]
+            left(:length) = ''
+        end do
+    end subroutine find_parameters
 
     !> Sizes of parameters, for convergence, SI units.
     pure function typical_sizes(places, duration) result(sizes)

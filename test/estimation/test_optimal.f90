@@ -3,7 +3,7 @@
 module test_optimal
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: ARCSECOND, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_error, only: error_t, message_of, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_vectors, only: unit
@@ -46,6 +46,7 @@ contains
                     new_unittest('another-step-changes-nothing', test_settled), &
                     new_unittest('curved-drag-does-not-pull-a-wave', test_curved_drag), &
                     new_unittest('rod-gain-and-magnetometer-bias-are-estimated', test_extra), &
+                    new_unittest('a-belief-is-estimated-by-its-name', test_by_name), &
                     new_unittest('without-rods', test_without_rods), &
                     new_unittest('rods-that-did-not-fire', test_not_fired)]
     end subroutine collect_optimal
@@ -490,6 +491,40 @@ contains
             value = sum(solution%parameters%value, mask=solution%parameters%name == name)
         end function value_of
     end subroutine test_extra
+
+    !> A gain of one rod and a delay of all that are believed wrong, named in the options, are found, and d with them.
+    subroutine test_by_name(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: GAIN = 2, LATE = 0.3_dp     ! Of rod y, believed by true; of all rods, s
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(14), parameter :: NAMES(2) = [character(14) :: 'rod_gain_y', 'rod_delay']
+        real(dp) :: expected(2), sigma(3)
+        integer :: i, k
+
+        call noisy_example(observations, 3, error)
+        if (allocated(error)) return
+        observations%knowledge%rods%gain(2) = GAIN*observations%knowledge%rods%gain(2)
+        observations%knowledge%rods%delay = observations%knowledge%rods%delay - LATE
+        expected = [1/GAIN - 1, LATE]
+        options%optimal%also = 'rod_gain_y, rod_delay'
+        options%covariance = .false.
+        call estimate_optimal(observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        do i = 1, size(NAMES)
+            k = findloc(solution%parameters%name, NAMES(i)(:12), 1)
+            associate (one => solution%parameters(k))
+                call check(error, abs(one%value - expected(i)) < 4*one%sigma + 1e-3_dp*abs(expected(i)) .and. &
+                           one%sigma < 0.3_dp*abs(expected(i)), trim(NAMES(i))//number_text(one%value)//number_text(one%sigma))
+            end associate
+        end do
+        sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+        call check(error, all(abs(solution%offset - OFFSET) < 4*sigma), 'offset')
+    end subroutine test_by_name
 
     !> Rods at rest: the offset is hardly observable, or not at all; said, or an error.
     subroutine test_without_rods(error)

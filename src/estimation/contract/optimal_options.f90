@@ -2,6 +2,7 @@
 module gracecg_estimation_optimal_options
     use gracecg_base_kinds, only: dp
     use gracecg_files_settings, only: settings_t
+    use gracecg_observations_parameters, only: find_parameters
     implicit none
     private
     public :: optimal_options_t, describe_optimal, NOISE_GIVEN, NOISE_ESTIMATED
@@ -23,6 +24,8 @@ module gracecg_estimation_optimal_options
         logical :: estimate_scale_factors = .false.     !! Of the accelerometer; by the bound, too
         logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments
         logical :: estimate_magnetometer_bias = .false. !! Of the flux density; by the bound, too
+        character(256) :: also = ''
+        !! Names of other parameters that are estimated, as in output, separated by blanks: 'rod_gain_y rod_delay'
         character(16) :: density_wave = WAVE_SEARCHED
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one
@@ -38,6 +41,9 @@ contains
         class(settings_t), intent(inout) :: settings
         type(optimal_options_t), intent(inout) :: optimal
 
+        integer, allocatable :: places(:)
+        character(:), allocatable :: unknown
+
         call settings%group('optimal', 'The estimator optimal')
         call settings%text_value('noise', optimal%noise, 'levels of the noise: of the setup, or from the data', &
                                  [character(8) :: NOISE_GIVEN, NOISE_ESTIMATED])
@@ -48,6 +54,12 @@ contains
         call settings%logical_value('estimate_rod_gain', optimal%estimate_rod_gain, &
                                     'a factor of all dipole moments, too')
         call settings%logical_value('estimate_magnetometer_bias', optimal%estimate_magnetometer_bias, 'too')
+        if (optimal%also /= '' .or. settings%holds('optimal', 'also')) then
+            call settings%text_value('also', optimal%also, 'names of parameters that are estimated, too')
+            call find_parameters(optimal%also, places, unknown)
+            if (unknown /= '') call settings%reject('also', 'no parameter "'//unknown//'" can be estimated; names are those '// &
+                                                    'of `estimate --verbose`, as rod_gain_y, rod_delay, acc_turn_x, field_delay')
+        end if
         call settings%text_value('density_wave', optimal%density_wave, 'a harmonic acceleration along the '// &
                                  'airflow: with the period given, or searched for in the residuals', &
                                  [character(8) :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED])

@@ -94,14 +94,22 @@ contains
         integer, allocatable :: estimated(:)
 
         type(optimal_options_t) :: all
+        integer, allocatable :: named(:)
+        character(:), allocatable :: unknown    ! none: the options have been looked at
+        integer :: i
 
         all = asked
         all%estimate_scale_factors = asked%estimate_scale_factors .or. asked%estimate_within_limits
         all%estimate_magnetometer_bias = asked%estimate_magnetometer_bias .or. asked%estimate_within_limits
         estimated = asked_parameters(all)
-        if (.not. asked%estimate_within_limits) return
-        estimated = [estimated, FORCE_SHAPES]
-        if (duration > STEADY) estimated = [estimated, TORQUE_CHANGE]
+        if (asked%estimate_within_limits) then
+            estimated = [estimated, FORCE_SHAPES]
+            if (duration > STEADY) estimated = [estimated, TORQUE_CHANGE]
+        end if
+        call find_parameters(asked%also, named, unknown)
+        do i = 1, size(named)
+            if (.not. any(estimated == named(i))) estimated = [estimated, named(i)]
+        end do
     end function estimated_parameters
 
     !> The parameters that the options ask for by name.

@@ -23,6 +23,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
+    use gracecg_estimation_belief, only: apply_value
     use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_estimation_iteration, only: iteration_t, append_iteration
     use gracecg_estimation_gather_information, only: gather_information
@@ -65,10 +66,75 @@ contains
     !> The optimal batch estimate. Its covariance is the inverse information of all parameters, which
     !> costs nothing and is always given; without options%covariance the fit is not checked.
     !>
+    !> What the options name of beliefs that the model has in proportion alone is put into the beliefs, and the fit done again,
+    !> until it stays: a delay or a turn is then what it is, not its first power.
+    !>
     !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
     !> series would have to be left out, and, with the checks, when the satellite did not turn as the
     !> torque rods should have made it.
     subroutine estimate_optimal(observations, options, solution, error, record, problem, once)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
+        type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one
+        logical, intent(in), optional :: once
+        !! A few steps of one fit, no wave or jump searched and no sample left out: enough to tell that a hypothesis is hopeless
+
+        integer, parameter :: MOST_MOVES = 8
+        real(dp), parameter :: STAYS = 0.02_dp      ! Standard deviations
+        type(observation_set_t) :: believed
+        integer, allocatable :: named(:)
+        character(:), allocatable :: unknown        ! none: the options have been looked at
+        real(dp), allocatable :: moved(:)
+        integer :: i, k, move
+
+        call estimate_as_believed(observations, options, solution, error, record, problem, once)
+        if (options%optimal%also == '' .or. allocated(error)) return
+        call find_parameters(options%optimal%also, named, unknown)
+        named = pack(named, acts_in_proportion(named))
+        allocate (moved(size(named)), source=0.0_dp)
+        believed = observations
+        do move = 1, MOST_MOVES
+            if (all([(abs(found(named(i))) < STAYS*sigma_of(named(i)), i=1, size(named))])) exit
+            do i = 1, size(named)
+                moved(i) = moved(i) + found(named(i))
+                call apply_value(named(i), found(named(i)), believed)
+            end do
+            call estimate_as_believed(believed, options, solution, error, record, problem, once)
+            if (allocated(error)) return
+        end do
+        do i = 1, size(named)
+            k = place_of(named(i))
+            solution%parameters(k)%value = solution%parameters(k)%value + moved(i)
+        end do
+        solution%converged = solution%converged .and. move <= MOST_MOVES
+
+    contains
+
+        !> Where a parameter stands in the solution.
+        integer function place_of(parameter)
+            integer, intent(in) :: parameter
+
+            place_of = findloc(solution%parameters%name, parameter_names(parameter), 1)
+        end function place_of
+
+        real(dp) function found(parameter)
+            integer, intent(in) :: parameter
+
+            found = solution%parameters(place_of(parameter))%value
+        end function found
+
+        real(dp) function sigma_of(parameter)
+            integer, intent(in) :: parameter
+
+            sigma_of = solution%parameters(place_of(parameter))%sigma
+        end function sigma_of
+    end subroutine estimate_optimal
+
+    !> The estimate with the beliefs as they are.
+    subroutine estimate_as_believed(observations, options, solution, error, record, problem, once)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
@@ -115,7 +181,7 @@ contains
         end if
         if (present(problem)) problem = fit%problem
         call add_context(error, 'optimal')
-    end subroutine estimate_optimal
+    end subroutine estimate_as_believed
 
     !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
     !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency; if those show a jump of
