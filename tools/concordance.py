@@ -345,7 +345,7 @@ stands here. Made by `tools/concordance.py` from `tools/concordance.txt` and the
 
 An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended; *equivalent*, the same in
 another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Behind the title of a section stand sections of the theory; then
-what its equations do not name. Equations of one row are in the same modules: procedures, or the module, link to their files. `fpm test -- SUITE` runs the tests;
+what its equations do not name. Equations of one row have its procedures between them; these, or a module, link to their files. `fpm test -- SUITE` runs the tests;
 their comments cite the numbers ("none": no test does).
 
 Of the {total} equations: {states}. Named by a test: {tested}.
@@ -380,11 +380,26 @@ def section_cells(section, own, places, by_module):
             source_text(modules), ", ".join(s for s in section.suites if s not in tested))
 
 
-def equation_rows(own, places):
-    """The equations of a section, those of the same modules in one row; a state that all of a row have stands once."""
+def together(own, places):
+    """Equations that follow one another in the same modules, or in some of them where these are at most three."""
     in_source, _, in_tests, _ = places
-    for _, members in itertools.groupby(own, lambda e: (set(in_source[e.number]), bool(in_tests[e.number]))):
-        members = list(members)
+    groups, modules = [], set()
+    for e in own:
+        here = set(in_source[e.number])
+        if groups and bool(in_tests[e.number]) == bool(in_tests[groups[-1][0].number]) and \
+                (here == modules or len(here | modules) <= 3 and (here <= modules or here >= modules)):
+            groups[-1].append(e)
+            modules = modules | here
+        else:
+            groups.append([e])
+            modules = here
+    return groups
+
+
+def equation_rows(own, places):
+    """The equations of a section by rows; a state that all of a row have stands once."""
+    in_source, _, in_tests, _ = places
+    for members in together(own, places):
         texts, states = [], {e.state for e in members}
         for e in members:
             said = [e.title, "" if e.state == "printed" or len(states) == 1 else f"*{e.state}*", e.remark]
