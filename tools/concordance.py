@@ -340,13 +340,13 @@ HEAD = """\
 # Concordance with the report
 
 Where each piece of F. Wang, *GRACE CG Offset Determination by Magnetic Torquers During the In-Flight Phase*, CSR-TM-00-01, 2000,
-stands here. Made by `tools/concordance.py` from `tools/concordance.txt` and the equations that [theory.md](theory.md) and the comments of `src/` and
-`test/` cite.
+stands here. Made by `tools/concordance.py` from `tools/concordance.txt` and the equations that [theory.md](theory.md) and the comments of
+`src/` and `test/` cite.
 
-An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended; *equivalent*, the same in
-another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Behind the title of a section stand sections of the theory; then
-what its equations do not name. Equations of one row have its procedures between them; these, or a module, link to their files. `fpm test -- SUITE` runs the tests;
-their comments cite the numbers ("none": no test does).
+An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended;
+*equivalent*, the same in another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Behind the title of a
+section stand sections of the theory; then what its equations do not name. Equations of one row have its procedures between them; these, or a
+module, link to their files. `fpm test -- SUITE` runs the tests; their comments cite the numbers ("none": no test does).
 
 Of the {total} equations: {states}. Named by a test: {tested}.
 """
