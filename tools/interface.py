@@ -337,6 +337,13 @@ def first_sentence(text):
     return re.match(r"(.*?(?<!i\.e)[.])(?= [A-Z\"`]|$)", text).group(1).rstrip(".") if "." in text else text
 
 
+def in_short(text):
+    """The beginning of the first sentence, up to a colon or semicolon; the header has it all."""
+    sentence = first_sentence(text)
+    clause = re.match(r"(?!At |Of |For )((?:\([^)]*\)|[^:;.(]|[:;.](?! ))+)[:;.] ", sentence)
+    return clause.group(1) if clause else sentence
+
+
 def c_table(packages):
     yield "| gracecg_... | does |"
     yield "|---|---|"
@@ -347,7 +354,7 @@ def c_table(packages):
         for item in package:
             if item.kind == "function":
                 names = ", ".join(name for a in item.arguments for name in c_names(a))
-                yield f"| `{item.name}({names})` | {first_sentence(item.text).replace('|', '')} |"
+                yield f"| `{item.name}({names})` | {in_short(item.text).replace('|', '')} |"
 
 
 def item_table(packages):

@@ -399,8 +399,8 @@ subroutine gceops(file, mjd, sec, dut1, pole, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gceops
 
-!> Inertial (GCRS) to Earth-fixed, IAU 2006/2000B, T seconds after the time, at most ten days; POLE: x and y, rad; ROT
-!> to be multiplied by a column.
+!> Inertial (GCRS) to Earth-fixed, IAU 2006/2000B, T seconds after the time, at most ten days; POLE: x, y, rad; ROT
+!> times a column.
 subroutine gcornt(mjd, sec, dut1, pole, t, rot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
     use gracecg, only: dp
@@ -1659,7 +1659,7 @@ subroutine gcesto(algo, iobs, ifit, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcesto
 
-!> Offset in m with covariance, accelerometer residuals in m/s^2. With ISTAT = 0, MSG holds the warnings, if any.
+!> Offset, m, accelerometer residuals, m/s^2. MSG holds warnings.
 subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg, only: dp
@@ -1785,8 +1785,8 @@ subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcrunn
 
-!> What the data say of the setup: undetected effect and difference from 'optimal', m; how many things were tested,
-!> contradicted, not testable. With ISTAT = 0, MSG holds the contradictions, if any.
+!> What the data say of the setup: undetected effect and difference from 'optimal', m; how many beliefs were tested,
+!> contradicted, not testable. MSG holds contradictions.
 subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg, only: dp
@@ -1962,8 +1962,8 @@ subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, i
     call finish(status, error, istat, msg)
 end subroutine gcchn
 
-!> The bound of a case: standard deviations and covariance of the offset (m, m^2), semi-axes of the error ellipsoid,
-!> ascending, and their directions as columns; standard deviations with what is known only within limits.
+!> The bound of a case, m: standard deviations, covariance, semi-axes of the error ellipsoid, ascending, with
+!> directions as columns; standard deviations with what is known only within limits.
 subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg, only: dp
@@ -2002,8 +2002,8 @@ subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcbnd
 
-!> Searches the best manoeuvre; JCAS: the case that flies it; its limit, errors by density wave and by curved forces
-!> in m; greatest rate and turn in rad/s, rad.
+!> Searches the best manoeuvre; JCAS: the case that flies it; its limit, errors by density wave and curved forces, m;
+!> greatest rate and turn, rad/s, rad.
 subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t
     use gracecg, only: dp
@@ -2052,7 +2052,7 @@ subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcdsgn
 
-!> The same along NREV revolutions: IPLACE 2 at the best start, which T tells, 3 one for all places.
+!> The same along NREV revolutions: IPLACE 2 at the best start T, 3 one for all places.
 subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg, only: dp
@@ -2111,8 +2111,8 @@ subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, 
     call finish(status, error, istat, msg)
 end subroutine gcdsga
 
-!> That manoeuvre T seconds after the epoch along the orbit: latitude and longitude (rad), standard deviations (m),
-!> the worst direction's and its unit vector.
+!> A case's manoeuvre T seconds after the epoch: latitude, longitude (rad), standard deviations (m), the worst
+!> direction's and its unit vector.
 subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg, only: dp

@@ -27,9 +27,9 @@ subroutine gcl1op(file, ih, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcl1op
 
-!> Offset in m (SRF) with covariance from a folder of Level-1 files; SAT and SRC may be blank (the first satellite,
-!> torque+cal); rods' gains in A m^2/mA, delays of torque and accelerometer in s, flag (0 good, 1 with care, 2 not to
-!> be used) and leakage (0 left out, 1 a priori, 2 estimated). With ISTAT = 0, MSG says why the flag is not 0.
+!> Offset, m (SRF), from a folder of Level-1 files; blank SAT, SRC: the first satellite, torque+cal; gains in A
+!> m^2/mA, delays of torque and accelerometer in s, flag (0 good, 1 with care, 2 not to be used) and leakage (0 left
+!> out, 1 a priori, 2 estimated). MSG says why the flag is not 0.
 subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg, only: dp
@@ -89,7 +89,7 @@ subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcl1es
 
-!> The same of the manoeuvre that the day, as '2020-02-01', has part of; blank: of all files.
+!> The same of one day, as '2020-02-01'; blank: of all files.
 subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg, only: dp
