@@ -40,7 +40,7 @@ contains
         class(autocovariances_t), intent(inout) :: self
         integer, intent(in) :: epoch(:)             !! Of the samples, increasing
         real(dp), intent(in) :: series(:)
-        logical, intent(in) :: kept(:)              !! False: a sample that does not count
+        logical, intent(in) :: kept(:)              !! A sample that does not count has false
 
         real(dp) :: there(epoch(1):epoch(size(epoch)))
         integer :: k, last

@@ -155,13 +155,13 @@ module gracecg_observations_parameters
         parameter_kind_t(9, 'ang_lrate_', BY_ROD, 'si', CHANNELS, 1e-9_dp, NO, 1.0_dp, 'leakage of rates into the channels @', &
                          BY_ROD_IN_WORDS, '', 1.0_dp, 1e-6_dp)]
 
-    integer :: i_, j_       ! of the loops below, which make constants
+    integer :: i_row, i_member       ! of the loops below, which make constants
     integer, parameter :: COUNTS(*) = KINDS%count
     integer, parameter :: PARAMETERS = sum(COUNTS)      !! Number of all parameters
-    integer, parameter :: EVERY(*) = [(i_, i_=1, PARAMETERS)]
+    integer, parameter :: EVERY(*) = [(i_row, i_row=1, PARAMETERS)]
     !> The row of each parameter, and which of that row it is
-    integer, parameter :: KIND_OF(PARAMETERS) = [((i_, j_=1, COUNTS(i_)), i_=1, size(COUNTS))]
-    integer, parameter :: MEMBER_OF(PARAMETERS) = [((j_, j_=1, COUNTS(i_)), i_=1, size(COUNTS))]
+    integer, parameter :: KIND_OF(PARAMETERS) = [((i_row, i_member=1, COUNTS(i_row)), i_row=1, size(COUNTS))]
+    integer, parameter :: MEMBER_OF(PARAMETERS) = [((i_member, i_member=1, COUNTS(i_row)), i_row=1, size(COUNTS))]
     !> All parameters of which an operator believes something, in the order in which they are shown
     integer, parameter :: BELIEFS(*) = pack(EVERY, KIND_OF >= OF_ROD_GAINS .and. KIND_OF <= OF_ACCELEROMETER_SWAPS)
 

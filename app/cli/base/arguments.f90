@@ -27,7 +27,7 @@ module gracecg_cli_arguments
         character(:), allocatable :: default        !! Its values where it is not given, by blanks; empty: none
         integer :: count = 0                        !! Number of values
         logical :: required = .false.               !! The command cannot do without it
-        logical :: given = .false.
+        logical :: given = .false.                  !! It stands on the command line
         type(string_t), allocatable :: values(:)    !! As given
     end type option_t
 

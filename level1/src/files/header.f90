@@ -180,7 +180,7 @@ contains
     !> What stands before a blank or bracket.
     pure function first_word(text) result(word)
         character(*), intent(in) :: text
-        character(:), allocatable :: word
+        character(scan(text//' ', ' (') - 1) :: word
 
         word = text(:scan(text//' ', ' (') - 1)
     end function first_word
@@ -211,7 +211,7 @@ contains
     !> A file's name without its folders.
     pure function name_of(path) result(name)
         character(*), intent(in) :: path    !! With or without folders
-        character(:), allocatable :: name
+        character(len(path) - index(path, '/', back=.true.)) :: name
 
         name = path(index(path, '/', back=.true.) + 1:)
     end function name_of

@@ -107,16 +107,21 @@ contains
     pure function word_at(text, first) result(word)
         character(*), intent(in) :: text        !! Ends with a line feed
         integer, intent(in) :: first            !! Place of its first letter
-        character(:), allocatable :: word
+        character(min(200, end_of_word(text, first) - first)) :: word
 
-        integer :: last
-
-        last = first
-        do while (.not. is_end(text(last:last)) .and. last < first + LONGEST_WORD)
-            last = last + 1
-        end do
-        word = printable(text(first:last - 1))
+        word = printable(text(first:end_of_word(text, first) - 1))
     end function word_at
+
+    !> The place behind a word, which is not longer than the longest.
+    pure integer function end_of_word(text, first) result(place)
+        character(*), intent(in) :: text        !! Ends with a line feed
+        integer, intent(in) :: first            !! Place of its first letter
+
+        place = first
+        do while (.not. is_end(text(place:place)) .and. place < first + LONGEST_WORD)
+            place = place + 1
+        end do
+    end function end_of_word
 
     !> Writes a value and a blank.
     subroutine put_word(value, kind, text, length)

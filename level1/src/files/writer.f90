@@ -112,9 +112,9 @@ contains
     end subroutine write_cards
 
     !> 738849600.007739 (2023-06-01 00:00:00.007739)
-    function time_text(time) result(text)
+    pure function time_text(time) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
-        character(:), allocatable :: text
+        character(len(seconds_text(time)) + 29) :: text
 
         character(26) :: date
 
@@ -165,29 +165,42 @@ contains
 
     pure function title_of(family) result(title)
         character(3), intent(in) :: family      !! 'ACC'
-        character(:), allocatable :: title
+        character(len_trim(title_field(family))) :: title
+
+        title = title_field(family)
+    end function title_of
+
+    !> The same with blanks behind it.
+    pure function title_field(family) result(field)
+        character(3), intent(in) :: family
+        character(len(TITLES)) :: field
 
         integer :: i
 
         i = findloc(FAMILIES, family, 1)
-        title = family
-        if (i > 0) title = trim(TITLES(i))
-    end function title_of
+        field = family
+        if (i > 0) field = TITLES(i)
+    end function title_field
 
     !> 738849600.007739
-    function seconds_text(time) result(text)
+    pure function seconds_text(time) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
-        character(:), allocatable :: text
+        character(len_trim(seconds_field(time))) :: text
 
-        character(24) :: number
-
-        write (number, '(f0.6)') time
-        if (number(1:1) == '.') number = '0'//number
-        text = trim(number)
+        text = seconds_field(time)
     end function seconds_text
 
+    !> The same with blanks behind it.
+    pure function seconds_field(time) result(field)
+        real(dp), intent(in) :: time
+        character(24) :: field
+
+        write (field, '(f0.6)') time
+        if (field(1:1) == '.') field = '0'//field
+    end function seconds_field
+
     !> 2023-06-01T00:00:00.007739, or so much of it.
-    function date_text(time, length) result(text)
+    pure function date_text(time, length) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
         integer, intent(in) :: length           !! Characters
         character(length) :: text

@@ -11,7 +11,7 @@ module gracecg_estimation_arcs
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_lapack, only: grouped_normal_equations
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
@@ -47,10 +47,10 @@ module gracecg_estimation_arcs
     type :: arcs_fit_t
         integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
         real(dp), allocatable :: value(:)           !! Of them, SI units: errors of what was believed
-        real(dp), allocatable :: covariance(:, :)
+        real(dp), allocatable :: covariance(:, :)   !! Of the values, SI units
         type(information_t) :: information          !! Of the samples about their corrections, without a-priori knowledge
         real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, m
-        real(dp), allocatable :: arc_covariance(:, :, :)
+        real(dp), allocatable :: arc_covariance(:, :, :)    !! Of these, m^2
         real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
         integer :: degrees = 0                      !! Of freedom of it
         real(dp) :: rms(3) = 0, angular_rms(3) = 0  !! Of the residuals, m/s^2, rad/s^2
@@ -59,8 +59,7 @@ module gracecg_estimation_arcs
         real(dp) :: star_sigma(3) = 0, second_sigma(3) = 0  !! Found of the two heads, rad
         integer :: samples = 0, edited(3) = 0       !! Of the accelerometer; left out of accelerometer, heads, channels
         integer :: rounds = 0                       !! Fits
-        logical :: converged = .false.
-        type(string_t), allocatable :: warnings(:)
+        logical :: converged = .false.              !! The delays stay
     end type arcs_fit_t
 
 contains
@@ -80,7 +79,6 @@ contains
         real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
         integer :: i, round
 
-        allocate (result%warnings(0))
         result%shared = shared
         believed = sets
         moved = 0

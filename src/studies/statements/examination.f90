@@ -122,54 +122,74 @@ contains
     end subroutine conclude
 
     !> How the finding of a statement of two halves begins.
-    function in_part(verdict, half) result(text)
+    pure function in_part(verdict, half) result(text)
         integer, intent(in) :: verdict
         character(*), intent(in) :: half            !! Which holds, if one does
-        character(:), allocatable :: text
+        character(len_trim(part_field(verdict, half))) :: text
+
+        text = part_field(verdict, half)
+    end function in_part
+
+    !> The same with blanks behind it.
+    pure function part_field(verdict, half) result(field)
+        integer, intent(in) :: verdict
+        character(*), intent(in) :: half
+        character(len(half) + 24) :: field
 
         select case (verdict)
         case (HOLDS)
-            text = 'Holds:'
+            field = 'Holds:'
         case (HOLDS_NOT)
-            text = 'Does not hold:'
+            field = 'Does not hold:'
         case default
-            text = 'Holds for the '//half//' only:'
+            field = 'Holds for the '//half//' only:'
         end select
-    end function in_part
+    end function part_field
 
     !> Millimetres with two significant digits and more.
-    function mm_text(value) result(text)
+    pure function mm_text(value) result(text)
         real(dp), intent(in) :: value               !! m
-        character(:), allocatable :: text
+        character(len_trim(plain_field(value/MILLIMETRE, '(f10.4)'))) :: text
 
-        text = plain_text(value/MILLIMETRE, '(f10.4)')
+        text = plain_field(value/MILLIMETRE, '(f10.4)')
     end function mm_text
 
     !> The least and the greatest part of 1, in percent.
-    function range_text(parts) result(text)
+    pure function range_text(parts) result(text)
         real(dp), intent(in) :: parts(:, :)
-        character(:), allocatable :: text
+        character(len_trim(plain_field(100*minval(parts), '(f6.0)')) + 4 + &
+                  len_trim(plain_field(100*maxval(parts), '(f6.0)'))) :: text
 
         text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
     end function range_text
 
     !> A number without what stands before and behind its digits.
-    function plain_text(value, form) result(text)
+    pure function plain_text(value, form) result(text)
         real(dp), intent(in) :: value
         character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
-        character(:), allocatable :: text
+        character(len_trim(plain_field(value, form))) :: text
 
-        character(16) :: field
-
-        write (field, form) value
-        text = trim(adjustl(field))
-        if (text(len(text):) == '.') text = text(:len(text) - 1)
+        text = plain_field(value, form)
     end function plain_text
 
+    !> The same with blanks behind it.
+    pure function plain_field(value, form) result(field)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form
+        character(16) :: field
+
+        integer :: last
+
+        write (field, form) value
+        field = adjustl(field)
+        last = len_trim(field)
+        if (field(last:last) == '.') field(last:last) = ' '
+    end function plain_field
+
     !> Counts as '3 of 4'.
-    function share_text(part, whole) result(text)
+    pure function share_text(part, whole) result(text)
         integer, intent(in) :: part, whole
-        character(:), allocatable :: text
+        character(len(integer_text(part)) + 4 + len(integer_text(whole))) :: text
 
         text = integer_text(part)//' of '//integer_text(whole)
     end function share_text
@@ -178,7 +198,7 @@ contains
     pure function pick_text(condition, if_true, if_false) result(text)
         logical, intent(in) :: condition                !! Which of the two
         character(*), intent(in) :: if_true, if_false
-        character(:), allocatable :: text
+        character(merge(len(if_true), len(if_false), condition)) :: text
 
         if (condition) then
             text = if_true
