@@ -103,15 +103,6 @@ contains
         end do
     end subroutine skip_white
 
-    !> The word that begins there, for a message.
-    pure function word_at(text, first) result(word)
-        character(*), intent(in) :: text        !! Ends with a line feed
-        integer, intent(in) :: first            !! Place of its first letter
-        character(min(200, end_of_word(text, first) - first)) :: word
-
-        word = printable(text(first:end_of_word(text, first) - 1))
-    end function word_at
-
     !> The place behind a word, which is not longer than the longest.
     pure integer function end_of_word(text, first) result(place)
         character(*), intent(in) :: text        !! Ends with a line feed
@@ -122,6 +113,15 @@ contains
             place = place + 1
         end do
     end function end_of_word
+
+    !> The word that begins there, for a message.
+    pure function word_at(text, first) result(word)
+        character(*), intent(in) :: text        !! Ends with a line feed
+        integer, intent(in) :: first            !! Place of its first letter
+        character(min(200, end_of_word(text, first) - first)) :: word
+
+        word = printable(text(first:end_of_word(text, first) - 1))
+    end function word_at
 
     !> Writes a value and a blank.
     subroutine put_word(value, kind, text, length)

@@ -111,8 +111,25 @@ contains
         end subroutine card
     end subroutine write_cards
 
+    !> What seconds_text gives, with blanks behind it.
+    pure function seconds_field(time) result(field)
+        real(dp), intent(in) :: time
+        character(24) :: field
+
+        write (field, '(f0.6)') time
+        if (field(1:1) == '.') field = '0'//field
+    end function seconds_field
+
+    !> 738849600.007739
+    pure function seconds_text(time) result(text)
+        real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
+        character(len_trim(seconds_field(time))) :: text
+
+        text = seconds_field(time)
+    end function seconds_text
+
     !> 738849600.007739 (2023-06-01 00:00:00.007739)
-    pure function time_text(time) result(text)
+    function time_text(time) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
         character(len(seconds_text(time)) + 29) :: text
 
@@ -163,14 +180,7 @@ contains
         end associate
     end subroutine write_yaml
 
-    pure function title_of(family) result(title)
-        character(3), intent(in) :: family      !! 'ACC'
-        character(len_trim(title_field(family))) :: title
-
-        title = title_field(family)
-    end function title_of
-
-    !> The same with blanks behind it.
+    !> The title of a family of products, with blanks behind it.
     pure function title_field(family) result(field)
         character(3), intent(in) :: family
         character(len(TITLES)) :: field
@@ -182,25 +192,15 @@ contains
         if (i > 0) field = TITLES(i)
     end function title_field
 
-    !> 738849600.007739
-    pure function seconds_text(time) result(text)
-        real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
-        character(len_trim(seconds_field(time))) :: text
+    pure function title_of(family) result(title)
+        character(3), intent(in) :: family      !! 'ACC'
+        character(len_trim(title_field(family))) :: title
 
-        text = seconds_field(time)
-    end function seconds_text
-
-    !> The same with blanks behind it.
-    pure function seconds_field(time) result(field)
-        real(dp), intent(in) :: time
-        character(24) :: field
-
-        write (field, '(f0.6)') time
-        if (field(1:1) == '.') field = '0'//field
-    end function seconds_field
+        title = title_field(family)
+    end function title_of
 
     !> 2023-06-01T00:00:00.007739, or so much of it.
-    pure function date_text(time, length) result(text)
+    function date_text(time, length) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
         integer, intent(in) :: length           !! Characters
         character(length) :: text

@@ -121,16 +121,7 @@ contains
         end select
     end subroutine conclude
 
-    !> How the finding of a statement of two halves begins.
-    pure function in_part(verdict, half) result(text)
-        integer, intent(in) :: verdict
-        character(*), intent(in) :: half            !! Which holds, if one does
-        character(len_trim(part_field(verdict, half))) :: text
-
-        text = part_field(verdict, half)
-    end function in_part
-
-    !> The same with blanks behind it.
+    !> What in_part gives, with blanks behind it.
     pure function part_field(verdict, half) result(field)
         integer, intent(in) :: verdict
         character(*), intent(in) :: half
@@ -145,6 +136,38 @@ contains
             field = 'Holds for the '//half//' only:'
         end select
     end function part_field
+
+    !> How the finding of a statement of two halves begins.
+    pure function in_part(verdict, half) result(text)
+        integer, intent(in) :: verdict
+        character(*), intent(in) :: half            !! Which holds, if one does
+        character(len_trim(part_field(verdict, half))) :: text
+
+        text = part_field(verdict, half)
+    end function in_part
+
+    !> What plain_text gives, with blanks behind it.
+    pure function plain_field(value, form) result(field)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form
+        character(16) :: field
+
+        integer :: last
+
+        write (field, form) value
+        field = adjustl(field)
+        last = len_trim(field)
+        if (field(last:last) == '.') field(last:last) = ' '
+    end function plain_field
+
+    !> A number without what stands before and behind its digits.
+    pure function plain_text(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
+        character(len_trim(plain_field(value, form))) :: text
+
+        text = plain_field(value, form)
+    end function plain_text
 
     !> Millimetres with two significant digits and more.
     pure function mm_text(value) result(text)
@@ -162,29 +185,6 @@ contains
 
         text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
     end function range_text
-
-    !> A number without what stands before and behind its digits.
-    pure function plain_text(value, form) result(text)
-        real(dp), intent(in) :: value
-        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
-        character(len_trim(plain_field(value, form))) :: text
-
-        text = plain_field(value, form)
-    end function plain_text
-
-    !> The same with blanks behind it.
-    pure function plain_field(value, form) result(field)
-        real(dp), intent(in) :: value
-        character(*), intent(in) :: form
-        character(16) :: field
-
-        integer :: last
-
-        write (field, form) value
-        field = adjustl(field)
-        last = len_trim(field)
-        if (field(last:last) == '.') field(last:last) = ' '
-    end function plain_field
 
     !> Counts as '3 of 4'.
     pure function share_text(part, whole) result(text)
