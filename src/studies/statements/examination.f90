@@ -103,6 +103,22 @@ contains
         self%rows = [self%rows, row]
     end subroutine add_errors
 
+    !> What share_text gives, with blanks behind it.
+    pure function share_field(part, whole) result(field)
+        integer, intent(in) :: part, whole
+        character(28) :: field
+
+        write (field, '(i0, a, i0)') part, ' of ', whole
+    end function share_field
+
+    !> Counts as '3 of 4'.
+    pure function share_text(part, whole) result(text)
+        integer, intent(in) :: part, whole
+        character(len_trim(share_field(part, whole))) :: text
+
+        text = share_field(part, whole)
+    end function share_text
+
     !> A statement holds when all of so many things are met, and in part when some are.
     subroutine conclude(self, met, of, of_what, found)
         class(examination_t), intent(inout) :: self
@@ -185,14 +201,6 @@ contains
 
         text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
     end function range_text
-
-    !> Counts as '3 of 4'.
-    pure function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole
-        character(len(integer_text(part)) + 4 + len(integer_text(whole))) :: text
-
-        text = integer_text(part)//' of '//integer_text(whole)
-    end function share_text
 
     !> One of two texts.
     pure function pick_text(condition, if_true, if_false) result(text)
