@@ -4,7 +4,6 @@ module gracecg_studies_examination
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell
-    use gracecg_base_text, only: integer_text
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
