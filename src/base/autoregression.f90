@@ -39,7 +39,7 @@ contains
     pure subroutine add(self, epoch, series, kept)
         class(autocovariances_t), intent(inout) :: self
         integer, intent(in) :: epoch(:)             !! Of the samples, increasing
-        real(dp), intent(in) :: series(:)
+        real(dp), intent(in) :: series(:)    !! The samples, of mean 0, any unit
         logical, intent(in) :: kept(:)              !! A sample that does not count has false
 
         real(dp) :: there(epoch(1):epoch(size(epoch)))
@@ -57,7 +57,7 @@ contains
     !> The predictors from autocovariances. `redundancy`: the samples less the parameters that a fit has taken from them.
     pure function predictors_of(sums, redundancy) result(model)
         type(autocovariances_t), intent(in) :: sums
-        real(dp), intent(in) :: redundancy
+        real(dp), intent(in) :: redundancy    !! Samples less parameters, 1 at least
         type(autoregression_t) :: model
 
         real(dp), parameter :: RIDGE = 1e-9_dp      ! Of the variance: keeps the recursion stable

@@ -28,6 +28,7 @@ module gracecg_interface_cases
 
 contains
 
+    !> A calibration case: satellite, orbit, models, instruments and manoeuvre.
     subroutine case_open(source, made, outcome)
         character(*), intent(in) :: source          !! Name, path or text
         type(case_object_t), intent(inout) :: made
@@ -122,6 +123,7 @@ contains
         call items%put('sidereal_angle', self%dynamics%earth%angle)
     end subroutine tell_force_model
 
+    !> Accelerations [n][3] (m/s^2, inertial axes) at `seconds`[n] from the epoch.
     subroutine force_model_evaluate(model, n, seconds, position, velocity, quaternion, gravity, drag, solar_radiation, &
                                     earth_radiation, total, outcome)
         class(force_object_t), intent(in) :: model
@@ -162,6 +164,7 @@ contains
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine check_motion
 
+    !> For one state, the torques of air, sunlight, the rods and gravity, N m, body axes.
     subroutine force_model_loads(model, seconds, state, torques, flux_density, rate, rotation, outcome)
         class(force_object_t), intent(in) :: model
         real(dp), intent(in) :: seconds, state(STATE_SIZE)          !! s from the epoch; m, m/s, rad/s, quaternion
@@ -183,10 +186,11 @@ contains
         if (present(rotation)) rotation = transpose(model%dynamics%earth%from_inertial(seconds))
     end subroutine force_model_loads
 
+    !> Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13].
     subroutine force_model_propagate(model, state, interval, steps, tolerance, states, outcome)
         class(force_object_t), intent(in) :: model
         real(dp), intent(in) :: state(STATE_SIZE), interval             !! At time 0; s
-        integer, intent(in) :: steps
+        integer, intent(in) :: steps    !! Intervals
         real(dp), intent(in) :: tolerance                               !! 0: one step an interval
         real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)          !! At each interval
         type(outcome_t), intent(inout) :: outcome
@@ -195,6 +199,7 @@ contains
         call propagate(model%dynamics, state, interval, steps, tolerance, states, outcome)
     end subroutine force_model_propagate
 
+    !> Integrates the orbit of a satellite whose attitude is held: body z to the centre of the Earth, y across the orbit.
     subroutine force_model_propagate_nadir(model, position, velocity, forward, interval, steps, tolerance, states, outcome)
         class(force_object_t), intent(in) :: model
         real(dp), intent(in) :: position(3), velocity(3), interval      !! Inertial, m, m/s; s

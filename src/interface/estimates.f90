@@ -46,6 +46,7 @@ module gracecg_interface_estimates
 
 contains
 
+    !> Estimates the offset from observations alone, by an algorithm of gracecg_name.
     subroutine estimate(algorithm, observations, made, outcome)
         character(*), intent(in) :: algorithm           !! Its name
         class(observations_object_t), intent(in) :: observations
@@ -212,6 +213,7 @@ contains
         end associate
     end subroutine tell_beliefs
 
+    !> One offset from several observation sets, by the algorithm optimal with the options of each.
     subroutine estimate_joint(count, observations, made, outcome)
         integer, intent(in) :: count                                !! Observation sets
         integer(c_intptr_t), intent(in) :: observations(count)      !! Their handles
@@ -276,10 +278,11 @@ contains
         call items%put('difference_sigma', [(solution%runs(i)%difference_sigma, i=1, size(solution%runs))])
     end subroutine tell_joined
 
+    !> One offset from a long observation set, cut into arcs of `arc` seconds at most (0: 60).
     subroutine estimate_chain(observations, arc, threads, made, outcome)
         class(observations_object_t), intent(in) :: observations
         real(dp), intent(in) :: arc                     !! Length at most, s; 0: the usual one
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads    !! To work on
         type(chain_object_t), intent(inout) :: made
         type(outcome_t), intent(inout) :: outcome
 

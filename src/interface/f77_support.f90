@@ -75,7 +75,7 @@ contains
 
     !> The numbers of an item, into an array with room for n. An estimate that did not converge is asked, too.
     subroutine fetch(handle, item, n, values, status, error)
-        integer(c_intptr_t), intent(in) :: handle
+        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         integer, intent(in) :: n                        !! Room in the array
         real(dp), intent(inout) :: values(*)            !! In the item's unit
@@ -94,7 +94,7 @@ contains
 
     !> How many columns an item has.
     subroutine fetch_count(handle, item, rows, columns, status, error)
-        integer(c_intptr_t), intent(in) :: handle
+        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         integer, intent(in) :: rows                     !! Numbers of a column
         integer, intent(inout) :: columns               !! How many there are
@@ -110,7 +110,7 @@ contains
 
     !> A text that has to fit.
     subroutine fetch_text(handle, item, text, status, error)
-        integer(c_intptr_t), intent(in) :: handle
+        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         character(*), intent(inout) :: text             !! Filled up with blanks
         integer(c_int), intent(inout) :: status         !! A gracecg_status
@@ -126,7 +126,7 @@ contains
 
     !> A text that goes into the message, cut off where this ends.
     subroutine fetch_message(handle, item, status, error)
-        integer(c_intptr_t), intent(in) :: handle
+        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         integer(c_int), intent(inout) :: status         !! A gracecg_status
         type(c_error_t), intent(inout) :: error

@@ -106,7 +106,7 @@ contains
     subroutine get_text(object, item, text, outcome)
         class(object_t), intent(in) :: object
         character(*), intent(in) :: item                    !! Its name
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! What the item says
         type(outcome_t), intent(inout) :: outcome
 
         type(items_t) :: items

@@ -51,9 +51,10 @@ module gracecg_interface_models
 
 contains
 
+    !> "egm96" (to degree 70), "point-mass" (degree and order 0), or the path of an ICGEM .gfc file.
     subroutine gravity_open(name, degree, order, made, outcome)
         character(*), intent(in) :: name            !! Of a model, or path of a file
-        integer, intent(in) :: degree, order
+        integer, intent(in) :: degree, order    !! To which the model is used
         type(gravity_object_t), intent(inout) :: made
         type(outcome_t), intent(inout) :: outcome
 
@@ -80,6 +81,7 @@ contains
                   ') nor a file'//did_you_mean(name, known))
     end subroutine check_file
 
+    !> Of Earth-fixed positions [n][3]: acceleration [n][3] (m/s^2, Earth-fixed, without the centrifugal part).
     subroutine gravity_evaluate(gravity, n, position, acceleration, potential, gradient, outcome)
         class(gravity_object_t), intent(in) :: gravity
         integer, intent(in) :: n                                    !! Places
@@ -108,6 +110,7 @@ contains
         end do
     end subroutine gravity_evaluate
 
+    !> "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file, at a date.
     subroutine field_open(name, date, made, outcome)
         character(*), intent(in) :: name            !! Of a model, or path of a file
         type(utc_t), intent(in) :: date
@@ -125,6 +128,7 @@ contains
         call outcome%take(failure)
     end subroutine field_open
 
+    !> "dtm77", "dtm78" (as CNES has it), "dtm94", or "exponential" (4e-12 kg/m^3 at 466 km, scale height 65 km).
     subroutine density_open(name, date, indices, made, outcome)
         character(*), intent(in) :: name                !! Of a model
         type(utc_t), intent(in), optional :: date       !! Of the indices in the embedded table
@@ -147,6 +151,7 @@ contains
         end if
     end subroutine density_open
 
+    !> Density (kg/m^3), temperature (K) and number densities at positions and times.
     subroutine density_evaluate(density, epoch, n, seconds, position, mass_density, temperature, number_density, outcome)
         class(density_object_t), intent(in) :: density
         type(utc_t), intent(in) :: epoch
@@ -191,6 +196,7 @@ contains
         point%day_of_year = day_of_year(time)
     end subroutine point_at
 
+    !> "hwm93" (the embedded table: 1989-01-02 0 h UT, 466 km) or the path of a table of one's own.
     subroutine wind_open(name, made, outcome)
         character(*), intent(in) :: name            !! Of a table, or path of a file
         type(wind_object_t), intent(inout) :: made
@@ -207,6 +213,7 @@ contains
         call outcome%take(failure)
     end subroutine wind_open
 
+    !> Eastward and northward wind [n][2] (m/s, relative to the turning Earth) at Earth-fixed positions [n][3].
     subroutine wind_evaluate(wind, epoch, n, seconds, position, east_north, outcome)
         class(wind_object_t), intent(in) :: wind
         type(utc_t), intent(in) :: epoch
@@ -227,6 +234,7 @@ contains
         end do
     end subroutine wind_evaluate
 
+    !> The Sun [n][3] (m, inertial, from the Earth's centre, geometric) `seconds`[n] after `epoch`.
     subroutine sun_position(epoch, n, seconds, position, outcome)
         type(utc_t), intent(in) :: epoch
         integer, intent(in) :: n                        !! Times
@@ -244,6 +252,7 @@ contains
         end do
     end subroutine sun_position
 
+    !> Knocke's model.
     subroutine earth_radiation_open(constants, rings, solar_irradiance, made, outcome)
         character(*), intent(in) :: constants           !! Name of a set
         integer, intent(in) :: rings                    !! Around the cap
@@ -258,6 +267,7 @@ contains
         call outcome%take(failure)
     end subroutine earth_radiation_open
 
+    !> The net flux of the radiation of the Earth (W/m^2, inertial axes) at positions and times.
     subroutine earth_radiation_evaluate(model, epoch, n, seconds, position, flux, irradiance, direction, outcome)
         class(earth_radiation_object_t), intent(in) :: model
         type(utc_t), intent(in) :: epoch

@@ -45,6 +45,7 @@ module gracecg_interface_observations
 
 contains
 
+    !> The true arc of a case and what its star cameras see: once, for any number of runs.
     subroutine simulator_open(the_case, made, outcome)
         class(case_object_t), intent(in) :: the_case
         type(simulator_object_t), intent(inout) :: made
@@ -73,6 +74,7 @@ contains
         end associate
     end subroutine tell_simulator
 
+    !> An observation set with the random numbers of a seed and run: the same as `gracecg simulate` draws.
     subroutine simulate(simulator, seed, run, made, outcome)
         class(simulator_object_t), intent(in) :: simulator
         integer, intent(in) :: seed, run                !! Alone decide the random numbers
@@ -86,6 +88,7 @@ contains
         call outcome%take(failure)
     end subroutine simulate
 
+    !> What an operator knows: satellite, manoeuvre, instruments.
     subroutine setup_open(source, made, outcome)
         character(*), intent(in) :: source              !! Path or text
         type(setup_object_t), intent(inout) :: made
@@ -118,6 +121,7 @@ contains
         end associate
     end subroutine read_options_beside
 
+    !> The setup of an observation set (or a setup itself).
     subroutine setup_from(object, count, time, moment, made, outcome)
         class(object_t), intent(in) :: object                       !! A setup or an observation set
         integer, intent(in) :: count                                !! Samples of the moments; 0: as they were commanded
@@ -159,6 +163,7 @@ contains
         call items%say('options', options)
     end subroutine tell_setup
 
+    !> From arrays in memory, which are copied and checked.
     subroutine observations_create(setup, accelerometer_count, accelerometer_time, acceleration, star_camera_count, &
                                    star_camera_time, star_camera_head, quaternion, magnetometer_count, magnetometer_time, &
                                    flux_density, orbit_count, orbit_time, orbit_position, made, outcome)
@@ -209,6 +214,7 @@ contains
         if (present(values)) own_values = values
     end subroutine copy
 
+    !> From a folder as `gracecg simulate` writes it.
     subroutine observations_open(folder, made, outcome)
         character(*), intent(in) :: folder              !! As `gracecg simulate` writes it
         type(observations_object_t), intent(inout) :: made
@@ -254,6 +260,7 @@ contains
         call items%say('options', options)
     end subroutine tell_observations
 
+    !> Into a folder, which is made if it is not there.
     subroutine observations_write(observations, folder, outcome)
         class(observations_object_t), intent(in) :: observations
         character(*), intent(in) :: folder              !! Made if it is not there
@@ -268,6 +275,7 @@ contains
         call outcome%take(failure)
     end subroutine observations_write
 
+    !> Another object like this one, a case, setup or observation set.
     subroutine options_replace(object, text, changed, outcome)
         class(object_t), intent(in) :: object                   !! A case, setup or observation set
         character(*), intent(in) :: text                        !! Of a file of options

@@ -37,6 +37,7 @@ module gracecg_interface_planning
 
 contains
 
+    !> The bound of a case.
     subroutine case_bound(the_case, made, outcome)
         class(case_object_t), intent(in) :: the_case
         type(bound_object_t), intent(inout) :: made
@@ -62,6 +63,7 @@ contains
         call items%put('by_source', self%bound%by_source)
     end subroutine tell_bound
 
+    !> Searches the manoeuvre with the best worst axis for a case's satellite.
     subroutine design(the_case, settings, choices, place, revolutions, made, outcome)
         class(case_object_t), intent(in) :: the_case
         real(dp), intent(in) :: settings(9)                 !! In the order of gracecg_design
@@ -103,11 +105,12 @@ contains
         call items%put('evaluations', real(self%design%evaluations, dp))
     end subroutine tell_design
 
+    !> A case's manoeuvre at n places of its orbit, where a calibration starts `seconds`[n] from the epoch.
     subroutine map(the_case, n, seconds, threads, made, outcome)
         class(case_object_t), intent(in) :: the_case
         integer, intent(in) :: n                            !! Places
         real(dp), intent(in), optional :: seconds(n)        !! Starts of the calibration, from the case's epoch
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads    !! To work on
         type(map_object_t), intent(inout) :: made
         type(outcome_t), intent(inout) :: outcome
 

@@ -16,6 +16,7 @@ module gracecg_interface_surface
 
 contains
 
+    !> A closed convex body of n plates: outward unit normals [n][3], areas [n] (m^2), centres [n][3] (m, from any origin).
     subroutine surface_plates(n, normal, area, centre, specular, diffuse, made, outcome)
         integer, intent(in) :: n                                        !! Plates
         real(dp), intent(in) :: normal(3, n), area(n), centre(3, n)     !! Outward unit vectors; m^2; m
@@ -50,6 +51,7 @@ contains
         acceleration = earth_radiation_acceleration(surface%plates, mass, reflectivity, body_from_inertial, vertical, light)
     end subroutine surface_earthlight
 
+    !> Air in free-molecular flow, plate by plate: force (N) and torque (N m) about the centre of mass.
     subroutine surface_aerodynamic_load(surface, centre_of_mass, density, temperature, number_density, wall_temperature, &
                                         accommodation, velocity, force, torque, outcome)
         class(surface_object_t), intent(in) :: surface
@@ -77,6 +79,7 @@ contains
         torque = load%torque
     end subroutine surface_aerodynamic_load
 
+    !> Sunlight, plate by plate: force (N) and torque (N m) about the centre of mass, body axes.
     subroutine surface_sunlight_load(surface, centre_of_mass, solar_irradiance, illumination, to_sun, force, torque, outcome)
         class(surface_object_t), intent(in) :: surface
         real(dp), intent(in) :: centre_of_mass(3)                   !! In the frame of the plates' centres, m

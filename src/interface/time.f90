@@ -23,6 +23,7 @@ contains
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine later_time
 
+    !> Inertial vectors [n][3] into Earth-fixed ones, by the sidereal angle (rad).
     subroutine earth_fixed(sidereal_angle, n, inertial, fixed, outcome)
         real(dp), intent(in) :: sidereal_angle      !! rad
         integer, intent(in) :: n                    !! Vectors
@@ -41,6 +42,7 @@ contains
         end do
     end subroutine earth_fixed
 
+    !> UT1-UTC (s) and x and y of the pole (rad) at a time, each or NULL.
     subroutine earth_parameters(path, utc, ut1_minus_utc, pole, outcome)
         character(*), intent(in) :: path                                !! Of a file of the IERS
         type(utc_t), intent(in) :: utc
@@ -57,6 +59,7 @@ contains
         if (present(pole)) pole = parameters%pole
     end subroutine earth_parameters
 
+    !> The rotation from inertial (GCRS) to Earth-fixed axes, fixed = rotation * inertial.
     subroutine earth_orientation(utc, ut1_minus_utc, pole, seconds, rotation, outcome)
         type(utc_t), intent(in) :: utc
         real(dp), intent(in) :: ut1_minus_utc, seconds  !! s; s after the time

@@ -63,7 +63,7 @@ module gracecg_observations_parameters
         integer :: count                    !! How many there are
         character(12) :: stem               !! Of their names
         character(56) :: members            !! Ends of their names, separated by blanks; '-': the name has none
-        character(8) :: unit
+        character(8) :: unit                !! Of the estimates, SI
         integer :: acts_on                  !! ROTATION, ACCELERATION, ATTITUDE or CHANNELS
         real(dp) :: size                    !! Typical, for convergence
         logical :: over_arc                 !! `size` is what it makes in the whole arc: divided by its length
@@ -82,6 +82,7 @@ module gracecg_observations_parameters
     character(*), parameter :: BY_ROD_IN_WORDS = 'x by x,x by y,x by z,y by x,y by y,y by z,z by x,z by y,z by z'
     real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
 
+    !> All kinds of parameter, in the order of OF_...
     type(parameter_kind_t), parameter :: KINDS(*) = [ &
         parameter_kind_t(3, 'zeta_', XYZ, 'rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &
         parameter_kind_t(3, 'omega_', XYZ, 'rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &
@@ -162,6 +163,7 @@ module gracecg_observations_parameters
     !> The row of each parameter, and which of that row it is
     integer, parameter :: KIND_OF(PARAMETERS) = [((i_row, i_member=1, COUNTS(i_row)), i_row=1, size(COUNTS))]
     integer, parameter :: MEMBER_OF(PARAMETERS) = [((i_member, i_member=1, COUNTS(i_row)), i_row=1, size(COUNTS))]
+    !! Which of its row each parameter is
     !> All parameters of which an operator believes something, in the order in which they are shown
     integer, parameter :: BELIEFS(*) = pack(EVERY, KIND_OF >= OF_ROD_GAINS .and. KIND_OF <= OF_ACCELEROMETER_SWAPS)
 
@@ -175,8 +177,8 @@ module gracecg_observations_parameters
     integer, parameter :: DRAG_CURVATURE = findloc(KIND_OF, OF_DRAG_CURVATURE, 1)           !! gamma
     !> Amplitudes of the density wave, and the error of its frequency
     integer, parameter :: WAVE_SINE = findloc(KIND_OF, OF_WAVE_SINE, 1)
-    integer, parameter :: WAVE_COSINE = findloc(KIND_OF, OF_WAVE_COSINE, 1)
-    integer, parameter :: WAVE_FREQUENCY = findloc(KIND_OF, OF_WAVE_FREQUENCY, 1)
+    integer, parameter :: WAVE_COSINE = findloc(KIND_OF, OF_WAVE_COSINE, 1)  !! As WAVE_SINE
+    integer, parameter :: WAVE_FREQUENCY = findloc(KIND_OF, OF_WAVE_FREQUENCY, 1)  !! Its error
     integer, parameter :: FORCE_BENDS(12) = pack(EVERY, KIND_OF == OF_FORCE_BENDS)
     !! Of forces that are no straight line, besides: Legendre's polynomials over the arc along body axes, by BEND_AXIS
     !! and BEND_DEGREE
@@ -190,7 +192,7 @@ module gracecg_observations_parameters
     integer, parameter :: ROD_DELAYS(3) = pack(EVERY, KIND_OF == OF_ROD_DELAYS)     !! From command to moment, of each rod
     integer, parameter :: ROD_FREQUENCIES(3) = pack(EVERY, KIND_OF == OF_ROD_FREQUENCIES)   !! Of all activations of a rod
     integer, parameter :: ALL_RODS_DELAY = findloc(KIND_OF, OF_ALL_RODS_DELAY, 1)   !! As ROD_DELAYS, of all rods
-    integer, parameter :: ALL_RODS_FREQUENCY = findloc(KIND_OF, OF_ALL_RODS_FREQUENCY, 1)
+    integer, parameter :: ALL_RODS_FREQUENCY = findloc(KIND_OF, OF_ALL_RODS_FREQUENCY, 1)  !! As ROD_FREQUENCIES, of all rods
     integer, parameter :: ROD_TURNS(6) = pack(EVERY, KIND_OF == OF_ROD_TURNS)       !! As torque_rods_t has its misalignment
     integer, parameter :: INERTIA(6) = pack(EVERY, KIND_OF == OF_INERTIA)           !! Errors of J's xx, yy, zz, xy, yz, zx
     integer, parameter :: TORQUE_CHANGE(3) = pack(EVERY, KIND_OF == OF_TORQUE_CHANGE)       !! T'
@@ -207,27 +209,27 @@ module gracecg_observations_parameters
     integer, parameter :: FIELD_DELAY = findloc(KIND_OF, OF_FIELD_DELAY, 1)         !! Of the magnetometer's time tags
     !> Rotation vector from the body to what the samples of a star-camera head say of it, body axes
     integer, parameter :: MOUNTING_1(3) = pack(EVERY, KIND_OF == OF_MOUNTING_1)
-    integer, parameter :: MOUNTING_2(3) = pack(EVERY, KIND_OF == OF_MOUNTING_2)
+    integer, parameter :: MOUNTING_2(3) = pack(EVERY, KIND_OF == OF_MOUNTING_2)  !! Of head 2
     integer, parameter :: STAR_CAMERA_DELAY = findloc(KIND_OF, OF_STAR_CAMERA_DELAY, 1)     !! Of the star camera's time tags
     !> 1 if two axes are interchanged, x and y, y and z, z and x; no other value has a meaning: the commands of two rods,
     !> two axes of the magnetometer, of the accelerometer
     integer, parameter :: ROD_SWAPS(3) = pack(EVERY, KIND_OF == OF_ROD_SWAPS)
-    integer, parameter :: FIELD_SWAPS(3) = pack(EVERY, KIND_OF == OF_FIELD_SWAPS)
-    integer, parameter :: ACCELEROMETER_SWAPS(3) = pack(EVERY, KIND_OF == OF_ACCELEROMETER_SWAPS)
+    integer, parameter :: FIELD_SWAPS(3) = pack(EVERY, KIND_OF == OF_FIELD_SWAPS)  !! Of the magnetometer
+    integer, parameter :: ACCELEROMETER_SWAPS(3) = pack(EVERY, KIND_OF == OF_ACCELEROMETER_SWAPS)  !! Of the accelerometer
 
     !> What arcs of Level-1 data have besides: torques that bend (Legendre's polynomials of degree 2, 3 over the arc), the drift of
     !> gyros that count as head 2, angular channels S J^-1 T + bias + drift + leakage, leakage of the rods' moments and rates
     integer, parameter :: TORQUE_BENDS(6) = pack(EVERY, KIND_OF == OF_TORQUE_BENDS)
-    integer, parameter :: HEAD_DRIFT(3) = pack(EVERY, KIND_OF == OF_HEAD_DRIFT)
+    integer, parameter :: HEAD_DRIFT(3) = pack(EVERY, KIND_OF == OF_HEAD_DRIFT)  !! Of gyros that count as head 2
     integer, parameter :: HEAD_DELAY = findloc(KIND_OF, OF_HEAD_DELAY, 1)           !! Of the tags of head 2
-    integer, parameter :: CHANNEL_BIAS(3) = pack(EVERY, KIND_OF == OF_CHANNEL_BIAS)
-    integer, parameter :: CHANNEL_DRIFT(3) = pack(EVERY, KIND_OF == OF_CHANNEL_DRIFT)
+    integer, parameter :: CHANNEL_BIAS(3) = pack(EVERY, KIND_OF == OF_CHANNEL_BIAS)  !! Of the angular channels
+    integer, parameter :: CHANNEL_DRIFT(3) = pack(EVERY, KIND_OF == OF_CHANNEL_DRIFT)  !! Of their biases
     integer, parameter :: SAMPLING_DELAY = findloc(KIND_OF, OF_SAMPLING_DELAY, 1)   !! Of all tags of the accelerometer
     integer, parameter :: LEAKAGE(9) = pack(EVERY, KIND_OF == OF_LEAKAGE)           !! (axis, rod), the rod first
-    integer, parameter :: LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_LEAKAGE_RATE)
+    integer, parameter :: LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_LEAKAGE_RATE)  !! As LEAKAGE, of the rates of the moments
     integer, parameter :: CHANNEL_SCALES(9) = pack(EVERY, KIND_OF == OF_CHANNEL_SCALES) !! S minus 1
-    integer, parameter :: CHANNEL_LEAKAGE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE)
-    integer, parameter :: CHANNEL_LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE_RATE)
+    integer, parameter :: CHANNEL_LEAKAGE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE)  !! As LEAKAGE, into the angular channels
+    integer, parameter :: CHANNEL_LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE_RATE)  !! As LEAKAGE_RATE, into them
 
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time
@@ -323,8 +325,8 @@ contains
     !> The parameters that a text names, as `parameter_names` does, separated by blanks or commas. Interchanges, which have
     !> no size, cannot be estimated and are not known.
     pure subroutine find_parameters(text, places, unknown)
-        character(*), intent(in) :: text
-        integer, allocatable, intent(out) :: places(:)
+        character(*), intent(in) :: text    !! Names, separated by blanks or commas
+        integer, allocatable, intent(out) :: places(:)    !! Of the parameters they name
         character(:), allocatable, intent(out) :: unknown   !! The first name that is none; empty: all are known
 
         character(len(text)) :: left

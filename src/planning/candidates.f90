@@ -32,7 +32,7 @@ module gracecg_planning_candidates
 
     !> A manoeuvre in the numbers that the search changes.
     type :: candidate_t
-        integer :: waveform = SINE
+        integer :: waveform = SINE                  !! Of all rods
         real(dp) :: cycles(3) = 0                   !! During the arc, of each rod
         real(dp) :: phase(3) = 0                    !! rad
         real(dp) :: amplitude = 0                   !! A m^2
@@ -196,7 +196,7 @@ contains
     !> The manoeuvre of a candidate for an arc that starts at 0.
     pure function rods_of(settings, duration, candidate) result(rods)
         type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: duration
+        real(dp), intent(in) :: duration    !! Of the arc, s
         type(candidate_t), intent(in) :: candidate
         type(torque_rods_t) :: rods
 
@@ -227,6 +227,7 @@ contains
         rods = rods_of(settings, duration, candidate_567(settings))
     end function pattern_567
 
+    !> 5, 6 and 7 cycles in the arc, with the first allowed waveform.
     pure type(candidate_t) function candidate_567(settings) result(candidate)
         type(design_settings_t), intent(in) :: settings
 

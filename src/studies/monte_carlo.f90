@@ -141,7 +141,7 @@ contains
 
     !> Runs that are still to be estimated.
     pure type(monte_carlo_t) function some_runs(numbers) result(runs)
-        integer, intent(in) :: numbers(:)
+        integer, intent(in) :: numbers(:)    !! Of the runs
 
         runs%run = numbers
         allocate (runs%offset(3, size(numbers)), runs%converged(size(numbers)), runs%normalised(size(numbers)))

@@ -28,7 +28,8 @@ module gracecg_cli_calibration_argument
         type(calibration_t), allocatable :: calibrations(:)     !! At least one
         type(string_t), allocatable :: algorithms(:)    !! Of --algorithm, --algorithms
         integer(i8) :: seed = 1                         !! Of the random numbers
-        integer :: runs = 1, threads = 1
+        integer :: runs = 1         !! Of --runs
+        integer :: threads = 1      !! Of --threads
         character(:), allocatable :: path               !! Of --out; empty: no file
     end type study_t
 

@@ -163,7 +163,7 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(inout) :: options
         type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(inout) :: error      !! Allocated: there is nothing to estimate
+        type(error_t), allocatable, intent(inout) :: error      !! Allocated where there is nothing to estimate
 
         type(solution_t) :: solution
         type(fit_record_t) :: record
@@ -193,7 +193,7 @@ contains
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record
         type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(inout) :: error      !! Allocated: why the estimate is refused
+        type(error_t), allocatable, intent(inout) :: error      !! Says why the estimate is refused
 
         type(error_t), allocatable :: failure
 

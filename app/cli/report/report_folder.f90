@@ -17,7 +17,8 @@ module gracecg_cli_report_folder
     private
     public :: report_folder_t, open_report, COMMAND, PAGE_NAME
 
-    character(*), parameter :: COMMAND = 'report', PAGE_NAME = 'index.html'
+    character(*), parameter :: COMMAND = 'report'           !! Name of the command
+    character(*), parameter :: PAGE_NAME = 'index.html'     !! Name of the page in the folder
 
     !> The folder as it fills, and how its numbers are computed.
     type :: report_folder_t
@@ -62,7 +63,7 @@ contains
     !> The path of a new file, which is noted.
     function file(self, name) result(path)
         class(report_folder_t), intent(inout) :: self
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Of the file, with its ending
         character(:), allocatable :: path
 
         call append(self%names, name)

@@ -29,6 +29,7 @@ module gracecg_level1_products
     !> What titles of GRACE-FO call the products that begin with these letters; a title that has another one in it is first
     character(3), parameter :: FAMILIES(13) = ['ACT', 'AHK', 'ACC', 'SCA', 'IMU', 'MAG', 'MAS', 'THR', 'TNK', 'CLK', &
                                                'TIM', 'GNI', 'GNV']
+    !> What they call them
     character(32), parameter :: TITLES(13) = [character(32) :: &
         'Transformed Accelerometer', 'Accelerometer Housekeeping', 'Accelerometer', 'Star Camera', 'IMU', &
         'Magnetometer and Torque Rod', 'Mass', 'Thruster', 'Tank Temperature and Pressure', 'Clock Offset', 'Clock', &

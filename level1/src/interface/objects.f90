@@ -30,6 +30,7 @@ module gracecg_level1_objects
 
 contains
 
+    !> The records of a Level-1 file in order of time, each epoch once: text or binary.
     subroutine level1_open(path, span, made, outcome)
         character(*), intent(in) :: path                !! Of the file
         real(dp), intent(in), optional :: span(2)       !! Of time tags, s past 2000-01-01 12:00:00
@@ -70,6 +71,7 @@ contains
         end associate
     end subroutine tell_records
 
+    !> The offset of a calibration manoeuvre from the Level-1 files in a folder, as `gracecg level1 estimate` finds it.
     subroutine level1_estimate(folder, setup, satellite, day, n_spans, spans, source, made, outcome)
         character(*), intent(in) :: folder, setup           !! Of the files; path of a namelist
         character(*), intent(in) :: satellite, day, source  !! Each may be empty: the first; of all files; LEVEL1_SOURCES(1)

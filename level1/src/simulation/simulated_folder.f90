@@ -22,8 +22,8 @@ module gracecg_level1_simulated_folder
 
     !> The folder, and the file of it that is being written.
     type :: level1_folder_t
-        character(:), allocatable :: name
-        character(1) :: satellite = ''
+        character(:), allocatable :: name   !! Its path
+        character(1) :: satellite = ''      !! A, B, C or D
         logical :: grace_fo = .true.        !! Satellite C or D
         logical :: binary = .false.         !! GRACE's binary records, where there are such
         integer(i8) :: epoch = 0            !! GPS s past 2000-01-01 12:00: time 0
@@ -47,8 +47,8 @@ contains
     !> Begins the file of a product.
     subroutine begin(self, product, records, first, last)
         class(level1_folder_t), intent(inout) :: self
-        character(5), intent(in) :: product
-        integer, intent(in) :: records
+        character(5), intent(in) :: product    !! Such as ACC1A
+        integer, intent(in) :: records    !! How many will follow
         real(dp), intent(in) :: first, last     !! Tags, s from the epoch
 
         type(level1_header_t) :: header

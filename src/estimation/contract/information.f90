@@ -46,7 +46,7 @@ contains
 
     !> Nothing is known of n parameters.
     pure function no_information(n) result(information)
-        integer, intent(in) :: n
+        integer, intent(in) :: n    !! Number of parameters
         type(information_t) :: information
 
         allocate (information%matrix(n, n), information%rhs(n), source=0.0_dp)
@@ -54,7 +54,7 @@ contains
 
     !> That of an estimate with its covariance. Fails when the covariance is singular.
     subroutine information_of(value, covariance, information, error, names)
-        real(dp), intent(in) :: value(:), covariance(:, :)
+        real(dp), intent(in) :: value(:), covariance(:, :)    !! An estimate, n, and its covariance, n x n
         type(information_t), intent(out) :: information
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: names(:)      !! Of the parameters, for messages
@@ -100,7 +100,7 @@ contains
     !> Eliminates the parameters after the first n. Fails when these do not leave them determined.
     subroutine eliminate(self, n, gone, error, names)
         class(information_t), intent(inout) :: self
-        integer, intent(in) :: n
+        integer, intent(in) :: n    !! How many go
         type(eliminated_t), intent(out) :: gone
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: names(:)      !! Of those that go, for messages
@@ -150,7 +150,7 @@ contains
     !> Fails when the parameters are not determined.
     subroutine solve(self, value, covariance, error, names)
         class(information_t), intent(in) :: self
-        real(dp), intent(out) :: value(:), covariance(:, :)
+        real(dp), intent(out) :: value(:), covariance(:, :)    !! The estimate, n, and its covariance, n x n
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: names(:)      !! Of the parameters, for messages
 
@@ -161,14 +161,14 @@ contains
 
     pure real(dp) function squares_at(self, x)
         class(information_t), intent(in) :: self
-        real(dp), intent(in) :: x(:)
+        real(dp), intent(in) :: x(:)    !! Values of the parameters, n
 
         squares_at = self%squares - 2*dot_product(self%rhs, x) + dot_product(x, matmul(self%matrix, x))
     end function squares_at
 
     pure function value_at(self, others) result(value)
         class(eliminated_t), intent(in) :: self
-        real(dp), intent(in) :: others(:)
+        real(dp), intent(in) :: others(:)    !! Values of the parameters that are left
         real(dp) :: value(size(self%value))
 
         value = self%value - matmul(others, self%gain)
@@ -185,7 +185,7 @@ contains
     !> x^T C^-1 x: chi square of size(x) degrees of freedom, if x is 0 but for errors of this covariance. 0 where that is
     !> singular.
     real(dp) function squares_of(x, covariance) result(squares)
-        real(dp), intent(in) :: x(:), covariance(:, :)
+        real(dp), intent(in) :: x(:), covariance(:, :)    !! Errors, n, and their covariance, n x n
 
         type(information_t) :: information
         type(error_t), allocatable :: singular

@@ -216,8 +216,8 @@ contains
 
     !> Adds f [v x] to a matrix.
     pure subroutine add_cross_matrix(f, v, matrix)
-        real(dp), intent(in) :: f, v(3)
-        real(dp), intent(inout) :: matrix(3, 3)
+        real(dp), intent(in) :: f, v(3)             !! Factor; vector
+        real(dp), intent(inout) :: matrix(3, 3)     !! To which f [v x] is added
 
         matrix(2, 1) = matrix(2, 1) + f*v(3)
         matrix(3, 1) = matrix(3, 1) - f*v(2)
@@ -275,7 +275,7 @@ contains
 
     !> A vector in the axes that a quaternion q turns into, times q^2; the product of the rotation matrix likewise.
     pure function turned_into(q, v) result(turned)
-        real(dp), intent(in) :: q(4), v(3)
+        real(dp), intent(in) :: q(4), v(3)    !! Scalar last, of any length; the vector
         real(dp) :: turned(3)
 
         real(dp) :: across(3)

@@ -340,7 +340,7 @@ contains
     !> The standard deviations of a star-camera head about its axes, rad.
     pure function of_head(self, head) result(sigma)
         class(assumed_noise_t), intent(in) :: self
-        integer, intent(in) :: head
+        integer, intent(in) :: head    !! Number of the head; 0: the camera
         real(dp) :: sigma(3)
 
         sigma = merge(self%second_head_sigma, self%star_camera_sigma, head == 2 .and. self%second_head_sigma > 0)
