@@ -121,8 +121,8 @@ contains
 
     !> The cross product of the unit vector along an axis with a vector.
     pure function turned_about(axis, vector) result(change)
-        integer, intent(in) :: axis    !! 1, 2 or 3
-        real(dp), intent(in) :: vector(3)    !! Any unit
+        integer, intent(in) :: axis            !! 1, 2 or 3
+        real(dp), intent(in) :: vector(3)      !! Any unit
         real(dp) :: change(3)
 
         real(dp) :: along(3)

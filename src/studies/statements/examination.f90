@@ -195,8 +195,7 @@ contains
     !> The least and the greatest part of 1, in percent.
     pure function range_text(parts) result(text)
         real(dp), intent(in) :: parts(:, :)
-        character(len_trim(plain_field(100*minval(parts), '(f6.0)')) + 4 + &
-                  len_trim(plain_field(100*maxval(parts), '(f6.0)'))) :: text
+        character(:), allocatable :: text
 
         text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
     end function range_text
