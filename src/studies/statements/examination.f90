@@ -204,7 +204,7 @@ contains
     pure function pick_text(condition, if_true, if_false) result(text)
         logical, intent(in) :: condition                !! Which of the two
         character(*), intent(in) :: if_true, if_false
-        character(merge(len(if_true), len(if_false), condition)) :: text
+        character(:), allocatable :: text
 
         if (condition) then
             text = if_true
