@@ -19,7 +19,8 @@ module gracecg_studies_examination
     integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
     !> The verdicts in words, by HOLDS, HOLDS_IN_PART, HOLDS_NOT
     character(13), parameter :: VERDICT_WORDS(3) = [character(13) :: 'holds', 'holds in part', 'does not hold']
-    character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde', COMBINED_ALGORITHM = 'ascfest'
+    character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde'      !! Of statements about one instrument
+    character(*), parameter :: COMBINED_ALGORITHM = 'ascfest'       !! Of statements about all of them
     !> The cases of the report's front satellite
     character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
     real(dp), parameter :: BEST_ACCURACY(3) = [0.02_dp, 0.01_dp, 0.02_dp]*MILLIMETRE    !! Section 7.1(3), x, y, z
@@ -69,7 +70,7 @@ contains
     subroutine add_errors(self, calibration, algorithm, setting, error, progress, switches)
         class(examination_t), intent(inout) :: self
         type(calibration_t), intent(in) :: calibration
-        character(*), intent(in) :: algorithm, setting
+        character(*), intent(in) :: algorithm, setting    !! Of the estimates; what is changed, in words
         type(error_t), allocatable, intent(inout) :: error
         class(progress_t), intent(inout), optional :: progress
         type(error_switches_t), intent(in), optional :: switches    !! Error sources that act; all when absent
@@ -112,7 +113,7 @@ contains
 
     !> Counts as '3 of 4'.
     pure function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole
+        integer, intent(in) :: part, whole    !! How many of how many
         character(len_trim(share_field(part, whole))) :: text
 
         text = share_field(part, whole)
@@ -121,7 +122,7 @@ contains
     !> A statement holds when all of so many things are met, and in part when some are.
     subroutine conclude(self, met, of, of_what, found)
         class(examination_t), intent(inout) :: self
-        integer, intent(in) :: met, of
+        integer, intent(in) :: met, of    !! Things that hold, of so many
         character(*), intent(in) :: of_what         !! In the plural
         character(*), intent(in) :: found           !! A sentence, its first letter small
 
@@ -154,7 +155,7 @@ contains
 
     !> How the finding of a statement of two halves begins.
     pure function in_part(verdict, half) result(text)
-        integer, intent(in) :: verdict
+        integer, intent(in) :: verdict    !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
         character(*), intent(in) :: half            !! Which holds, if one does
         character(len_trim(part_field(verdict, half))) :: text
 
@@ -177,7 +178,7 @@ contains
 
     !> A number without what stands before and behind its digits.
     pure function plain_text(value, form) result(text)
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value    !! Any unit
         character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
         character(len_trim(plain_field(value, form))) :: text
 
@@ -194,7 +195,7 @@ contains
 
     !> The least and the greatest part of 1, in percent.
     pure function range_text(parts) result(text)
-        real(dp), intent(in) :: parts(:, :)
+        real(dp), intent(in) :: parts(:, :)    !! Parts of 1
         character(:), allocatable :: text
 
         text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
@@ -203,7 +204,7 @@ contains
     !> One of two texts.
     pure function pick_text(condition, if_true, if_false) result(text)
         logical, intent(in) :: condition                !! Which of the two
-        character(*), intent(in) :: if_true, if_false
+        character(*), intent(in) :: if_true, if_false    !! The texts
         character(:), allocatable :: text
 
         if (condition) then
