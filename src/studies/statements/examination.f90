@@ -19,8 +19,8 @@ module gracecg_studies_examination
     integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
     !> The verdicts in words, by HOLDS, HOLDS_IN_PART, HOLDS_NOT
     character(13), parameter :: VERDICT_WORDS(3) = [character(13) :: 'holds', 'holds in part', 'does not hold']
-    character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde'      !! Of statements about one instrument
-    character(*), parameter :: COMBINED_ALGORITHM = 'ascfest'       !! Of statements about all of them
+    character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde'      !! Of the statements about manoeuvres
+    character(*), parameter :: COMBINED_ALGORITHM = 'ascfest'       !! Of the statements about estimates
     !> The cases of the report's front satellite
     character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
     real(dp), parameter :: BEST_ACCURACY(3) = [0.02_dp, 0.01_dp, 0.02_dp]*MILLIMETRE    !! Section 7.1(3), x, y, z
