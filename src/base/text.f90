@@ -9,7 +9,7 @@ module gracecg_base_text
     use gracecg_base_decimal, only: scan_real, scan_integer, shortest_digits
     implicit none
     private
-    public :: string_t, lower_case, split, split_words, append, padded, join, quoted_text
+    public :: string_t, lower_case, split, split_words, append, padded, join, quoted_text, pick_text, share_text
     public :: parse_real, parse_integer, real_text, real_field, LONGEST_REAL, rounded_text, integer_text, logical_text, &
         parse_logical
 
@@ -376,6 +376,35 @@ contains
 
         text = integer_field(int(value, i8))
     end function integer_text_i4
+
+    !> One of two texts, each of its own length.
+    pure function pick_text(condition, if_true, if_false) result(text)
+        logical, intent(in) :: condition                !! Which of the two
+        character(*), intent(in) :: if_true, if_false   !! The two
+        character(count([condition])*len(if_true) + count([.not. condition])*len(if_false)) :: text
+
+        if (condition) then
+            text = if_true
+        else
+            text = if_false
+        end if
+    end function pick_text
+
+    !> What share_text gives, with blanks behind it.
+    pure function share_field(part, whole) result(field)
+        integer, intent(in) :: part, whole
+        character(28) :: field
+
+        write (field, '(i0, a, i0)') part, ' of ', whole
+    end function share_field
+
+    !> Counts as '3 of 4'.
+    pure function share_text(part, whole) result(text)
+        integer, intent(in) :: part, whole      !! How many of how many
+        character(len_trim(share_field(part, whole))) :: text
+
+        text = share_field(part, whole)
+    end function share_text
 
     !> true or false; true with a blank behind it.
     pure function logical_text(value) result(text)

@@ -296,7 +296,7 @@ contains
     function field_settings(seed, deviation) result(text)
         integer(i8), intent(in) :: seed             !! Of the runs
         real(dp), intent(in) :: deviation           !! Of the model's error, T
-        character(:), allocatable :: text
+        character(100) :: text    !! With blanks behind it
 
         text = 'seed '//integer_text(seed)//', error of the field model '// &
                real_text(anint(deviation/NANOTESLA*1e6_dp)/1e6_dp)//' nT'

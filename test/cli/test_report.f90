@@ -3,12 +3,12 @@
 module test_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: split_words, real_text
+    use gracecg_base_text, only: split_words, real_text, share_text, pick_text
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
     use gracecg_studies_table_report_rms, only: RMS_VALUES
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use gracecg_cli_number_text, only: fixed_text, decimal_exponent, percent_text, share_text, pick_text
+    use gracecg_cli_number_text, only: fixed_text, decimal_exponent, percent_text
     use testdrive, only: new_unittest, unittest_type, error_type
     use fixture, only: check, FOLDER, make_folder, make_file, check_passes
     implicit none

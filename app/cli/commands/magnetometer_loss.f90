@@ -74,7 +74,8 @@ contains
         call results%open('magnetometer-loss')
         call results%member('seed', study%seed)
         call results%member('field_error_nt', deviation)
-        call results%publish(field_table(studies), console, error, study%path, field_settings(study%seed, deviation*NANOTESLA))
+        call results%publish(field_table(studies), console, error, study%path, trim(field_settings(study%seed, &
+            deviation*NANOTESLA)))
     end subroutine run_magnetometer_loss
 
     subroutine show(heading, studies, console)

@@ -4,7 +4,7 @@ module gracecg_cli_verify
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, integer_text, pick_text, share_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
@@ -21,7 +21,7 @@ module gracecg_cli_verify
     use gracecg_cli_calibration_argument, only: add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_number_text, only: percent_text, share_text, fixed_text, pick_text, decimal_exponent
+    use gracecg_cli_number_text, only: percent_text, fixed_text, decimal_exponent
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_units, only: unit_of_column
     use gracecg_cli_results, only: results_t, add_format_option, take_format

@@ -1,10 +1,9 @@
 !> Numbers as the pages and the tables of the commands show them.
 module gracecg_cli_number_text
     use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: fixed_text, decimal_exponent, percent_text, share_text, pick_text
+    public :: fixed_text, decimal_exponent, percent_text
 
 contains
 
@@ -35,19 +34,6 @@ contains
         if (abs(value) > 0) exponent = floor(log10(abs(value)*(1 + 1e-12_dp)))
     end function decimal_exponent
 
-    !> One of two texts.
-    pure function pick_text(condition, if_true, if_false) result(text)
-        logical, intent(in) :: condition                !! Which of the two
-        character(*), intent(in) :: if_true, if_false   !! The two
-        character(:), allocatable :: text
-
-        if (condition) then
-            text = if_true
-        else
-            text = if_false
-        end if
-    end function pick_text
-
     !> A part of 1 as '12.3 %'.
     function percent_text(part) result(text)
         real(dp), intent(in) :: part            !! Of 1
@@ -55,12 +41,4 @@ contains
 
         text = fixed_text(100*part, 1)//' %'
     end function percent_text
-
-    !> Counts as '3 of 4'.
-    function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole      !! Counts
-        character(:), allocatable :: text
-
-        text = integer_text(part)//' of '//integer_text(whole)
-    end function share_text
 end module gracecg_cli_number_text

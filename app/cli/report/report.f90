@@ -180,7 +180,7 @@ contains
         type(campaign_t) :: campaign
         type(campaign_agreement_t) :: found
         type(field_study_t) :: losses(LOSS_STUDIES)
-        character(:), allocatable :: about
+        character(100) :: about
 
         call report_campaign(folder%seed, folder%runs, folder%threads, campaign, error, console)
         call console%next_part()
@@ -203,8 +203,8 @@ contains
         about = field_settings(folder%seed, MODEL_FIELD_ERROR)
         call folder%put('estimate_windows', estimate_windows_table([campaign_windows(campaign, 1), &
             campaign_windows(campaign, 2), loss_windows(losses)]), 'axes of Figures 6.2, 6.3 and 6.6', error)
-        if (.not. allocated(error)) call folder%put('magnetometer_loss', field_table(losses), about, error)
-        if (.not. allocated(error)) call folder%put('magnetometer_loss_runs', field_runs_table(losses), about, error)
+        if (.not. allocated(error)) call folder%put('magnetometer_loss', field_table(losses), trim(about), error)
+        if (.not. allocated(error)) call folder%put('magnetometer_loss_runs', field_runs_table(losses), trim(about), error)
     end subroutine put_estimates
 
     !> Figure 6.5.

@@ -211,7 +211,7 @@ contains
     !> A file's name without its folders.
     pure function name_of(path) result(name)
         character(*), intent(in) :: path    !! With or without folders
-        character(:), allocatable :: name
+        character(len(path) - index(path, '/', back=.true.)) :: name
 
         name = path(index(path, '/', back=.true.) + 1:)
     end function name_of

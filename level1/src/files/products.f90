@@ -181,7 +181,7 @@ contains
         allocate (names(0))
         do i = 1, size(TABLE)
             words = split_words(TABLE(i)%products)
-            if (TABLE(i)%of_grace_fo) names = [names, [(words(k)%text(:5), k=1, size(words))]]
+            if (TABLE(i)%of_grace_fo) names = [character(5) :: names, (words(k)%text, k=1, size(words))]
         end do
     end function level1_product_names
 

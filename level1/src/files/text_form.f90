@@ -118,9 +118,9 @@ contains
     pure function word_at(text, first) result(word)
         character(*), intent(in) :: text        !! Ends with a line feed
         integer, intent(in) :: first            !! Place of its first letter
-        character(:), allocatable :: word
+        character(end_of_word(text, first) - first) :: word
 
-        word = printable(text(first:min(first + 200, end_of_word(text, first)) - 1))
+        word = printable(text(first:end_of_word(text, first) - 1))
     end function word_at
 
     !> Writes a value and a blank.

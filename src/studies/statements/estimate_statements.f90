@@ -7,7 +7,7 @@ module gracecg_studies_estimate_statements
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_quaternion, only: normalised
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, pick_text
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -26,7 +26,7 @@ module gracecg_studies_estimate_statements
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_examination, only: examination_t, statement_row_t, in_part, mm_text, range_text, plain_text, &
-        pick_text, HOLDS, HOLDS_IN_PART, HOLDS_NOT, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
+        HOLDS, HOLDS_IN_PART, HOLDS_NOT, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
     implicit none
     private
     public :: examine_weights, examine_accuracy, examine_curved_force, examine_condition, examine_two_steps, examine_stars

@@ -4,6 +4,7 @@ module gracecg_studies_examination
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: share_text
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
@@ -12,7 +13,7 @@ module gracecg_studies_examination
     implicit none
     private
     public :: claim_t, statement_row_t, statement_t, examination_t
-    public :: in_part, mm_text, range_text, plain_text, share_text, pick_text
+    public :: in_part, mm_text, range_text, plain_text
     public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
     public :: SINGLE_ALGORITHM, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
 
@@ -103,22 +104,6 @@ contains
         self%rows = [self%rows, row]
     end subroutine add_errors
 
-    !> What share_text gives, with blanks behind it.
-    pure function share_field(part, whole) result(field)
-        integer, intent(in) :: part, whole
-        character(28) :: field
-
-        write (field, '(i0, a, i0)') part, ' of ', whole
-    end function share_field
-
-    !> Counts as '3 of 4'.
-    pure function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole    !! How many of how many
-        character(len_trim(share_field(part, whole))) :: text
-
-        text = share_field(part, whole)
-    end function share_text
-
     !> A statement holds when all of so many things are met, and in part when some are.
     subroutine conclude(self, met, of, of_what, found)
         class(examination_t), intent(inout) :: self
@@ -193,24 +178,19 @@ contains
         text = plain_field(value/MILLIMETRE, '(f10.4)')
     end function mm_text
 
+    !> What range_text gives, with blanks behind it.
+    pure function range_field(parts) result(field)
+        real(dp), intent(in) :: parts(:, :)
+        character(36) :: field
+
+        field = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
+    end function range_field
+
     !> The least and the greatest part of 1, in percent.
     pure function range_text(parts) result(text)
         real(dp), intent(in) :: parts(:, :)    !! Parts of 1
-        character(:), allocatable :: text
+        character(len_trim(range_field(parts))) :: text
 
-        text = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
+        text = range_field(parts)
     end function range_text
-
-    !> One of two texts.
-    pure function pick_text(condition, if_true, if_false) result(text)
-        logical, intent(in) :: condition                !! Which of the two
-        character(*), intent(in) :: if_true, if_false    !! The texts
-        character(:), allocatable :: text
-
-        if (condition) then
-            text = if_true
-        else
-            text = if_false
-        end if
-    end function pick_text
 end module gracecg_studies_examination

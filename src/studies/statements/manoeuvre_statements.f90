@@ -5,14 +5,14 @@ module gracecg_studies_manoeuvre_statements
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_progress, only: progress_t, expect_pieces
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, pick_text, share_text
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
     use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
-    use gracecg_studies_examination, only: examination_t, statement_row_t, mm_text, plain_text, share_text, pick_text, &
+    use gracecg_studies_examination, only: examination_t, statement_row_t, mm_text, plain_text, &
         HOLDS, HOLDS_IN_PART, HOLDS_NOT, SINGLE_ALGORITHM, FRONT_CASES, SMALL_SHARE
     implicit none
     private

@@ -5,11 +5,11 @@ module gracecg_studies_statements
     use gracecg_base_constants, only: MILLIMETRE, ARCSECOND
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_progress, only: progress_t
-    use gracecg_base_text, only: join
+    use gracecg_base_text, only: join, pick_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_value, only: did_you_mean
-    use gracecg_studies_examination, only: claim_t, statement_t, statement_row_t, examination_t, pick_text, &
-        HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS, SINGLE_ALGORITHM, COMBINED_ALGORITHM
+    use gracecg_studies_examination, only: claim_t, statement_t, statement_row_t, examination_t, HOLDS, &
+        HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS, SINGLE_ALGORITHM, COMBINED_ALGORITHM
     use gracecg_studies_manoeuvre_statements, only: examine_one_rod, examine_dominance, examine_arc_length
     use gracecg_studies_estimate_statements, only: examine_weights, examine_accuracy, examine_curved_force, &
         examine_condition, examine_two_steps, examine_stars
