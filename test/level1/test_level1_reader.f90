@@ -545,6 +545,9 @@ contains
                                                        [character(W) :: 'byte 525', 'record 2', 'field id', '"Z"'])
         call check_refused(error, 'ACC1A_2003-09-14_A_02.dat', head//big(116769600_i8, 4)//big(0_i8, 4)//'RA'// &
                                achar(0)//achar(128)//repeat(achar(0), 80), [character(W) :: 'prod_flag', 'above bit 29'])
+        record = big(116769600_i8, 4)//big(0_i8, 4)//'RA'//achar(0)
+        call check_refused(error, 'ACC1A_2003-09-14_A_02.dat', head//record//big(0_i8, 4)//record//achar(128)// &
+                           repeat(achar(0), 80), [character(W) :: 'byte 502,', 'record 2', 'prod_flag'])
         call check_refused(error, 'MAG1B_2003-09-14_A_02.dat', head//big(116769600_i8, 4)//big(-1_i8, 4)//'GA'// &
                                repeat(achar(0), 53), [character(W) :: 'time_frac', '-1'])
     end subroutine test_broken_bytes

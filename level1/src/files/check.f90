@@ -141,7 +141,7 @@ contains
         character(3), parameter :: PRODUCTS(5) = ['MAG', 'TNK', 'IMU', 'THR', 'AHK']
         type(level1_records_t) :: clk1b, tim1b, a, b
         type(level1_clock_t) :: clock
-        real(dp), allocatable :: of_a(:)
+        real(dp), allocatable :: of_a(:), received(:)
         real(dp) :: rough, exact
         integer :: i, k, product, extrapolated, compared
 
@@ -155,6 +155,8 @@ contains
             call check%note('no TIM1B: time of the on-board computer is taken as that of the receiver')
             call new_level1_clock(clock, check%failure, clk1b)
         end if
+        if (allocated(check%failure)) return
+        received = real(clock%receiver_seconds, dp)
         do product = 1, size(PRODUCTS)
             call check%take(PRODUCTS(product)//'1A', a)
             call check%take(PRODUCTS(product)//'1B', b)
@@ -162,8 +164,8 @@ contains
             call a%drop(clock%is_extrapolated(a%seconds))
             of_a = real(a%seconds, dp) + a%fraction
             do i = 1, a%count
-                k = max(1, last_not_after(real(clock%receiver_seconds, dp), of_a(i)))
-                of_a(i) = (of_a(i) + clock%eps_time(k)) + clock%eps_drift(k)*(of_a(i) - real(clock%receiver_seconds(k), dp))
+                k = max(1, last_not_after(received, of_a(i)))
+                of_a(i) = (of_a(i) + clock%eps_time(k)) + clock%eps_drift(k)*(of_a(i) - received(k))
             end do
             call compare_tags(0*a%seconds, of_a, 0*b%seconds, real(b%seconds, dp) + b%fraction, rough, compared)
             call to_gps_time(a, clock, extrapolated)
@@ -184,13 +186,14 @@ contains
         real(dp), intent(out) :: largest                        !! s
         integer, intent(out) :: compared
 
-        real(dp) :: difference
+        real(dp) :: difference, tags_b(size(b))
         integer :: i, k
 
         largest = 0
         compared = 0
+        tags_b = real(seconds_b, dp) + b
         do i = 1, size(a)
-            k = last_not_after(real(seconds_b, dp) + b, real(seconds_a(i), dp) + a(i))
+            k = last_not_after(tags_b, real(seconds_a(i), dp) + a(i))
             associate (near => [max(1, k), min(size(b), k + 1)])
                 difference = minval(abs(real(seconds_a(i) - seconds_b(near), dp) + (a(i) - b(near))))
             end associate

@@ -429,6 +429,7 @@ contains
             call read_shape(self, self%at, shape, complete)
             if (complete) call take_shape(self, shape, problem)
             if (allocated(problem)) then
+                self%records = self%records + block%count
                 call fail_at_field(self, self%layout%shape, problem, error)
                 return
             end if
