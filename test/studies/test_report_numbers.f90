@@ -40,6 +40,7 @@ contains
         type(data_table_t) :: table
         type(string_t), allocatable :: lines(:)
         type(error_t), allocatable :: failure
+        integer :: i, k, empty
 
         call check(error, all(abs(rss_of_effects('1.1') - [0.28_dp, 0.23_dp, 0.24_dp]) <= 0.005_dp))
         call check(error, all(abs(rss_of_effects('1.2') - [0.0462_dp, 0.0007_dp, 0.0007_dp]) &
@@ -49,6 +50,13 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(lines), 1 + 12 + 3 + 2*3)
+        empty = 0
+        do i = 2, 13
+            associate (line => lines(i)%text//',')
+                empty = empty + count([(line(k:k + 1) == ',,', k=1, len(line) - 1)])
+            end associate
+        end do
+        call check(error, empty, 10, 'printed ---')
         call check(error, lines(14)%text, '1.1,rss,0.27,0.23,0.24')
         call check(error, index(lines(15)%text, '1.1,rss of the effects,0.28') == 1)
         call check(error, lines(16)%text, '1.1,requirement,0.5,0.5,0.5')
