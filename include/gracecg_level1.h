@@ -33,7 +33,7 @@ extern "C" {
      accelerometer_delay            of the samples behind their tags, s
      accelerometer_delay_sigma      s; 0: not estimated
      condition                      of the scaled normal matrix with leakage, without a-priori sigma
-     residual_rms[3]                in the band of the estimate, m/s^2
+     residual_rms[3]                in the band of the estimate, of `optimal` at all frequencies, m/s^2
      chi_square                     of the spans about the offset
      degrees                        of freedom of chi_square; 0 with one span
      spans                          that are used

@@ -77,7 +77,7 @@ class Level1Offset:
     condition : float
         Of the scaled normal matrix with leakage.
     residual_rms : ndarray, (3,)
-        In the band of the estimate, m/s^2.
+        In the band of the estimate, of `optimal` at all frequencies, m/s^2.
     chi_square, degrees : float, int
         Of the spans about the offset, and its degrees of freedom; 0 with one span.
     spans, samples : int

@@ -42,7 +42,8 @@ contains
                                 'acceleration comes from sources that check each other: the rods'' torque with gains from '// &
                                 'the attitude (torque+cal, recommended) or as said (torque), the accelerometer''s angular '// &
                                 'channels calibrated by the torque (acc-cal) or raw (acc-raw), star cameras (sca), gyros '// &
-                                '(imu). The source optimal is one fit of all of them and of all spans.', &
+                                '(imu). The source optimal is one fit of all of them and of all spans, with residuals at '// &
+                                'all frequencies, not in a band; it takes no currents that are held.', &
                                 'gracecg level1 estimate day --setup setup.nml')
         call declare_data_options(arguments)
         call arguments%add_option('--source', 'SOURCE', 'one of the sources, or all (default); the first is the result', &
@@ -396,7 +397,7 @@ contains
         integer :: i
 
         call table%columns_of('source,leakage,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,spans,samples,condition,'// &
-                              'residual_rms_x,residual_rms_y,residual_rms_z,flag')
+                              'residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,flag')
         do i = 1, size(estimate%solutions)
             associate (solution => estimate%solutions(i))
                 call table%add(trim(solution%source))

@@ -34,11 +34,11 @@ module gracecg_level1_offset_solution
         real(dp) :: sigma_free(3) = 0                   !! If it is estimated without a-priori sigma, m; huge: cannot be
         real(dp) :: condition = 0                       !! Of the scaled normal matrix with leakage, without a-priori sigma
         character(160) :: weakest = ''                  !! Direction that the data determine least
-        real(dp) :: rms(3) = 0                          !! Of residuals in the band, by sample, m/s^2
+        real(dp) :: rms(3) = 0                          !! Of residuals in the band (`optimal`: all frequencies), by sample, m/s^2
         integer :: samples = 0, spans = 0    !! That are used
         real(dp), allocatable :: span_offset(:, :)      !! By each span alone with the leakage of all, m
         real(dp), allocatable :: span_sigma(:, :)       !! m; negative: not determined
-        real(dp), allocatable :: span_rms(:, :)         !! Of residuals in the band, m/s^2
+        real(dp), allocatable :: span_rms(:, :)         !! Likewise, of each span; `optimal`: of all, for each
         real(dp) :: chi_square = 0                      !! Of the spans about the combined offset
         integer :: degrees = 0                          !! Of freedom of it
         real(dp) :: whiteness = 0                       !! Mean squares of residuals in the lower half of the band over those in

@@ -161,7 +161,7 @@ contains
         solution%offset = fit%value(:3)
         solution%covariance = fit%covariance(:3, :3)
         solution%formal = solution%covariance
-        solution%rms = fit%rms
+        solution%rms = fit%rms                      ! at all frequencies, which the fit uses
         solution%samples = fit%samples
         solution%condition = 0                      ! not looked at: the a-priori knowledge keeps it sound
         solution%whiteness = 1                      ! the noise has the spectrum of the residuals

@@ -18,9 +18,13 @@ module gracecg_level1_to_observations
     private
     public :: arcs_of_spans
 
-    real(dp), parameter :: SHORTEST = 15        !! Of an arc, s
-    real(dp), parameter :: BEFORE = 0.3_dp, AFTER = 1.0_dp  !! Left out about a firing, s
-    real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s
+    !> Of an arc, s: chosen. It has attitude, rate, torque and forces of its own, each with polynomials, which in a piece
+    !> of less than two cycles of the rods (6 to 12 s each, usually) leave hardly anything to the offset
+    real(dp), parameter :: SHORTEST = 15
+    !> Left out about a firing, s: as much before it as by `veto_before`; behind it less than by `veto_after`, for attitude
+    !> and rate begin anew there
+    real(dp), parameter :: BEFORE = 0.3_dp, AFTER = 1.0_dp
+    real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s: some samples
 
 contains
 
