@@ -42,6 +42,7 @@ contains
                     new_unittest('orbit', test_orbit), &
                     new_unittest('firings', test_firings), &
                     new_unittest('gaps-and-flags', test_gaps), &
+                    new_unittest('headers', test_headers), &
                     new_unittest('binary', test_binary)]
     end subroutine collect_level1_simulated_files
 
@@ -543,6 +544,44 @@ contains
         end do
         call check(error, wrong, bad, 'wrong are those with a flag')
     end subroutine test_gaps
+
+    !> Headers announce number and times of the records: tags of 1A are not those of 1B.
+    subroutine test_headers(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(5), parameter :: OF_BOTH(13) = ['ACC1A', 'MAG1A', 'MAG1B', 'SCA1A', 'SCA1B', 'QSA1B', 'GNV1B', 'CLK1B', 'TIM1B', &
+                                                  'THR1A', 'THR1B', 'MAS1B', 'TNK1B'], OF_GRACE_FO(2) = ['IMU1A', 'GNI1B']
+        character(5), allocatable :: products(:)
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_records_t) :: records
+        character(:), allocatable :: path
+        real(dp) :: announced(2)
+        integer :: i, satellite
+
+        do satellite = 1, 2
+            settings = clean()
+            settings%clock_offset = CLOCK
+            settings%firings_inside = 1
+            products = [OF_BOTH, OF_GRACE_FO]
+            if (satellite == 2) then
+                settings%satellite = 'A'
+                products = pack(OF_BOTH, OF_BOTH /= 'MAG1A')
+            end if
+            call prepare(settings, 'l1s_headers'//integer_text(satellite), truth, path, error)
+            do i = 1, size(products)
+                call read_product(path, products(i), records, error, merge('_2020-02-01_C_04.txt', '_2020-02-01_A_02.asc', &
+                                                                           satellite == 1))
+                if (allocated(error)) return
+                call check(error, records%header%records, records%count + records%duplicates, products(i))
+                associate (n => records%count, header => records%header)
+                    announced = [header%first_time, header%last_time] - real(truth%epoch, dp)
+                    call check(error, all(abs(announced - (records%seconds([1, n]) - truth%epoch) - records%fraction([1, n])) < &
+                                          1.1e-6_dp), products(i)//' of '//truth%satellite)
+                end associate
+            end do
+        end do
+    end subroutine test_headers
 
     !> Binary has the values of text, to the 16 digits that text has; satellite C, but for what has no binary form, and A.
     subroutine test_binary(error)

@@ -281,6 +281,7 @@ contains
         call refused('&level1_simulation'//achar(10)//' spacing = 100'//achar(10)//'/', ['span 2 starts less than 120 s'])
         call refused('&level1_simulation'//achar(10)//' first_start = 20'//achar(10)//'/', ['earlier than 120 s'])
         call refused('&level1_simulation'//achar(10)//' duration = 200'//achar(10)//'/', ['the files end before'])
+        call refused('&level1_simulation'//achar(10)//' spans = 0, duration = 1'//achar(10)//'/', [':2: key "duration"'])
         call refused('&level1_simulation'//achar(10)//' stair_case = .true.'//achar(10)//'/', ['stair_case'])
         call refused('&level1_simulation'//achar(10)//' fault = ''all'''//achar(10)//'/', ['rod-sign'])
         call refused('&level1_simulation'//achar(10)//' epoch = ''2020-13-01'''//achar(10)//'/', ['epoch'])
@@ -295,6 +296,13 @@ contains
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
         if (failed(error, message_of(failure))) return
         call check(error, index(truth%remark, 'the table of space weather does not hold') > 0, 'an epoch beyond the table')
+        settings%epoch = ''
+        settings%firing_interval = [0.0_dp, 1e-3_dp]
+        call new_level1_truth(case, settings, SEED, RUN, truth, failure)
+        if (failed(error, message_of(failure))) return
+        associate (firings => truth%dynamics%firings)
+            call check(error, size(firings) > 20 .and. all(firings(2:)%time - firings(:size(firings) - 1)%time >= 2), 'apart')
+        end associate
         settings = clean()
         settings%span%amplitude = 1000
         settings%span%phase = TWO_PI/4

@@ -19,11 +19,15 @@ module gracecg_level1_day_dynamics
     !> Two forces of THRUSTER along +-y, at 1.45 m along x or 0.30 m along z: yaw and roll, N m
     real(dp), parameter :: TORQUES(3, 4) = reshape([0.0_dp, 0.0_dp, -0.029_dp, 0.0_dp, 0.0_dp, 0.029_dp, &
                                                     -0.006_dp, 0.0_dp, 0.0_dp, 0.006_dp, 0.0_dp, 0.0_dp], [3, 4])
-    real(dp), parameter :: THRUSTER = 0.010_dp          ! of one thruster, N
-    real(dp), parameter :: FIRING_TIME = 0.05_dp        ! s
-    real(dp), parameter :: FREE = 25, TAKE_OVER = 60    ! the controller rests so long around a span, and so long
-                                                        ! takes it to act fully, s
-    real(dp), parameter :: SLOWEST(2) = [1500.0_dp, 470.0_dp]   ! periods of currents in science mode, s
+    real(dp), parameter :: THRUSTER = 0.010_dp          ! of one thruster, N: likewise
+    real(dp), parameter :: FIRING_TIME = 0.05_dp        ! s: THR1A of GRACE-FO C, 2023-06-01
+    real(dp), parameter :: FREE = 25, TAKE_OVER = 60
+    ! The controller rests so long around a span, and so long takes it to act fully, s: its torque changes slowly beside the
+    ! rods' lines (12 s and less), and what an estimate takes beyond the ends of a span is free of it. Spans are 120 s apart
+    real(dp), parameter :: SLOWEST(2) = [1500.0_dp, 470.0_dp]
+    ! Periods of currents in science mode, s: a quarter of a revolution, as a rod follows the field, and a third of that; chosen,
+    ! as their PARTS of the largest current are: of the slow one, the quick one and a constant one
+    real(dp), parameter :: PARTS(3) = [0.5_dp, 0.3_dp, 0.2_dp]
 
     type :: firing_t
         !! One firing of a pair of thrusters
@@ -190,9 +194,9 @@ contains
 
         number = in_span(self%spans, t)
         if (number == 0) then
-            current = self%science_current*(0.5_dp*sin(TWO_PI*(t/SLOWEST(1) + self%science(1, :))) + &
-                                            0.3_dp*sin(TWO_PI*(t/SLOWEST(2) + self%science(2, :))) + &
-                                            0.2_dp*(2*self%science(3, :) - 1))
+            current = self%science_current*(PARTS(1)*sin(TWO_PI*(t/SLOWEST(1) + self%science(1, :))) + &
+                                            PARTS(2)*sin(TWO_PI*(t/SLOWEST(2) + self%science(2, :))) + &
+                                            PARTS(3)*(2*self%science(3, :) - 1))
             return
         end if
         associate (span => self%spans(number))

@@ -9,8 +9,10 @@ module gracecg_level1_disturbed_field
     private
     public :: disturb_field
 
-    integer, parameter :: WAVES = 4                 ! of a component
-    real(dp), parameter :: LENGTH = 8000e3_dp       ! of each, m
+    !> Waves of a component, and the length of each, m: chosen. Some waves for no pattern; so long that the error is one vector
+    !> along a span of a minute (460 km), as estimates take it, and another one from span to span
+    integer, parameter :: WAVES = 4
+    real(dp), parameter :: LENGTH = 8000e3_dp
 
     !> For each Earth-fixed component waves over some thousand kilometres.
     type, extends(geomagnetic_model_t) :: disturbed_field_t

@@ -25,11 +25,13 @@ module gracecg_level1_simulated_files
     private
     public :: write_level1_folder
 
-    real(dp), parameter :: ACCELEROMETER_INTERVAL = 0.0999910_dp    ! of ACC1A, s: GRACE-FO C, 2023-06-01
+    ! Where nothing else is said numbers are those of the files of GRACE-FO C, 2023-06-01, and of GRACE, 2003-09-14; flags,
+    ! counts and channels that nothing is made of are copied from them
+    real(dp), parameter :: ACCELEROMETER_INTERVAL = 0.0999910_dp    ! of ACC1A, s
     real(dp), parameter :: FIRST_SAMPLE = 0.007739_dp   ! s
     real(dp), parameter :: HEAD_TAG = 0.03_dp           ! of SCA1A, s
     real(dp), parameter :: GYRO_INTERVAL = 0.125_dp, GYRO_TAG = 0.004_dp, GYRO_STEP = 0.001126_dp   ! of IMU1A, s
-    integer, parameter :: HEADS = 3, GYROS = 3
+    integer, parameter :: HEADS = 3, GYROS = 3          ! gyros of four: one is off
 
     !> What the rods add to the magnetometer, nT/mA, axis and rod: GRACE-A
     real(dp), parameter :: ROD_FIELD(3, 3) = reshape([3.1_dp, -37.7_dp, 37.3_dp, -3.0_dp, -5.1_dp, -1.4_dp, &
@@ -99,8 +101,8 @@ contains
         real(dp), parameter :: FACTORS(4) = [1, 1, 1, 6]    ! Of noise: A to D
         integer, parameter :: PRODUCTS = int(b'00000100000000000000000000111111')   ! Accelerations and block number
         integer, parameter :: NO_MAPPING = int(b'01000000'), BLOCKS = 65536
-        real(dp), parameter :: WRONG_BY = 1e-6_dp           ! m/s^2, of flagged samples
-        real(dp), parameter :: EARLIER = 30                 ! s: transplanted data are those of another place
+        real(dp), parameter :: WRONG_BY = 1e-6_dp           ! m/s^2, of flagged samples: a thousand times the noise
+        real(dp), parameter :: EARLIER = 30                 ! s: transplanted data are of another satellite, as GRACE's are apart
         integer, parameter :: AF_IN_SRF(6) = [2, 3, 1, 5, 6, 4]     ! x, y, z of AF are y, z, x of SRF
         type(random_stream_t) :: stream
         type(truth_point_t) :: point, other
@@ -167,7 +169,7 @@ contains
         real(dp), intent(in) :: low(3), high(3)         !! m/s^2/sqrt(Hz), one-sided
         real(dp), intent(out) :: white(3), steep(3)     !! m/s^2
 
-        real(dp), parameter :: LOW_FREQUENCY = 0.1_dp, HIGH_BAND(2) = [2.0_dp, 5.0_dp]     ! Hz
+        real(dp), parameter :: LOW_FREQUENCY = 0.1_dp, HIGH_BAND(2) = [2.0_dp, 5.0_dp]     ! Hz, as the settings say
         real(dp) :: at_low, at_high, b2(3)
 
         associate (dt => ACCELEROMETER_INTERVAL)
@@ -214,7 +216,7 @@ contains
         real(dp), parameter :: CALIBRATION(2) = [120.0_dp, -137.49_dp]      ! torque_cal of GRACE, GRACE-FO
         real(dp), parameter :: CHANNELS(3) = [0.0_dp, 65000.0_dp, -65000.0_dp]
         real(dp), allocatable :: field(:, :), current(:, :)
-        real(dp) :: tag, sign_b
+        real(dp) :: tag, sign_b, ends(2)
         integer :: n, k, product
 
         n = 2*(truth%duration - 1)
@@ -227,7 +229,9 @@ contains
         if (truth%settings%fault == 'rod-sign') current(2, :) = -current(2, :)
         sign_b = merge(-1, 1, folder%grace_fo .neqv. truth%settings%fault == 'b-sign')
         do product = merge(1, 2, folder%grace_fo), 2
-            call folder%begin(merge('MAG1A', 'MAG1B', product == 1), n, FIRST_TAG, (n - 1)*HOLD + FIRST_TAG)
+            ends = [0, n - 1]*HOLD + FIRST_TAG
+            if (product == 2) ends = truth%gps_of_obc(ends)
+            call folder%begin(merge('MAG1A', 'MAG1B', product == 1), n, ends(1), ends(2))
             do k = 1, n
                 tag = (k - 1)*HOLD + FIRST_TAG
                 if (product == 2) tag = truth%gps_of_obc(tag)
@@ -307,7 +311,7 @@ contains
         type(level1_folder_t), intent(inout) :: folder
 
         integer, parameter :: HEADS_USED(2) = [4, 23]   ! Both of GRACE; three and the gyros of GRACE-FO
-        real(dp), parameter :: QUALITY = 8.77e-7_dp     ! qual_rss, rad
+        real(dp), parameter :: QUALITY = 8.77e-7_dp     ! qual_rss, rad: nothing reads it
         type(random_stream_t) :: stream
         integer :: k
 
@@ -329,9 +333,9 @@ contains
         type(level1_folder_t), intent(inout) :: folder
 
         integer, parameter :: VALID_MODE = int(b'11000001'), VALID = int(b'11000000')
-        real(dp), parameter :: DAY = 86400
+        real(dp), parameter :: DAY = 86400              ! s: calibrations are older than the data
         type(random_stream_t) :: stream
-        real(dp) :: mounting(4, HEADS), attitude(4), time
+        real(dp) :: mounting(4, HEADS), attitude(4), first, time
         integer :: head, most, k, n, step
 
         most = merge(HEADS, 2, folder%grace_fo)
@@ -346,10 +350,11 @@ contains
         call folder%finish()
         n = 2*(truth%duration - 1)
         step = merge(1, 2, folder%grace_fo)
-        call folder%begin('SCA1A', n/step*most, HEAD_TAG, (n - step)*HOLD + HEAD_TAG)
+        first = merge(HEAD_TAG, 0.0_dp, folder%grace_fo)
+        call folder%begin('SCA1A', n/step*most, first, (n - step)*HOLD + first)
         stream = truth%stream(NOISE_HEADS)
         do k = 0, n - 1, step
-            time = k*HOLD + merge(HEAD_TAG, 0.0_dp, folder%grace_fo)
+            time = k*HOLD + first
             attitude = attitude_at(truth, truth%gps_of_obc(time))
             do head = 1, most
                 call folder%tag(time)
@@ -388,7 +393,7 @@ contains
         integer :: n, k, gyro
 
         n = nint((truth%duration - 1)/GYRO_INTERVAL)
-        call folder%begin('IMU1A', n*GYROS, GYRO_TAG, (n - 1)*GYRO_INTERVAL + GYRO_TAG)
+        call folder%begin('IMU1A', n*GYROS, GYRO_TAG, (n - 1)*GYRO_INTERVAL + GYRO_TAG + (GYROS - 1)*GYRO_STEP)
         stream = truth%stream(NOISE_GYROS)
         angle = 0
         before = spread(attitude_at(truth, 0.0_dp), 2, GYROS)
@@ -413,6 +418,7 @@ contains
         type(level1_truth_t), intent(in) :: truth
         type(level1_folder_t), intent(inout) :: folder
 
+        !> No formal errors in GNI1B; those of GNV1B, m and m/s
         real(dp), parameter :: NONE(3) = 1e33_dp, FORMAL(3) = [0.0006_dp, 0.0007_dp, 0.001_dp], &
             FORMAL_VELOCITY(3) = [1e-6_dp, 2e-6_dp, 2e-6_dp]
         integer, parameter :: NO_ERRORS = int(b'10000000')
@@ -449,14 +455,15 @@ contains
         integer, parameter :: EVERY = 10, EVERY_TIM = 8     ! s
         integer, parameter :: BEFORE = 2, SYNC = 4          ! Flags
         real(dp), parameter :: STEP_TIM = 119               ! ns
+        real(dp), parameter :: CLOCK_ERROR = 1.6e-11_dp, DRIFT_ERROR = 1.7e-12_dp   ! formal, s and s/s
         integer :: k, n
 
         n = truth%duration/EVERY + 3
         call folder%begin('CLK1B', n + 1, -real(EVERY, dp), real((n - 2)*EVERY, dp))
         do k = -2, n - 2
             call folder%tag(real(max(k, -1)*EVERY, dp))
-            call folder%put('clock_id', [-1.0_dp, truth%clock_offset + truth%clock_drift*(max(k, -1)*EVERY), 1.6e-11_dp, &
-                                         truth%clock_drift, 1.7e-12_dp, 0.0_dp])
+            call folder%put('clock_id', [-1.0_dp, truth%clock_offset + truth%clock_drift*(max(k, -1)*EVERY), CLOCK_ERROR, &
+                                         truth%clock_drift, DRIFT_ERROR, 0.0_dp])
             call folder%put('qualflg', [real(merge(BEFORE, 0, k == -2), dp)])
             call folder%record()
         end do
@@ -479,25 +486,27 @@ contains
         type(level1_folder_t), intent(inout) :: folder
 
         integer, parameter :: NOZZLES = 14, BRANCHES = 12   ! Flag 00001100: both branches
-        real(dp), parameter :: ON_TIME = 50                 ! ms
-        real(dp) :: counts(NOZZLES), on_time_of(NOZZLES), total(NOZZLES), time, ends(2)
+        real(dp), parameter :: ON_TIME = 50                 ! ms: FIRING_TIME of day_dynamics
+        real(dp), parameter :: COUNTED_BEFORE = 100000      ! firings of each nozzle, of any number
+        real(dp) :: counts(NOZZLES), on_time_of(NOZZLES), total(NOZZLES), ends(2)
+        real(dp), allocatable :: times(:)
         integer :: i, product
 
         associate (firings => truth%dynamics%firings)
             ends = 0
-            if (size(firings) > 0) ends = [firings(1)%time, firings(size(firings))%time]
             do product = 1, 2
+                times = firings%time
+                if (product == 1) times = truth%obc_of_gps(times)
+                if (size(times) > 0) ends = times([1, size(times)])
                 call folder%begin(merge('THR1A', 'THR1B', product == 1), size(firings), ends(1), ends(2))
-                counts = 100000
+                counts = COUNTED_BEFORE
                 total = 0
                 do i = 1, size(firings)
                     on_time_of = 0
                     on_time_of(PAIRS(:, firings(i)%pair)) = ON_TIME
                     counts = counts + merge(1, 0, on_time_of > 0)
                     total = total + on_time_of
-                    time = firings(i)%time
-                    if (product == 1) time = truth%obc_of_gps(time)
-                    call folder%tag(time)
+                    call folder%tag(times(i))
                     call folder%put('thrust_count_1', counts)
                     call folder%put('on_time_1', on_time_of)
                     call folder%put('accum_dur_1', total)
@@ -514,11 +523,12 @@ contains
         type(level1_truth_t), intent(in) :: truth
         type(level1_folder_t), intent(inout) :: folder
 
-        real(dp), parameter :: EVERY = 60                   ! s
+        real(dp), parameter :: EVERY = 60                   ! s; real files have an hour, which short spans would lack
         real(dp), parameter :: GAS(2) = [13.4351_dp, 13.4565_dp]        ! kg
         real(dp), parameter :: USED = 0.7e-6_dp             ! kg of a tank by a firing: two of 10 mN for 50 ms at 70 s
         integer, parameter :: GAS_FLAG = int(b'11000000'), STATES = 7
-        real(dp), parameter :: TANK(STATES) = [150.0_dp, 1.5_dp, 18.0_dp, 18.1_dp, 17.9_dp, 18.2_dp, 18.3_dp]  ! bar, deg C
+        real(dp), parameter :: TANK(STATES) = [150.0_dp, 1.5_dp, 18.0_dp, 18.1_dp, 17.9_dp, 18.2_dp, 18.3_dp]
+        ! bar, deg C: of some size; nothing reads them
         integer, parameter :: TANK_FLAGS(2) = [31, 127]     ! GRACE, GRACE-FO
         integer :: k, n, number
 

@@ -29,10 +29,11 @@ module gracecg_level1_simulated_truth
     public :: level1_truth_t, level1_errors_t, truth_point_t, new_level1_truth
     public :: LEAD, HOLD, FIRST_TAG
 
-    integer, parameter :: LEAD = 4                  !! Seconds of truth before the files and after them
-    real(dp), parameter :: HOLD = 0.5_dp            !! From tag to tag of the currents, s of the on-board computer
-    real(dp), parameter :: FIRST_TAG = 0.1_dp       !! Of them within a second of the on-board computer, s
-    real(dp), parameter :: SAMPLE = 0.1_dp          ! over which an accelerometer's sample sees jumps, s
+    integer, parameter :: LEAD = 4
+    !! Seconds of truth before the files and after them: more than clocks and delays (up to 1 and 2 s) take tags away from them
+    real(dp), parameter :: HOLD = 0.5_dp            !! From tag to tag of the currents, s of the on-board computer: GRACE-FO
+    real(dp), parameter :: FIRST_TAG = 0.1_dp       !! Of them within a second of the on-board computer, s: GRACE-FO C, 2023-06-01
+    real(dp), parameter :: SAMPLE = 0.1_dp          ! over which an accelerometer's sample sees jumps, s: its interval
 
     !> Sources of random numbers of a run that the truth draws from; the files' own follow
     integer, parameter :: GAINS = 1, CURRENTS = 2, THRUSTERS = 3, AIR = 4, FIELD = 5, ERRORS = 16
@@ -122,8 +123,8 @@ contains
         type(level1_truth_t), intent(inout) :: truth
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: AFTER = 300      ! s, behind the last span
-        type(utc_t), parameter :: LATER = utc_t(58880, 0.0_dp)      ! 2020-02-01
+        real(dp), parameter :: AFTER = 300      ! s, behind the last span, as before the first: quiet time for noise and clocks
+        type(utc_t), parameter :: LATER = utc_t(58880, 0.0_dp)      ! 2020-02-01, a day of GRACE-FO that IGRF-14 holds
 
         associate (case => truth%case, settings => truth%settings, spans => truth%dynamics%spans)
             if (settings%epoch /= '') then
@@ -173,14 +174,16 @@ contains
     subroutine draw_satellite(truth)
         type(level1_truth_t), intent(inout) :: truth
 
-        real(dp), parameter :: CLOCKS(4) = [-75.4e-3_dp, -2.9e-3_dp, -16.667e-3_dp, -17.256e-3_dp]  ! s, A to D
+        !> s, A to D: CLK1B of 2003-09-14 and 2023-06-01
+        real(dp), parameter :: CLOCKS(4) = [-75.4e-3_dp, -2.9e-3_dp, -16.667e-3_dp, -17.256e-3_dp]
+        real(dp), parameter :: NONE_GIVEN = -1  ! s: no clock is farther off
         type(random_stream_t) :: random
         real(dp) :: normal(3)
         integer :: i, k
 
         associate (settings => truth%settings, flight => truth%dynamics)
             truth%clock_offset = settings%clock_offset
-            if (truth%clock_offset < -1) truth%clock_offset = by_satellite(truth%satellite, CLOCKS)
+            if (truth%clock_offset < NONE_GIVEN) truth%clock_offset = by_satellite(truth%satellite, CLOCKS)
             truth%clock_drift = settings%clock_drift
             flight%tag = truth%gps_of_obc(FIRST_TAG)
             flight%tag_interval = HOLD*(1 + truth%clock_drift)
@@ -214,23 +217,25 @@ contains
         type(random_stream_t), intent(inout) :: random
         type(firing_t), allocatable, intent(out) :: firings(:)
 
-        real(dp), parameter :: APART = 2        ! s, from spans and each other
+        real(dp), parameter :: APART = 2        ! s, from spans and each other: no sample sees two of them
+        real(dp), parameter :: FIRST = 10       ! s: no firing before it
+        real(dp), parameter :: BEFORE = 0.2_dp, MIDDLE = 0.6_dp     ! parts of a span: a firing in it falls into its middle
         type(firing_t) :: one
         real(dp) :: time
         integer :: i, inside
 
         allocate (firings(0))
         associate (interval => truth%settings%firing_interval, spans => truth%dynamics%spans)
-            time = 10
+            time = FIRST
             do while (time < truth%duration .and. interval(2) > 0)
-                time = time + interval(1) + (interval(2) - interval(1))*random%uniform()
+                time = time + max(APART, interval(1) + (interval(2) - interval(1))*random%uniform())
                 call draw(time)
                 if (time > truth%duration - 1 .or. any(time > spans%start - APART .and. &
                                                        time < spans%start + spans%duration + APART)) cycle
                 firings = [firings, one]
             end do
             do i = 1, min(truth%settings%firings_inside, size(spans))
-                call draw(spans(i)%start + spans(i)%duration*(0.2_dp + 0.6_dp*random%uniform()))
+                call draw(spans(i)%start + spans(i)%duration*(BEFORE + MIDDLE*random%uniform()))
                 inside = count(firings%time < one%time)
                 firings = [firings(:inside), one, firings(inside + 1:)]
             end do
@@ -276,8 +281,9 @@ contains
         type(level1_truth_t), intent(inout) :: truth
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: BANDWIDTH = 0.02_dp          ! of the controller, rad/s
-        real(dp), parameter :: FARTHEST = 0.1_dp            ! rad
+        real(dp), parameter :: BANDWIDTH = 0.02_dp
+        ! of the controller, rad/s: slow beside the rods' lines, and back within the minutes between spans
+        real(dp), parameter :: FARTHEST = 0.1_dp            ! rad: far beyond the degree that a manoeuvre is allowed
         type(random_stream_t) :: random
         real(dp) :: attitude(3, 3), state(STATE_SIZE)
         integer :: k

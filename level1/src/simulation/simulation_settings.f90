@@ -184,6 +184,7 @@ contains
         type(level1_settings_t), intent(inout) :: level1
 
         character(1), parameter :: LETTERS(5) = [' ', 'A', 'B', 'C', 'D']
+        real(dp), parameter :: SHORTEST = 10    ! s: so that no product is without records
         type(utc_t) :: ignored
         type(error_t), allocatable :: problem
 
@@ -196,6 +197,8 @@ contains
         end if
         call settings%real_value('duration', level1%duration, 0.0_dp, 864000.0_dp, 's, of the files; 0: as the spans need', &
                                  unit='s')
+        if (level1%duration > 0 .and. level1%duration < SHORTEST) &
+            call settings%reject('duration', 'is below 10 s; 0: as the spans need')
         call settings%integer_value('spans', level1%spans, 0, MAX_SPANS, 'alike but for their start')
         call settings%real_value('first_start', level1%first_start, 0.0_dp, 864000.0_dp, 's, of the first span', unit='s')
         call settings%real_value('spacing', level1%spacing, 0.0_dp, 864000.0_dp, 's, from start to start', unit='s')

@@ -111,7 +111,7 @@ contains
     !> velocity (m/s) in the inertial frame, attitude (inertial to body), angular velocity (rad/s) and acceleration
     !> (rad/s^2), magnetic flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
     subroutine append_truth(file, simulator, wave)
-        type(csv_writer_t), intent(inout) :: file   !! Of `open_truth`
+        type(csv_writer_t), intent(inout) :: file   !! Open
         type(simulator_t), intent(in) :: simulator
         type(density_wave_t), intent(in) :: wave    !! The density wave of the run
 
