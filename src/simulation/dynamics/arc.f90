@@ -30,10 +30,11 @@ module gracecg_simulation_arc
         type(controlled_steps_t), allocatable, private :: under_control     ! where the integration has got to
     end type truth_arc_t
 
-    !> Scale of each state component for the error control: position, velocity, rate, quaternion.
+    !> Scale of each state component for the error control: position (m), velocity (m/s), rate (rad/s), quaternion, each the
+    !> power of ten next to what it has in a low orbit, pointing to the Earth
     real(dp), parameter :: SCALES(STATE_SIZE) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp, &
                                                  1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp]
-    real(dp), parameter :: FIRST_LENGTH = 1     ! That is tried first under control, s
+    real(dp), parameter :: FIRST_LENGTH = 1     ! That is tried first under control, s: short enough for any manoeuvre
 
 contains
 

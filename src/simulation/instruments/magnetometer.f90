@@ -74,7 +74,7 @@ contains
         real(dp), intent(in) :: field(3)    !! True flux density, body frame, T
         real(dp) :: output(3)               !! T
 
-        real(dp), parameter :: TO_ITS_GREATEST = 1.5_dp*sqrt(3.0_dp)
+        real(dp), parameter :: TO_ITS_GREATEST = 1.5_dp*sqrt(3.0_dp)    ! over the greatest of u - u^3, at u = 1/sqrt(3)
 
         output = field + self%bias
         if (self%linearity > 0) output = output + self%linearity*TO_ITS_GREATEST* &

@@ -20,7 +20,7 @@ module gracecg_simulation_quest
     private
     public :: quest, q_method
 
-    integer, parameter :: MAX_ITERATIONS = 50
+    integer, parameter :: MAX_ITERATIONS = 50           !! Of Newton's, which takes a few
     real(dp), parameter :: SMALLEST_SPREAD = 1e-4_dp
     !! Root-mean-square distance of the stars from one line of sight below which they count as
     !! collinear, rad (20 arcsec)

@@ -257,7 +257,7 @@ contains
         integer, intent(in) :: head
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: NORM_TOLERANCE = 1e-6_dp
+        real(dp), parameter :: NORM_TOLERANCE = 1e-6_dp     ! far beyond what an integration loses, far below a wrong quaternion
 
         if (head < 1 .or. head > HEADS) then
             call fail_out_of_range(error, 'head', real(head, dp), 1.0_dp, real(HEADS, dp))

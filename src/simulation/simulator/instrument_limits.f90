@@ -14,7 +14,7 @@ module gracecg_simulation_instrument_limits
     private
     public :: instrument_warnings, full_scale_t, count_full_scale, full_scale_warnings
 
-    real(dp), parameter :: ROUNDING = 1e-12_dp      ! of numbers in the units of their limits
+    real(dp), parameter :: ROUNDING = 1e-12_dp      ! of numbers taken to the units of their limits
 
     !> Samples that reach the full scale of their instrument.
     type :: full_scale_t
