@@ -1,8 +1,9 @@
 !> What can be estimated, and believed: every parameter of the physical model in one table.
 !>
 !> A row of KINDS says of some parameters that belong together their names, unit, what they act on, size, and, if an
-!> operator believes something of them, words. A new kind is a row here, its name in the enumeration, and its partial in
-!> gracecg_estimation_physical_model; what is known of it beforehand is `a_priori_t`'s.
+!> operator believes something of them, words. A new kind is a row here, its name in the enumeration, and its partial: of the
+!> rotation in gracecg_estimation_model_rotation or gracecg_estimation_torque_shapes, of what instruments show in
+!> gracecg_estimation_shown_samples; what is known of it beforehand is `a_priori_t`'s.
 !>
 !> A parameter is told by its place, 1 to PARAMETERS; its value is the error of what is believed, so that 0 is the
 !> belief.

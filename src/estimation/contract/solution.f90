@@ -24,7 +24,7 @@ module gracecg_estimation_solution
 
     !> A parameter beside the offset.
     type :: estimated_parameter_t
-        character(12) :: name = ''      !! As gracecg_estimation_physical_model names it
+        character(12) :: name = ''      !! As gracecg_observations_parameters names it
         real(dp) :: value = 0           !! SI units
         real(dp) :: sigma = 0           !! Standard deviation, SI units
         character(8) :: unit = ''       !! 1 for a pure number
