@@ -7,7 +7,6 @@ module gracecg_planning_bound
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
-    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess

@@ -8,7 +8,7 @@
 !> improves. Nothing is random: the result does not depend on threads.
 module gracecg_planning_reliable_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
+    use gracecg_base_constants, only: PI, TWO_PI
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_parallel, only: parallel_work_t, run_parallel

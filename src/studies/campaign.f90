@@ -5,7 +5,7 @@
 !> statistics to the last bit.
 module gracecg_studies_campaign
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_progress, only: progress_t, tell, expect_pieces, is_stopped
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS

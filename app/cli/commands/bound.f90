@@ -1,6 +1,6 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen

@@ -12,7 +12,6 @@ module gracecg_level1_simulated_truth
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_vectors, only: cross, identity
     use gracecg_environment_space_weather, only: space_weather_source_t
-    use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_of_gps, GPS_EPOCH, utc_t, seconds_between, parse_utc, utc_text, utc_plus
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
@@ -27,10 +26,10 @@ module gracecg_level1_simulated_truth
     implicit none
     private
     public :: level1_truth_t, level1_errors_t, truth_point_t, new_level1_truth
-    public :: LEAD, HOLD, FIRST_TAG
+    public :: HOLD, FIRST_TAG
 
     integer, parameter :: LEAD = 4
-    !! Seconds of truth before the files and after them: more than clocks and delays (up to 1 and 2 s) take tags away from them
+    ! Seconds of truth before the files and after them: more than clocks and delays (up to 1 and 2 s) take tags away from them
     real(dp), parameter :: HOLD = 0.5_dp            !! From tag to tag of the currents, s of the on-board computer: GRACE-FO
     real(dp), parameter :: FIRST_TAG = 0.1_dp       !! Of them within a second of the on-board computer, s: GRACE-FO C, 2023-06-01
     real(dp), parameter :: SAMPLE = 0.1_dp          ! over which an accelerometer's sample sees jumps, s: its interval

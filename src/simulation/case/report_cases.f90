@@ -7,7 +7,7 @@
 module gracecg_simulation_report_cases
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
-    use gracecg_base_error, only: error_t, fail, nearest_name
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
