@@ -220,7 +220,8 @@ def shell(function, objects):
             local += ["class(object_t), pointer :: made_object", "integer :: memory"]
             before.append("made_object => null()")
             after = [f"call keep(made_object, {made.name}, outcome)"]
-            work = ["allocate (made, stat=memory)", "call check_memory(memory, outcome)", "if (outcome%good()) then", "    made_object => made", "    " + work[0], "end if"]
+            work = ["allocate (made, stat=memory)", "call check_memory(memory, outcome)", "if (outcome%good()) then",
+                    "    made_object => made", *("    " + line for line in work), "end if"]
     if used:
         local.append(f"class(object_t), pointer :: {used.name}_in")
         title = objects[used.kind].title if used.kind in objects else "gracecg object"

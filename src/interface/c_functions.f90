@@ -21,7 +21,7 @@ module gracecg_interface_c_functions
     use gracecg_interface_observations, only: observations_create, observations_object_t, observations_open, &
         observations_write, options_replace, setup_from, setup_object_t, setup_open, simulate, simulator_object_t, &
         simulator_open
-    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, STATUS_BAD_VALUE
+    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, STATUS_BAD_VALUE, STATUS_FAILED
     use gracecg_interface_planning, only: bound_object_t, case_bound, design, design_object_t, map, map_object_t
     use gracecg_interface_surface, only: surface_aerodynamic_load, surface_earthlight, surface_object_t, &
         surface_plates, surface_sunlight_load
@@ -676,6 +676,7 @@ contains
             if (outcome%good()) then
                 made_object => made
                 call new_trapezoid(made%plates, length, height, width_bottom, width_top, specular, diffuse, failure)
+                call outcome%take(failure, STATUS_BAD_VALUE)
             end if
         end if
         call keep(made_object, surface, outcome)
@@ -991,6 +992,7 @@ contains
                 if (outcome%good()) then
                     made_object => made
                     call build_dynamics(the_case_in%calibration%case, made%dynamics, failure)
+                    call outcome%take(failure, STATUS_FAILED)
                 end if
             class default
                 call refuse_handle('case', outcome)

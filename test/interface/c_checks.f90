@@ -36,7 +36,7 @@ contains
         type(error_struct), intent(in) :: failure
         character(*), intent(in) :: part
 
-        call check(error, int(status), int(expected), 'status of "'//part//'": '//message_text(failure))
+        call check(error, int(status), int(expected), 'status of "'//part//'": '//trim(message_text(failure)))
         call check(error, int(failure%status), int(expected), 'status in the error')
         call check(error, index(message_text(failure), part) > 0, &
                    '"'//part//'" is not in "'//trim(message_text(failure))//'"')

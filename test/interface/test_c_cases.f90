@@ -2,9 +2,10 @@
 !> Fortran API.
 module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
-    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, build_dynamics, &
-        initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, simulator_t, new_simulator, &
-        rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
+    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
+        build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
+        simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
+        STATE_VELOCITY, STATE_ATTITUDE
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
     use c_checks
@@ -79,6 +80,7 @@ contains
         integer(c_int) :: status
         real(dp) :: state(13), x(3, 2), v(3, 2), q(4, 2), g(3, 2), d(3, 2), s(3, 2), e(3, 2), total(3, 2)
         real(dp) :: alone(3, 2)
+        character(:), allocatable :: text
         real(dp), parameter :: SECONDS(2) = [0.0_dp, 12.5_dp]
         integer :: i
 
@@ -107,6 +109,15 @@ contains
                          [real(case%epoch%mjd, dp), case%epoch%seconds, &
                              case%sidereal_angle], 'epoch')
         status = gracecg_free(model)
+        status = gracecg_free(handle)
+        case%gravity_model = 'file'
+        case%gravity_file = 'nowhere.gfc'
+        call case_text(case, text, problem)
+        status = gracecg_case_open(c_string(text), handle, failure)
+        call check_ok(error, status, failure)
+        status = gracecg_force_model_open(handle, model, failure)
+        call check_refused(error, status, FAILED, failure, 'nowhere.gfc')
+        call check(error, model == 0, 'a handle after a failure')
         status = gracecg_free(handle)
     end subroutine test_force_model
 

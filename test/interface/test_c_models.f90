@@ -328,6 +328,9 @@ contains
         call check(error, norm2(a - acting%erp) < 1e-12_dp*norm2(acting%erp), 'the Earth''s light')
         status = gracecg_free(model)
 
+        status = gracecg_surface_trapezoid(-3.122_dp, 0.72_dp, 1.942_dp, 0.693_dp, 0.2_dp, 0.1_dp, same, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'trapezoid: length')
+        call check(error, same == 0, 'a handle after a failure')
         status = gracecg_surface_drag(surface, 0.0_dp, 2.3_dp, 4e-12_dp, V, a, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'mass')
         status = gracecg_surface_sunlight(surface, MASS, 0.4_dp, 1367.0_dp, 1.5_dp, TO_SUN, a, failure)
