@@ -88,8 +88,9 @@ typedef struct gracecg_object gracecg_object;
 gracecg_status gracecg_free(gracecg_object **object, gracecg_error *error);
 
 /* Numbers of an object by the name of the item: see the lists of items below. With several names, blanks between
-   them, their numbers follow one another. `count` (or NULL) receives how many numbers there are; values = NULL with
-   capacity 0 asks for that alone. GRACECG_BAD_SIZE when capacity < count. */
+   them, their numbers follow one another, and the tests of a fit are made once for all. `count` (or NULL) receives
+   how many numbers there are; values = NULL with capacity 0 asks for that alone. GRACECG_BAD_SIZE when capacity <
+   count. */
 gracecg_status gracecg_get(const gracecg_object *object, const char *item, size_t capacity, double *values,
                            size_t *count, gracecg_error *error);
 

@@ -167,7 +167,8 @@ def test_tests_of_a_fit_are_made_once(observations, monkeypatch):
     monkeypatch.setattr(_library, "call", lambda name, *arguments, **more: called.append(name) or call(name, *arguments, **more))
     tests = fit.tests()
     assert called == ["get"]
-    assert np.array_equal(tests.direction, fit._numbers("test_direction", 3, 3)) and tests.torque_factor == fit._number("test_torque_factor")
+    assert np.array_equal(tests.direction, fit._numbers("test_direction", 3, 3))
+    assert tests.torque_factor == fit._number("test_torque_factor")
 
 
 def test_options(observations):
