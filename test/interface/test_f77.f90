@@ -12,6 +12,7 @@ module test_f77
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
     use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_interface_general, only: INTERFACE_VERSION
     use gracecg_interface_handles, only: live_objects
     use c_checks, only: check_answer
     use f77_interfaces
@@ -57,6 +58,8 @@ contains
 
         call gcvers(version)
         call check(error, version, LIBRARY_VERSION)
+        call gcvint(m)
+        call check(error, m, int(INTERFACE_VERSION), 'gcvint')
         call gcutc('1989-01-02T01:00:00', m, s, istat, msg)
         call check(error, istat == 0 .and. m == MJD .and. abs(s - SEC) <= 0 .and. msg == '', 'gcutc '//msg)
         call gcuadd(MJD, SEC, 86400d0, m, s, istat, msg)
