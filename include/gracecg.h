@@ -17,7 +17,8 @@
  *   calls. gracecg_free waits for calls that still use the object in other threads.
  * - Numbers are SI (m, s, kg, T, rad, W). Arrays are rows of one epoch or point each: n positions are double[n][3],
  *   given as a pointer to the first number. n = 0 does nothing. NaN and infinities are refused (GRACECG_BAD_VALUE)
- *   wherever they come in or would come out, and positions less than 1000 km from the centre of the Earth: they are in km.
+ *   wherever they come in, and positions less than 1000 km from the centre of the Earth: they are in km. Functions that
+ *   compute numbers refuse to give out NaN and infinities; gracecg_get gives what an object holds as it is.
  * - Arguments marked "or NULL" may be left out; every other pointer must not be NULL (GRACECG_NULL_POINTER).
  * - Texts are UTF-8 or Latin, end with a zero, and are at most 4095 bytes long (names, paths); texts of settings may
  *   have 1 MB.
@@ -86,16 +87,18 @@ typedef struct gracecg_object gracecg_object;
 /* Gives an object back and sets the handle to NULL; NULL may be freed. */
 gracecg_status gracecg_free(gracecg_object **object, gracecg_error *error);
 
-/* Numbers of an object by the name of the item: see the lists of items below. `count` (or NULL) receives how many
-   numbers there are; values = NULL with capacity 0 asks for that alone. GRACECG_BAD_SIZE when capacity < count. */
-gracecg_status gracecg_get(const gracecg_object *object, const char *item, size_t capacity, double *values, size_t
-                           *count, gracecg_error *error);
+/* Numbers of an object by the name of the item: see the lists of items below. With several names, blanks between
+   them, their numbers follow one another, and the tests of a fit are made once for all. `count` (or NULL) receives
+   how many numbers there are; values = NULL with capacity 0 asks for that alone. GRACECG_BAD_SIZE when capacity <
+   count. */
+gracecg_status gracecg_get(const gracecg_object *object, const char *item, size_t capacity, double *values,
+                           size_t *count, gracecg_error *error);
 
 /* A text of an object by the name of the item; "items" lists the items and their sizes. `length` (or NULL) receives
    the bytes needed without the closing zero; GRACECG_BAD_SIZE when text[size] is too short. size = 0 with text = NULL
    asks for the length alone. */
-gracecg_status gracecg_get_text(const gracecg_object *object, const char *item, char *text, size_t size, size_t
-                                *length, gracecg_error *error);
+gracecg_status gracecg_get_text(const gracecg_object *object, const char *item, char *text, size_t size,
+                                size_t *length, gracecg_error *error);
 
 /* ------------------------------------------------------------------ time */
 
@@ -116,8 +119,8 @@ gracecg_status gracecg_utc_difference(const gracecg_utc *start, const gracecg_ut
                                       gracecg_error *error);
 
 /* Greenwich mean sidereal time (IAU 1982), rad, 0 <= angle < 2 pi. ut1_minus_utc in s. */
-gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_utc, double *angle, gracecg_error
-                                      *error);
+gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_utc, double *angle,
+                                      gracecg_error *error);
 
 /* Inertial vectors [n][3] into Earth-fixed ones, by the sidereal angle (rad); with the negative angle the way back.
    In and out may be the same array. */
@@ -126,13 +129,13 @@ gracecg_status gracecg_earth_fixed(double sidereal_angle, size_t n, const double
 
 /* UT1-UTC (s) and x and y of the pole (rad) at a time, each or NULL, from a file of the IERS as it is published:
    finals2000A or EOP C04. */
-gracecg_status gracecg_earth_parameters(const char *path, const gracecg_utc *utc, double *ut1_minus_utc, double
-                                        pole[2], gracecg_error *error);
+gracecg_status gracecg_earth_parameters(const char *path, const gracecg_utc *utc, double *ut1_minus_utc,
+                                        double pole[2], gracecg_error *error);
 
 /* The rotation from inertial (GCRS) to Earth-fixed axes, fixed = rotation * inertial, `seconds` after a time at which
    its constants are computed; rotation [3][3]: precession IAU 2006, nutation IAU 2000B. pole or NULL: x and y, rad. */
-gracecg_status gracecg_earth_orientation(const gracecg_utc *utc, double ut1_minus_utc, const double pole[2], double
-                                         seconds, double *rotation, gracecg_error *error);
+gracecg_status gracecg_earth_orientation(const gracecg_utc *utc, double ut1_minus_utc, const double pole[2],
+                                         double seconds, double *rotation, gracecg_error *error);
 
 /* ------------------------------------------------------------------ gravity and geomagnetic field */
 
@@ -143,16 +146,17 @@ gracecg_status gracecg_gravity_open(const char *name_or_file, int32_t degree, in
 /* Of Earth-fixed positions [n][3]: acceleration [n][3] (m/s^2, Earth-fixed, without the centrifugal part), potential
    [n] (m^2/s^2), and the second derivatives of the potential [n][3][3] (1/s^2, symmetric), each or NULL. All three
    come from one recursion; without second derivatives many points in a call take half the time each. */
-gracecg_status gracecg_gravity_evaluate(const gracecg_object *gravity, size_t n, const double *position, double
-                                        *acceleration, double *potential, double *gradient, gracecg_error *error);
+gracecg_status gracecg_gravity_evaluate(const gracecg_object *gravity, size_t n, const double *position,
+                                        double *acceleration, double *potential, double *gradient,
+                                        gracecg_error *error);
 
 /* "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file, at a date. */
 gracecg_status gracecg_field_open(const char *name_or_file, const gracecg_utc *date, gracecg_object **field,
                                   gracecg_error *error);
 
 /* Flux density [n][3] (T, Earth-fixed) at Earth-fixed positions [n][3]. */
-gracecg_status gracecg_field_evaluate(const gracecg_object *field, size_t n, const double *position, double
-                                      *flux_density, gracecg_error *error);
+gracecg_status gracecg_field_evaluate(const gracecg_object *field, size_t n, const double *position,
+                                      double *flux_density, gracecg_error *error);
 
 /* ------------------------------------------------------------------ thermosphere: density and wind */
 
@@ -160,22 +164,23 @@ gracecg_status gracecg_field_evaluate(const gracecg_object *field, size_t n, con
    [3]: F10.7 of the day before and its 81-day mean (sfu, 50 to 500), Kp three hours before (0 to 9); or NULL: those
    of a date in the embedded table (December 1988 to February 1989, and 2000), which stay, whatever the time of
    evaluation. One of both is NULL. */
-gracecg_status gracecg_density_open(const char *name, const gracecg_utc *date, const double indices[3], gracecg_object
-                                    **density, gracecg_error *error);
+gracecg_status gracecg_density_open(const char *name, const gracecg_utc *date, const double indices[3],
+                                    gracecg_object **density, gracecg_error *error);
 
 /* Density [n] (kg/m^3) and, each or NULL, temperature [n] (K) and number densities of He, O and N2 [n][3] (1/m^3) at
    Earth-fixed positions [n][3], `seconds`[n] after `epoch`. Refuses heights below 120 km (DTM). */
-gracecg_status gracecg_density_evaluate(const gracecg_object *density, const gracecg_utc *epoch, size_t n, const
-                                        double *seconds, const double *position, double *mass_density, double
-                                        *temperature, double *number_density, gracecg_error *error);
+gracecg_status gracecg_density_evaluate(const gracecg_object *density, const gracecg_utc *epoch, size_t n,
+                                        const double *seconds, const double *position, double *mass_density,
+                                        double *temperature, double *number_density, gracecg_error *error);
 
 /* "hwm93" (the embedded table: 1989-01-02 0 h UT, 466 km) or the path of a table of one's own. */
 gracecg_status gracecg_wind_open(const char *name_or_file, gracecg_object **wind, gracecg_error *error);
 
 /* Eastward and northward wind [n][2] (m/s, relative to the turning Earth) at Earth-fixed positions [n][3],
    `seconds`[n] after `epoch`. */
-gracecg_status gracecg_wind_evaluate(const gracecg_object *wind, const gracecg_utc *epoch, size_t n, const double
-                                     *seconds, const double *position, double *east_north, gracecg_error *error);
+gracecg_status gracecg_wind_evaluate(const gracecg_object *wind, const gracecg_utc *epoch, size_t n,
+                                     const double *seconds, const double *position, double *east_north,
+                                     gracecg_error *error);
 
 /* ------------------------------------------------------------------ Sun and Earth radiation */
 
@@ -197,22 +202,23 @@ gracecg_status gracecg_earth_radiation_open(const char *constants, int32_t rings
    from the Earth), the sum of irradiance times direction over the segments; or by segments, of which a model has s =
    1 + 3 rings (rings + 1): irradiance [n][s] (W/m^2) on a surface that faces each, and the direction [n][s][3] from
    it (unit vectors, inertial); each or NULL. */
-gracecg_status gracecg_earth_radiation_evaluate(const gracecg_object *model, const gracecg_utc *epoch, size_t n, const
-                                                double *seconds, const double *position, double *flux, double
-                                                *irradiance, double *direction, gracecg_error *error);
+gracecg_status gracecg_earth_radiation_evaluate(const gracecg_object *model, const gracecg_utc *epoch, size_t n,
+                                                const double *seconds, const double *position, double *flux,
+                                                double *irradiance, double *direction, gracecg_error *error);
 
 /* ------------------------------------------------------------------ loads on a satellite's surface */
 
 /* The trapezoidal prism of GRACE (m): x along `length`, z to the wide bottom that faces the Earth. specular, diffuse:
    reflected parts of the light, for the plate by plate loads. */
-gracecg_status gracecg_surface_trapezoid(double length, double height, double width_bottom, double width_top, double
-                                         specular, double diffuse, gracecg_object **surface, gracecg_error *error);
+gracecg_status gracecg_surface_trapezoid(double length, double height, double width_bottom, double width_top,
+                                         double specular, double diffuse, gracecg_object **surface,
+                                         gracecg_error *error);
 
 /* A closed convex body of n plates: outward unit normals [n][3], areas [n] (m^2), centres [n][3] (m, from any
    origin), specular and diffuse reflectivities [n]; body axes. */
-gracecg_status gracecg_surface_plates(size_t n, const double *normal, const double *area, const double *centre, const
-                                      double *specular, const double *diffuse, gracecg_object **surface, gracecg_error
-                                      *error);
+gracecg_status gracecg_surface_plates(size_t n, const double *normal, const double *area, const double *centre,
+                                      const double *specular, const double *diffuse, gracecg_object **surface,
+                                      gracecg_error *error);
 
 /* Cross-section (m^2) seen from a direction (unit vector towards the observer, body axes). */
 gracecg_status gracecg_surface_area(const gracecg_object *surface, const double direction[3], double *area,
@@ -220,33 +226,35 @@ gracecg_status gracecg_surface_area(const gracecg_object *surface, const double 
 
 /* Drag (m/s^2, body axes) with one coefficient: mass (kg), density (kg/m^3), velocity relative to the air (m/s, body
    axes). */
-gracecg_status gracecg_surface_drag(const gracecg_object *surface, double mass, double drag_coefficient, double
-                                    density, const double velocity[3], double acceleration[3], gracecg_error *error);
+gracecg_status gracecg_surface_drag(const gracecg_object *surface, double mass, double drag_coefficient,
+                                    double density, const double velocity[3], double acceleration[3],
+                                    gracecg_error *error);
 
 /* Sunlight's pressure (m/s^2, body axes) with one reflectivity: irradiance at 1 au (W/m^2), illumination, vector from
    the satellite to the Sun (m, body axes). */
-gracecg_status gracecg_surface_sunlight(const gracecg_object *surface, double mass, double reflectivity, double
-                                        solar_irradiance, double illumination, const double to_sun[3], double
-                                        acceleration[3], gracecg_error *error);
+gracecg_status gracecg_surface_sunlight(const gracecg_object *surface, double mass, double reflectivity,
+                                        double solar_irradiance, double illumination, const double to_sun[3],
+                                        double acceleration[3], gracecg_error *error);
 
 /* The Earth's light (m/s^2, body axes) with one reflectivity and the cross-section towards the Earth: net flux of
    gracecg_earth_radiation_evaluate and position (m), both inertial; attitude. */
-gracecg_status gracecg_surface_earthlight(const gracecg_object *surface, double mass, double reflectivity, const
-                                          double flux[3], const double position[3], const double quaternion[4], double
-                                          acceleration[3], gracecg_error *error);
+gracecg_status gracecg_surface_earthlight(const gracecg_object *surface, double mass, double reflectivity,
+                                          const double flux[3], const double position[3], const double quaternion[4],
+                                          double acceleration[3], gracecg_error *error);
 
 /* Air in free-molecular flow, plate by plate: force (N) and torque (N m) about the centre of mass (m, in the frame of
    the plates' centres), body axes. Air: density (kg/m^3), temperature (K), number densities of He, O, N2 (any unit);
    wall temperature (K) and energy accommodation, 0 to 1. */
-gracecg_status gracecg_surface_aerodynamic_load(const gracecg_object *surface, const double centre_of_mass[3], double
-                                                density, double temperature, const double number_density[3], double
-                                                wall_temperature, double accommodation, const double velocity[3],
-                                                double force[3], double torque[3], gracecg_error *error);
+gracecg_status gracecg_surface_aerodynamic_load(const gracecg_object *surface, const double centre_of_mass[3],
+                                                double density, double temperature, const double number_density[3],
+                                                double wall_temperature, double accommodation,
+                                                const double velocity[3], double force[3], double torque[3],
+                                                gracecg_error *error);
 
 /* Sunlight, plate by plate: force (N) and torque (N m) about the centre of mass, body axes. */
-gracecg_status gracecg_surface_sunlight_load(const gracecg_object *surface, const double centre_of_mass[3], double
-                                             solar_irradiance, double illumination, const double to_sun[3], double
-                                             force[3], double torque[3], gracecg_error *error);
+gracecg_status gracecg_surface_sunlight_load(const gracecg_object *surface, const double centre_of_mass[3],
+                                             double solar_irradiance, double illumination, const double to_sun[3],
+                                             double force[3], double torque[3], gracecg_error *error);
 
 /* ------------------------------------------------------------------ cases, force model, propagation */
 
@@ -261,7 +269,7 @@ gracecg_status gracecg_surface_sunlight_load(const gracecg_object *surface, cons
                                     stop, rise time of a square wave (s)
      rod_kinds[][2]                 body axis 1, 2 or 3; waveform 1 sine, 2 cosine, 3 tapered, 4 square
      design_settings[9]             of gracecg_design, those of `gracecg design` for this case
-     design_choices[8]              likewise
+     design_choices[8]              of gracecg_design, likewise: rods, waveforms, threads
      "text"                         of the case file, with every setting, its unit and meaning
      "options"                      how to estimate, as the text of a file of options */
 
@@ -281,32 +289,28 @@ gracecg_status gracecg_force_model_open(const gracecg_object *the_case, gracecg_
 
 /* Accelerations [n][3] (m/s^2, inertial axes) at `seconds`[n] from the epoch, position and velocity [n][3] (inertial)
    and attitude [n][4]; each or NULL. `total` is the sum of the four. */
-gracecg_status gracecg_force_model_evaluate(const gracecg_object *model, size_t n, const double *seconds, const double
-                                            *position, const double *velocity, const double *quaternion, double
-                                            *gravity, double *drag, double *solar_radiation, double *earth_radiation,
-                                            double *total, gracecg_error *error);
+gracecg_status gracecg_force_model_evaluate(const gracecg_object *model, size_t n, const double *seconds,
+                                            const double *position, const double *velocity, const double *quaternion,
+                                            double *gravity, double *drag, double *solar_radiation,
+                                            double *earth_radiation, double *total, gracecg_error *error);
 
 /* For one state, each or NULL: torques [4][3] (N m, body axes, about the centre of mass) of air, sunlight, gravity
    gradient and torque rods; magnetic flux density (T, body axes); time derivative of the state [13]; the model's
    rotation [3][3] from inertial to Earth-fixed axes. */
-gracecg_status gracecg_force_model_loads(const gracecg_object *model, double seconds, const double state[13], double
-                                         *torques, double flux_density[3], double rate[13], double *rotation,
+gracecg_status gracecg_force_model_loads(const gracecg_object *model, double seconds, const double state[13],
+                                         double *torques, double flux_density[3], double rate[13], double *rotation,
                                          gracecg_error *error);
 
 /* Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13], the first one the
-   initial state, every `interval` s (> 0). tolerance = 0: one step an interval; else steps under control with
-   interpolation, by how far four steps and one of their length may differ, relative to 1e7 m, 1e4 m/s, 1e-3 rad/s and
-   1 (1e-10, say). Nothing controls the attitude: the torques turn the satellite freely, as in a calibration
-   manoeuvre; over more than some minutes use gracecg_force_model_propagate_nadir. */
-gracecg_status gracecg_force_model_propagate(const gracecg_object *model, const double state[13], double interval,
-                                             size_t steps, double tolerance, double *states, gracecg_error *error);
-
-/* Integrates the orbit of a satellite whose attitude is held: body z to the centre of the Earth, y across the orbit,
-   x along the orbit (forward other than 0) or against it (0). Position (m) and velocity (m/s), inertial, at time 0;
-   the rest as in gracecg_force_model_propagate. The states have the attitude and the angular velocity that are held. */
-gracecg_status gracecg_force_model_propagate_nadir(const gracecg_object *model, const double position[3], const double
-                                                   velocity[3], int32_t forward, double interval, size_t steps, double
-                                                   tolerance, double *states, gracecg_error *error);
+   initial state, every `interval` s (> 0). pointing = 0: nothing controls the attitude, the torques turn the
+   satellite freely, as in a calibration manoeuvre. Over more than some minutes it is to be held: body z to the centre
+   of the Earth, y across the orbit, x along the orbit (pointing = 1) or against it (2); of the initial state position
+   and velocity count, and the states have the attitude and the angular velocity that are held. tolerance = 0: one
+   step an interval; else steps under control with interpolation, by how far four steps and one of their length may
+   differ, relative to 1e7 m, 1e4 m/s, 1e-3 rad/s and 1 (1e-10, say). */
+gracecg_status gracecg_force_model_propagate(const gracecg_object *model, const double state[13], int32_t pointing,
+                                             double interval, size_t steps, double tolerance, double *states,
+                                             gracecg_error *error);
 
 /* ------------------------------------------------------------------ simulation and observations */
 
@@ -335,12 +339,12 @@ gracecg_status gracecg_force_model_propagate_nadir(const gracecg_object *model, 
      "options"                      how to estimate */
 
 /* The true arc of a case and what its star cameras see: once, for any number of runs. */
-gracecg_status gracecg_simulator_open(const gracecg_object *the_case, gracecg_object **simulator, gracecg_error
-                                      *error);
+gracecg_status gracecg_simulator_open(const gracecg_object *the_case, gracecg_object **simulator,
+                                      gracecg_error *error);
 
 /* An observation set with the random numbers of a seed and run: the same as `gracecg simulate` draws. */
-gracecg_status gracecg_simulate(const gracecg_object *simulator, int32_t seed, int32_t run, gracecg_object
-                                **observations, gracecg_error *error);
+gracecg_status gracecg_simulate(const gracecg_object *simulator, int32_t seed, int32_t run,
+                                gracecg_object **observations, gracecg_error *error);
 
 /* What an operator knows: satellite, manoeuvre, instruments; and how to estimate. From a file setup.nml, or the text
    of one, which is told by its line breaks or its first character &. The options are those of a file options.nml
@@ -350,28 +354,29 @@ gracecg_status gracecg_setup_open(const char *file_or_text, gracecg_object **set
 /* The setup of an observation set (or a setup itself); with count > 0 measured moments of the torque rods stand in
    for those that they were commanded to: times [count] in s from the epoch, rising, over the whole arc; moments
    [count][3] along the rods x, y, z in A m^2, which have the rods' gain and delay in them. */
-gracecg_status gracecg_setup_from(const gracecg_object *setup_or_observations, size_t count, const double *time, const
-                                  double *moment, gracecg_object **setup, gracecg_error *error);
+gracecg_status gracecg_setup_from(const gracecg_object *setup_or_observations, size_t count, const double *time,
+                                  const double *moment, gracecg_object **setup, gracecg_error *error);
 
 /* From arrays in memory, which are copied and checked; times in s from the setup's epoch, rising. Accelerations [][3]
    (body axes, m/s^2); quaternions [][4] of the star camera (inertial to camera, scalar last) with head 1 or 2, rising
    for each head; flux densities [][3] (body axes, T); positions [][3] (inertial, m). A count may be 0 and its arrays
    NULL: with an orbit a field model stands in for a magnetometer. */
-gracecg_status gracecg_observations_create(const gracecg_object *setup, size_t accelerometer_count, const double
-                                           *accelerometer_time, const double *acceleration, size_t star_camera_count,
-                                           const double *star_camera_time, const int32_t *star_camera_head, const
-                                           double *quaternion, size_t magnetometer_count, const double
-                                           *magnetometer_time, const double *flux_density, size_t orbit_count, const
-                                           double *orbit_time, const double *orbit_position, gracecg_object
-                                           **observations, gracecg_error *error);
+gracecg_status gracecg_observations_create(const gracecg_object *setup, size_t accelerometer_count,
+                                           const double *accelerometer_time, const double *acceleration,
+                                           size_t star_camera_count, const double *star_camera_time,
+                                           const int32_t *star_camera_head, const double *quaternion,
+                                           size_t magnetometer_count, const double *magnetometer_time,
+                                           const double *flux_density, size_t orbit_count, const double *orbit_time,
+                                           const double *orbit_position, gracecg_object **observations,
+                                           gracecg_error *error);
 
-/* From a folder as `gracecg simulate` writes it. The options stand in its file options.nml; without it they are the
-   defaults. */
+/* From a folder as `gracecg simulate` writes it. The options are those of its file options.nml, else those in its
+   setup.nml. */
 gracecg_status gracecg_observations_open(const char *folder, gracecg_object **observations, gracecg_error *error);
 
 /* Into a folder, which is made if it is not there. */
-gracecg_status gracecg_observations_write(const gracecg_object *observations, const char *folder, gracecg_error
-                                          *error);
+gracecg_status gracecg_observations_write(const gracecg_object *observations, const char *folder,
+                                          gracecg_error *error);
 
 /* Another object like this one, a case, setup or observation set, with the options of a text: groups &estimation
    (first guesses, weights), &optimal and &sequential. What the text does not say has its default. */
@@ -453,17 +458,10 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      difference[][3]                each run alone minus all others, m
      difference_sigma[][3]          its standard deviation if they agree, m */
 
-/* Items of a chain:
-     offset[3]                      as in a joint estimate, of the arcs that are joined
-     covariance[3][3]
-     chi_square
-     degrees
-     probability
-     consistent
-     difference[][3]
-     difference_sigma[][3]
+/* Items of a chain, and those of a joint estimate:
      arcs                           how many there are
-     joined                         how many are joined: the others tell no offset, or disagree
+     joined                         how many are joined, of which the other items are: the rest tell no offset, or
+                                    disagree
      "warnings"                     a line each */
 
 /* Estimates the offset from observations alone, by an algorithm of gracecg_name, with the options of the observation
@@ -479,8 +477,8 @@ gracecg_status gracecg_estimate_joint(size_t count, gracecg_object *const *obser
 
 /* One offset from a long observation set, cut into arcs of `arc` seconds at most (0: 60), each estimated by the
    algorithm optimal with its own attitude, bias and drag, and joined as several sets are; on `threads` threads. */
-gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double arc, int32_t threads, gracecg_object
-                                      **chain, gracecg_error *error);
+gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double arc, int32_t threads,
+                                      gracecg_object **chain, gracecg_error *error);
 
 /* ------------------------------------------------------------------ the limit of an estimate, and planning the manoeuvre */
 
@@ -494,7 +492,7 @@ gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double
      by_source[5][3]                added by scale factors, rod gain, magnetometer bias, inertia and unmodelled
                                     torque, m; 0 for what the settings estimate */
 
-/* Items of a case with a designed manoeuvre:
+/* Items of a case with a designed manoeuvre, and those of a case:
      start                          where the arc of this case begins, s from the epoch of the case that was given
      sigma[3]                       of the offset: the limit under the accelerometer's noise, body axes, m
      wave[3]                        RMS error by the density wave, m

@@ -45,17 +45,18 @@ extern "C" {
 /* The records of a Level-1 file in order of time, each epoch once: text or binary, of any product that `gracecg
    level1 list` knows. span or NULL: first and last time tag that are wanted, in s past 2000-01-01 12:00:00 in the
    file's own time frame. */
-gracecg_status gracecg_level1_open(const char *path, const double span[2], gracecg_object **level1, gracecg_error
-                                   *error);
+gracecg_status gracecg_level1_open(const char *path, const double span[2], gracecg_object **level1,
+                                   gracecg_error *error);
 
 /* The offset of a calibration manoeuvre from the Level-1 files in a folder, as `gracecg level1 estimate` finds it.
    setup: path of a namelist with mass_properties and level1. Each or NULL: satellite "A" to "D" (the only one, or the
    first, that has files); day, as "2020-02-01": of several manoeuvres that which it has part of (`--day`); spans
    [n_spans][2], start (GPS s past 2000-01-01 12:00:00) and duration (s) of sub-manoeuvres (those of the SOE file in
-   the folder, or by the currents); source "torque+cal", "torque", "acc-cal", "acc-raw", "sca" or "imu" (torque+cal). */
+   the folder, or by the currents); source "torque+cal", "torque", "acc-cal", "acc-raw", "sca", "imu" or "optimal"
+   (torque+cal). */
 gracecg_status gracecg_level1_estimate(const char *folder, const char *setup, const char *satellite, const char *day,
-                                       size_t n_spans, const double *spans, const char *source, gracecg_object
-                                       **offset, gracecg_error *error);
+                                       size_t n_spans, const double *spans, const char *source,
+                                       gracecg_object **offset, gracecg_error *error);
 
 #ifdef __cplusplus
 }

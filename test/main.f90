@@ -115,6 +115,7 @@ program tester
     use test_c_planning, only: collect_c_planning
     use test_c_misuse, only: collect_c_misuse
     use test_f77, only: collect_f77
+    use test_f77_level1, only: collect_f77_level1
     use test_threads, only: collect_threads
     use test_launcher, only: collect_launcher
     use test_report, only: collect_report
@@ -254,6 +255,7 @@ program tester
              new_testsuite('c-estimates', collect_c_estimates), &
              new_testsuite('c-planning', collect_c_planning), &
              new_testsuite('c-misuse', collect_c_misuse), &
+             new_testsuite('f77-level1', collect_f77_level1), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
              new_testsuite('launcher', collect_launcher), &

@@ -46,10 +46,6 @@ def true_arc(folder):
     return {row["time_s"]: row for row in rows}
 
 
-def norm(vector):
-    return sum(value**2 for value in vector)**0.5
-
-
 def check_models(here, program):
     """The F77 example against the model commands."""
     output = here.output(program)
@@ -73,14 +69,19 @@ def check_models(here, program):
         raise Failure(f"the wrong degree is not explained: {output}")
 
 
-def check_c(here, program, expected):
-    """The offset; the acceleration against the derivative of the true arc's velocity at the epoch."""
-    output = here.output(program)
-    check_offset(output, expected)
+def check_acceleration(here, output):
+    """The line `total` against the derivative of the true arc's velocity at the epoch."""
     rows = true_arc(here.work / "run1")
     slope = [sum(weight * rows[round(k * 0.1, 1)][name]
                  for k, weight in enumerate((-25, 48, -36, 16, -3))) / 1.2 for name in ("vx_m_s", "vy_m_s", "vz_m_s")]
     compare("acceleration, m/s^2", line_with(output, "total")[:3], slope, absolute=2e-9)
+
+
+def check_c(here, program, expected):
+    """The offset and the acceleration."""
+    output = here.output(program)
+    check_offset(output, expected)
+    check_acceleration(here, output)
     if "front-9: " not in output:
         raise Failure(f"the wrong case is not explained: {output}")
 
@@ -188,6 +189,7 @@ def check_stable(here, program, expected):
     values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
     compare("gravity", line_with(output, "gravity")[:3], [values[f"a{axis}_m_s2"] for axis in "xyz"], relative=1e-11)
     compare("potential", line_with(output, "gravity")[3:], [values["potential_m2_s2"]], relative=1e-11)
+    check_acceleration(here, output)
     values = here.table("bound", "front-3", "--format", "csv")
     compare("sigma", line_with(output, "sigma"), [1e-3*values[name] for name in BOUND_COLUMNS], relative=1e-8)
     compare("offset", line_with(output, "offset"), [1e-3*offset for offset, _ in expected], absolute=1e-10)

@@ -7,6 +7,7 @@
 The table is tools/interface.txt, which says how it is written and what is made of it. The module of a Fortran name is
 found by the `public` statements of the two folders.
 """
+import math
 import re
 import sys
 import textwrap
@@ -22,30 +23,46 @@ SHELLS = {"gracecg": "gracecg_interface_c_functions", "gracecg_level1": "gracecg
 # ---------------------------------------------------------------- C
 
 
-def c_argument(a):
-    const = "const " if a.way == "in" else ""
-    array = f"[{a.sizes[0]}]" if len(a.sizes) == 1 and a.sizes[0].isdigit() else ""
+def parameters(a):
+    """The parameters of C that an argument is: name, declaration in C, and in the shell."""
+    intent, const = ("intent(in)", "const ") if a.way == "in" else ("intent(inout)", "")
+    name = a.name
     if a.way == "make":
-        return f"gracecg_object **{a.name}"
-    if a.kind in ("text", "settings"):
-        return f"const char *{a.name}" if a.way == "in" else f"char *{a.name}, size_t size, size_t *length"
-    if a.kind == "numbers":
-        return f"size_t capacity, double *{a.name}, size_t *count"
-    if a.kind == "count":
-        return f"size_t {a.name}"
-    if a.kind == "time":
-        return f"{const}gracecg_utc *{a.name}"
-    if a.kind == "handles":
-        return f"gracecg_object *const *{a.name}"
+        return [(name, f"gracecg_object **{name}", f"integer(c_intptr_t), intent(inout), optional :: {name}")]
     if a.is_handle:
-        return f"const gracecg_object *{a.name}"
-    kind = "int32_t" if a.kind == "integer" else "double"
+        return [(name, f"const gracecg_object *{name}", f"integer(c_intptr_t), intent(in), value :: {name}")]
+    if a.kind in ("text", "settings"):
+        text = [(name, f"{const}char *{name}", f"character(kind=c_char), {intent}, optional :: {name}(*)")]
+        return text if a.way == "in" else text + [size_t("size"), size_t("length", "*")]
+    if a.kind == "numbers":
+        return [size_t("capacity"), (name, f"double *{name}", f"real(c_double), {intent}, optional :: {name}(*)"),
+                size_t("count", "*")]
+    if a.kind == "count":
+        return [size_t(name)]
+    if a.kind == "time":
+        return [(name, f"{const}gracecg_utc *{name}", f"type(c_utc_t), {intent}, optional :: {name}")]
+    if a.kind == "handles":
+        return [(name, f"gracecg_object *const *{name}", f"integer(c_intptr_t), intent(in), optional :: {name}(*)")]
+    kind, fortran = ("int32_t", "integer(c_int32_t)") if a.kind == "integer" else ("double", "real(c_double)")
     if a.way == "in" and not a.sizes:
-        return f"{kind} {a.name}"
-    return f"{const}{kind} {a.name}{array}" if array else f"{const}{kind} *{a.name}"
+        return [(name, f"{kind} {name}", f"{fortran}, intent(in), value :: {name}")]
+    fixed = len(a.sizes) == 1 and a.sizes[0].isdigit()
+    return [(name, f"{const}{kind} {name}[{a.sizes[0]}]" if fixed else f"{const}{kind} *{name}",
+             f"{fortran}, {intent}, optional :: {name}{shape(a.sizes)}")]
 
 
-def header(package):
+def size_t(name, pointer=""):
+    """A size_t as a parameter, or a pointer to one that goes out."""
+    fortran = "intent(inout), optional" if pointer else "intent(in), value"
+    return name, f"size_t {pointer}{name}", f"integer(c_size_t), {fortran} :: {name}"
+
+
+def names_of(function):
+    """The names of its parameters, without the last one."""
+    return [name for a in function.arguments for name, *_ in parameters(a)]
+
+
+def header(package, objects):
     yield f"/* {MADE} */"
     for item in package:
         if item.kind == "verbatim":
@@ -55,12 +72,15 @@ def header(package):
             yield ""
         elif item.kind == "object":
             if item.items:
-                yield from boxed(f"Items of a {item.title}:", [(i.shown, i.meaning) for i in item.items])
+                more = f", and those of a {objects[item.parent].title}" if item.parent else ""
+                yield from boxed(f"Items of a {item.title}{more}:", [(i.shown, i.meaning) for i in item.items])
         else:
             yield from boxed(item.text)
             call = f"gracecg_status gracecg_{item.name}("
-            arguments = [c_argument(a) for a in item.arguments] + ["gracecg_error *error"]
-            yield from textwrap.wrap(call + ", ".join(arguments) + ");", WIDTH, subsequent_indent=" " * len(call))
+            arguments = [declared for a in item.arguments for _, declared, _ in parameters(a)] + ["gracecg_error *error"]
+            lines = textwrap.wrap(call + ", ".join(argument.replace(" ", "~") for argument in arguments) + ");", WIDTH,
+                                  subsequent_indent=" " * len(call))
+            yield from (line.replace("~", " ") for line in lines)
             yield ""
 
 
@@ -79,47 +99,12 @@ def boxed(text, rows=()):
 # ---------------------------------------------------------------- the shells for C
 
 
-def bind_c(a):
-    """Declarations of an argument in the shell."""
-    intent = "intent(in)" if a.way == "in" else "intent(inout)"
-    if a.way == "make":
-        return [f"integer(c_intptr_t), intent(inout), optional :: {a.name}"]
-    if a.kind in ("text", "settings"):
-        lines = [f"character(kind=c_char), {intent}, optional :: {a.name}(*)"]
-        return lines if a.way == "in" else lines + ["integer(c_size_t), intent(in), value :: size",
-                                                    "integer(c_size_t), intent(inout), optional :: length"]
-    if a.kind == "numbers":
-        return ["integer(c_size_t), intent(in), value :: capacity",
-                f"real(c_double), intent(inout), optional :: {a.name}(*)",
-                "integer(c_size_t), intent(inout), optional :: count"]
-    if a.kind == "count":
-        return [f"integer(c_size_t), intent(in), value :: {a.name}"]
-    if a.kind == "time":
-        return [f"type(c_utc_t), {intent}, optional :: {a.name}"]
-    if a.kind == "handles":
-        return [f"integer(c_intptr_t), intent(in), optional :: {a.name}(*)"]
-    if a.is_handle:
-        return [f"integer(c_intptr_t), intent(in), value :: {a.name}"]
-    kind = "integer(c_int32_t)" if a.kind == "integer" else "real(c_double)"
-    if a.way == "in" and not a.sizes:
-        return [f"{kind}, intent(in), value :: {a.name}"]
-    return [f"{kind}, {intent}, optional :: {a.name}{shape(a.sizes)}"]
-
-
-def c_names(a):
-    """The names that an argument has in C."""
-    return {"numbers": ["capacity", a.name, "count"], "text": [a.name, "size", "length"]}.get(
-        a.kind, [a.name]) if a.way == "out" else [a.name]
-
-
 def elements(a):
     """How many numbers an array has, as Fortran has it; None when nobody knows."""
     if "*" in a.sizes:
         return None
     sizes = [f"({size[2:]} + 1)" if size.startswith("0:") else size for size in a.sizes]
-    fixed = 1
-    for size in sizes:
-        fixed *= int(size) if size.isdigit() else 1
+    fixed = math.prod(int(size) for size in sizes if size.isdigit())
     variable = [size for size in sizes if not size.isdigit()]
     if not variable:
         return f"{fixed}_c_size_t"
@@ -202,7 +187,7 @@ def shell(function, objects):
     counts = {a.name for a in arguments if a.kind == "count"}
     made = next((a for a in arguments if a.way == "make"), None)
     used = next((a for a in arguments if a.is_handle and a.way == "in"), None)
-    names = [name for a in arguments for name in c_names(a)] + ["error"]
+    names = [*names_of(function), "error"]
     local = ["type(outcome_t) :: outcome"]
     before = [line for a in sorted(arguments, key=lambda a: a.way != "make") for line in checks(a, counts)]
     after = []
@@ -235,7 +220,8 @@ def shell(function, objects):
             local += ["class(object_t), pointer :: made_object", "integer :: memory"]
             before.append("made_object => null()")
             after = [f"call keep(made_object, {made.name}, outcome)"]
-            work = ["allocate (made, stat=memory)", "call check_memory(memory, outcome)", "if (outcome%good()) then", "    made_object => made", "    " + work[0], "end if"]
+            work = ["allocate (made, stat=memory)", "call check_memory(memory, outcome)", "if (outcome%good()) then",
+                    "    made_object => made", *("    " + line for line in work), "end if"]
     if used:
         local.append(f"class(object_t), pointer :: {used.name}_in")
         title = objects[used.kind].title if used.kind in objects else "gracecg object"
@@ -255,7 +241,7 @@ def shell(function, objects):
     yield from folded(f"function c_{function.name}({', '.join(names)}) result(status) "
                       f"bind(c, name='gracecg_{function.name}')", "    ")
     for a in arguments:
-        for line in bind_c(a):
+        for *_, line in parameters(a):
             yield from folded(line, " " * 8)
     yield "        type(c_error_t), intent(inout), optional :: error"
     yield "        integer(c_int) :: status"
@@ -314,8 +300,8 @@ def c_declarations(functions):
     yield ""
     yield "    interface"
     for function in functions:
-        names = [name for a in function.arguments for name in c_names(a)] + ["error"]
-        lines = [line.replace("c_utc_t", "utc_struct") for a in function.arguments for line in bind_c(a)]
+        names = [*names_of(function), "error"]
+        lines = [line.replace("c_utc_t", "utc_struct") for a in function.arguments for *_, line in parameters(a)]
         lines += ["type(error_struct), intent(inout), optional :: error", "integer(c_int) :: status"]
         lines = [re.sub(r"(real\(c_double\).*:: \w+)\(.*\)", r"\1(*)", line) for line in lines]
         imports = [name for name in (*KINDS, "error_struct", "utc_struct") if name in words(lines)]
@@ -353,23 +339,23 @@ def c_table(packages):
     for package in packages.values():
         for item in package:
             if item.kind == "function":
-                names = ", ".join(name for a in item.arguments for name in c_names(a))
-                yield f"| `{item.name}({names})` | {in_short(item.text).replace('|', '')} |"
+                yield f"| `{item.name}({', '.join(names_of(item))})` | {in_short(item.text).replace('|', '')} |"
 
 
-def item_table(packages):
+def item_table(packages, objects):
     yield "| object | items: numbers with their sizes, texts in quotes |"
     yield "|---|---|"
     for package in packages.values():
         for item in package:
             if item.kind == "object" and item.items:
-                yield f"| {item.title} | {', '.join(f'`{i.shown}`' for i in item.items)} |"
+                more = f"those of a {objects[item.parent].title}, and " if item.parent else ""
+                yield f"| {item.title} | {more}{', '.join(f'`{i.shown}`' for i in item.items)} |"
 
 
-def document(packages, entries):
+def document(packages, objects, entries):
     path = ROOT / "docs/api.md"
     text = path.read_text(encoding="utf-8")
-    for name, lines in (("C", c_table(packages)), ("ITEMS", item_table(packages)), ("F77", f77_table(entries))):
+    for name, lines in (("C", c_table(packages)), ("ITEMS", item_table(packages, objects)), ("F77", f77_table(entries))):
         table = "\n".join(lines)
         text, found = re.subn(rf"(<!-- {name}: made by tools/interface.py -->\n).*?(<!-- end -->)",
                               lambda match, table=table: match.group(1) + table + "\n" + match.group(2), text, flags=re.S)
@@ -401,24 +387,23 @@ def generate():
     modules, objects, all_functions, all_entries = exported(), {}, [], []
     for package in packages.values():
         objects.update({item.name: item for item in package if item.kind == "object"})
-    objects["design"].parent = "case"
     for name, package in packages.items():
         functions = [item for item in package if item.kind == "function"]
         entries = [Entry(line, function, objects) for function in functions for line in function.f77]
         for function in functions:
             if not function.work and function.name not in modules:
                 raise Mistake(f"no module of the interfaces has a public {function.name}")
-        yield ROOT / f"include/{name}.h", "\n".join(header(package)) + "\n"
+        yield ROOT / f"include/{name}.h", "\n".join(header(package, objects)) + "\n"
         yield FOLDERS[name] / "c_functions.f90", "\n".join(shells(name, functions, objects, modules)) + "\n"
         of_shells = modules | {f"c_{function.name}": SHELLS[name] for function in functions}
-        yield FOLDERS[name] / "f77_entries.f90", "\n".join(f77(name, entries, of_shells)) + "\n"
+        yield FOLDERS[name] / "f77_entries.f90", "\n".join(f77(entries, of_shells)) + "\n"
         all_functions += functions
         all_entries += entries
     if long := [entry.name for entry in all_entries if len(entry.name) > 6]:
         raise Mistake(f"Fortran 77 allows six characters: {long}")
     yield ROOT / "tools/testing/src/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
     yield ROOT / "tools/testing/src/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
-    yield document(packages, all_entries)
+    yield document(packages, objects, all_entries)
 
 
 def main():

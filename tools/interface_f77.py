@@ -1,7 +1,8 @@
 """The entries of Fortran 77 that tools/interface.py writes, and their table."""
+import math
 import re
 
-from interface_table import Mistake
+from interface_table import ROOT, Mistake
 from interface_text import MADE, comment, folded, shape, uses, words
 
 F77_TYPES = {"text": "character(*)", "settings": "character(*)", "integer": "integer", "count": "integer", "object": "integer",
@@ -21,7 +22,15 @@ class Entry:
         self.fetch(line.gets)
 
     def add(self, name, kind, sizes=(), result=False, meaning=""):
+        if kind != "character(*)" and (kind == "integer") != (name[0] in "ijklmn"):
+            raise Mistake(f"{self.name}: {name} has a name of another type")
         self.arguments.append((name, kind, list(sizes), result, meaning))
+
+    def add_time(self, names, result):
+        day, seconds = names.split()
+        self.add(day, "integer", result=result, meaning="Modified Julian day number, UTC")
+        self.add(seconds, "real(dp)", result=result, meaning="s of the day")
+        return day, seconds
 
     def translate(self, given):
         """The arguments of the call. A count that is 1 takes its size away from the arrays."""
@@ -54,9 +63,7 @@ class Entry:
                 self.add(word, "integer", result=True, meaning="A handle, to be given back with GCFREE; 0 after a failure")
             return "handle"
         if a.kind == "time":
-            day, seconds = word.split()
-            self.add(day, "integer", result=a.way == "out", meaning="Modified Julian day number, UTC")
-            self.add(seconds, "real(dp)", result=a.way == "out", meaning="s of the day")
+            day, seconds = self.add_time(word, a.way == "out")
             if a.way == "in":
                 return f"c_utc_t({day}, {seconds})"
             self.local.append("type(c_utc_t) :: utc")
@@ -97,15 +104,13 @@ class Entry:
 
     def values(self, names):
         """A local array whose numbers go to single arguments."""
-        array = f"values_{sum(line.startswith('real(dp) :: values_') for line in self.local) + 1}"
-        self.local.append(f"real(dp) :: {array}({len(names)})")
-        self.before.append(f"{array} = 0")
+        array = self.room(len(names))
         self.after += [f"{name} = {array}({i})" for i, name in enumerate(names, 1)]
         return array
 
     def room(self, size):
-        """A local array for what is fetched."""
-        array = f"fetched_{sum(line.startswith('real(dp) :: fetched_') for line in self.local) + 1}"
+        """A local array for what comes out."""
+        array = f"found_{sum(line.startswith('real(dp) :: found_') for line in self.local) + 1}"
         self.local.append(f"real(dp) :: {array}({size})")
         self.before.append(f"{array} = 0")
         return array
@@ -142,47 +147,38 @@ class Entry:
             if name == "msg":
                 self.after.append(f"call fetch_message({source}, '{wanted}', status, error)")
                 continue
-            first = wanted.lstrip("#").split()[0]
-            if first not in items:
-                raise Mistake(f"no item {first} of {kind}")
-            item = items[first]
+            own = wanted.lstrip("#").split()
+            if unknown := [one for one in own if one not in items]:
+                raise Mistake(f"no item {unknown[0]} of {kind}")
             if wanted.startswith("#"):
-                row = 1
-                for size in item.sizes:
-                    row *= int(size) if size.isdigit() else 1
+                row = math.prod(int(size) for size in items[own[0]].sizes if size.isdigit())
                 self.add(name, "integer", result=True, meaning="How many columns there are")
-                self.after.append(f"call fetch_count({source}, '{first}', {row}, {name}, status, error)")
+                self.after.append(f"call fetch_count({source}, '{own[0]}', {row}, {name}, status, error)")
             elif " " in name:
-                day, seconds = name.split()
-                self.add(day, "integer", result=True, meaning="Modified Julian day number, UTC")
-                self.add(seconds, "real(dp)", result=True, meaning="s of the day")
+                day, seconds = self.add_time(name, True)
                 array = self.room("2")
-                self.after += [f"call fetch({source}, '{first}', 2, {array}, status, error)", f"{day} = nint({array}(1))",
+                self.after += [f"call fetch({source}, '{wanted}', 2, {array}, status, error)", f"{day} = nint({array}(1))",
                                f"{seconds} = {array}(2)"]
             else:
-                self.fetch_numbers(name, sizes, wanted.split(), item, source)
+                self.fetch_numbers(name, sizes, own, items, source)
         if self.made and self.made[1] == "*":
             self.after.append("call discard(handle)")
 
-    def fetch_numbers(self, name, sizes, wanted, item, source):
+    def fetch_numbers(self, name, sizes, wanted, items, source):
         integer = name[0] in "ijklmn"
-        meaning = item.meaning or f"Item {wanted[0]}"
-        self.add(name, "integer" if integer else "real(dp)", sizes, True, meaning[0].upper() + meaning[1:])
-        size = sizes and sizes[0] if len(sizes) == 1 and sizes[0].isdigit() else "*".join(sizes)
-        if not integer and sizes and len(wanted) == 1:
-            self.after.append(f"call fetch({source}, '{wanted[0]}', {size}, {name}, status, error)")
+        meanings = [f"item {one}{': ' if items[one].meaning else ''}{items[one].meaning}" for one in wanted]
+        self.add(name, "integer" if integer else "real(dp)", sizes, True, "I" + "; ".join(meanings)[1:])
+        names, size = " ".join(wanted), "*".join(sizes) or "1"
+        if not integer and sizes:
+            self.after.append(f"call fetch({source}, '{names}', {size}, {name}, status, error)")
             return
-        for i, one in enumerate(wanted, 1):
-            place = f"{name}({i})" if len(wanted) > 1 else name
-            room = "1" if len(wanted) > 1 or not sizes else size
-            array = self.room(room)
-            value = f"nint({array})" if integer else array
-            if sizes and not sizes[-1].isdigit():       # of assumed size
-                columns = f"max({sizes[-1]}, 0)"
-                place, value = f"{name}(:, :{columns})", f"reshape({value}, [{sizes[0]}, {columns}])"
-            self.after += [f"call fetch({source}, '{one}', {room}, {array}, status, error)",
-                           f"{place} = {value}" if room != "1" else f"{place} = {value[:-1]}(1))" if integer else
-                           f"{place} = {value}(1)"]
+        array = self.room(size)
+        value = array if sizes else f"{array}(1)"
+        value = f"nint({value})" if integer else value
+        if sizes and not sizes[-1].isdigit():       # of assumed size
+            columns = f"max({sizes[-1]}, 0)"
+            name, value = f"{name}(:, :{columns})", f"reshape({value}, [{sizes[0]}, {columns}])"
+        self.after += [f"call fetch({source}, '{names}', {size}, {array}, status, error)", f"{name} = {value}"]
 
     def declarations(self):
         for name, kind, sizes, result, meaning in self.arguments:
@@ -223,58 +219,17 @@ class Entry:
         yield f"end subroutine {self.name}"
 
 
-BY_HAND = """
-!> The version as a text.
-subroutine gcvers(vers)
-    use gracecg, only: LIBRARY_VERSION
-    implicit none
-    character(*), intent(inout) :: vers     !! "0.2.0"
-
-    vers = LIBRARY_VERSION
-end subroutine gcvers
-
-!> The version of the interface.
-subroutine gcvint(nvers)
-    use gracecg_interface_general, only: INTERFACE_VERSION
-    implicit none
-    integer, intent(inout) :: nvers     !! As gracecg_interface_version
-
-    nvers = INTERFACE_VERSION
-end subroutine gcvint
-
-!> Gives an object of any kind back; its handle becomes 0.
-subroutine gcfree(ih, istat, msg)
-    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_interface_outcome, only: c_error_t
-    use gracecg_interface_general, only: c_free
-    use gracecg_interface_f77_support, only: finish
-    implicit none
-    integer, intent(inout) :: ih    !! Of any kind; 0 afterwards
-    integer, intent(out) :: istat
-    character(*), intent(inout) :: msg
-
-    integer(c_intptr_t) :: handle
-    type(c_error_t) :: error
-    integer(c_int) :: status
-
-    handle = ih
-    status = c_free(handle, error)
-    ih = int(handle)
-    call finish(status, error, istat, msg)
-end subroutine gcfree
-"""
-ROWS_BY_HAND = ["| `GCVERS(`**VERS**`)` | version as text; no ISTAT, MSG |",
+BY_HAND = (ROOT / "src/interface/f77_by_hand.f90").read_text(encoding="utf-8")
+ROWS_BY_HAND = ["| `GCVERS(`**'VERS'**`)` | version as text; no ISTAT, MSG |",
                 "| `GCVINT(`**NVERS**`)` | version of the interface; no ISTAT, MSG |",
                 "| `GCFREE(`**IH**, ...`)` | gives any handle back and sets it to 0 |"]
 
 
-def f77(name, entries, modules):
+def f77(entries, modules):
     yield f"! {MADE}"
     yield "!"
     yield "! The Fortran 77 entry points: external procedures that need no module where they are called. docs/api.md lists"
     yield "! their arguments. Each calls a function of the C interface, and ends with istat (0 or a status) and msg."
-    if name == "gracecg":
-        yield BY_HAND.rstrip()
     for entry in entries:
         yield ""
         yield from entry.lines(modules)
@@ -287,21 +242,14 @@ def f77_interfaces(entries):
     yield "    implicit none"
     yield ""
     yield "    interface"
-    yield "        subroutine gcvers(vers)"
-    yield "            character(*) :: vers"
-    yield "        end subroutine gcvers"
-    yield ""
-    yield "        subroutine gcvint(nvers)"
-    yield "            integer :: nvers"
-    yield "        end subroutine gcvint"
-    yield ""
-    yield "        subroutine gcfree(ih, istat, msg)"
-    yield "            integer :: ih, istat"
-    yield "            character(*) :: msg"
-    yield "        end subroutine gcfree"
+    for head, body, end in re.findall(r"^(subroutine .*?)$(.*?)^(end subroutine \w+)$", BY_HAND, flags=re.M | re.S):
+        yield f"        {head}"
+        for kind, names in re.findall(r"^    ([\w(*)]+), intent\(\w+\) :: ([\w, ]+)", body, flags=re.M):
+            yield f"            {kind} :: {names.strip()}"
+        yield f"        {end}"
+        yield ""
     for entry in entries:
         names = [name for name, *_ in entry.arguments] + ["istat", "msg"]
-        yield ""
         yield from folded(f"subroutine {entry.name}({', '.join(names)})", " " * 8)
         for kind, fortran in (("character(*)", "character(*)"), ("integer", "integer"), ("real(dp)", "double precision")):
             own = [f"{name}{shape(sizes)}" for name, of, sizes, *_ in entry.arguments if of == kind]
@@ -309,6 +257,7 @@ def f77_interfaces(entries):
             if own:
                 yield from folded(f"{fortran} :: {', '.join(own)}", " " * 12)
         yield f"        end subroutine {entry.name}"
+        yield ""
     yield "    end interface"
     yield "end module f77_interfaces"
 
@@ -319,7 +268,8 @@ def f77_table(entries):
     yield from ROWS_BY_HAND
     for entry in entries:
         arguments = []
-        for name, _, sizes, result, _ in entry.arguments:
+        for name, kind, sizes, result, _ in entry.arguments:
             text = f"{name}{f'({chr(44).join(sizes)})' if sizes else ''}".upper()
+            text = f"'{text}'" if kind == "character(*)" else text
             arguments.append(f"**{text}**" if result else text)
         yield f"| `{entry.name.upper()}(`{', '.join(arguments)}, ...`)` | {entry.text} |"

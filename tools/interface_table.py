@@ -41,14 +41,14 @@ class Object:
     """A kind of object."""
 
     name: str
+    parent: str             # its items are items of this one, too
     type: str
     title: str
     items: list = field(default_factory=list)
-    parent: str = ""
     kind: str = "object"
 
     def all_items(self, objects):
-        """By name, those of the kind that this one extends among them."""
+        """By name, those of the parent among them."""
         inherited = objects[self.parent].all_items(objects) if self.parent else {}
         return inherited | {item.name: item for item in self.items}
 
@@ -134,7 +134,7 @@ def read_line(line, packages, items):
         items.append(Text("chapter", match[1]))
     elif line == "|" or line.startswith("| "):
         items.append(Text("verbatim", line[2:]))
-    elif match := re.fullmatch(r"object (\w+) (\w+) (.+)", line):
+    elif match := re.fullmatch(r"object (\w+)(?:\((\w+)\))? (\w+) (.+)", line):
         items.append(Object(*match.groups()))
     elif match := re.fullmatch(r"    (\w+|\"\w+\")(?:\(([^)]*)\))?(?:  +(\S.*))?", line):
         items[-1].items.append(Item(match[1].strip('"'), split(match[2] or ""), match[3] or "", '"' in match[1]))

@@ -71,7 +71,7 @@ static void *run(void *argument)
     status = gracecg_get(the_case, "state", 13, initial, NULL, &mine->error);
     initial[6] += 1e-5 * mine->seed;    /* rad/s: each thread has an arc of its own */
     if (status == GRACECG_OK)
-        status = gracecg_force_model_propagate(model, initial, 0.1, STEPS, 0.0, mine->state[0],
+        status = gracecg_force_model_propagate(model, initial, 0, 0.1, STEPS, 0.0, mine->state[0],
                                                &mine->error);
     for (k = 0; status == GRACECG_OK && k <= STEPS; ++k) {
         const double seconds = 0.1 * k, *state = mine->state[k];

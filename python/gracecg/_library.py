@@ -2,6 +2,7 @@
 made by tools/interface.py."""
 from __future__ import annotations
 
+import math
 import pathlib
 import re
 import weakref
@@ -154,13 +155,22 @@ class Handle:
         return {name: None if size == "text" else int(size) for name, size in lines}
 
     def _values(self, kind: Any, **other: Any) -> Any:
-        """A dataclass of items with the names of its fields; the arrays have the shapes that their metadata says."""
+        """A dataclass of items with the names of its fields; the arrays have the shapes that their metadata says. Items whose
+        size is known are asked for at once."""
         values = dict(other)
-        for item in fields(kind):
-            if item.name not in values:
-                shape = item.metadata.get("shape")
-                name = item.metadata.get("item", item.name)
-                values[item.name] = self._numbers(name, *shape) if shape else CASTS[item.type](self._number(name))
+        wanted = [item for item in fields(kind) if item.name not in values]
+        known = {item.metadata.get("item", item.name): math.prod(item.metadata.get("shape", ())) for item in wanted
+                 if -1 not in item.metadata.get("shape", ())}
+        together = np.empty(sum(known.values()))
+        if known:
+            call("get", self._handle, " ".join(known).encode(), len(together), pointer(together), ffi.NULL)
+        found = dict(zip(known, np.split(together, np.cumsum(list(known.values()))[:-1])))
+        for item in wanted:
+            name, shape = item.metadata.get("item", item.name), item.metadata.get("shape")
+            if name not in found:
+                values[item.name] = self._numbers(name, *shape)
+            else:
+                values[item.name] = found[name].reshape(shape) if shape else CASTS[item.type](found[name][0])
         return kind(**values)
 
 

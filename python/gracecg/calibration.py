@@ -9,7 +9,7 @@ from typing import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, array, call, exactly, ffi, numbers, pointer
+from ._library import Handle, array, call, exactly, ffi, numbers, pointer, spread
 from .estimates import (Array, Beliefs, Chain, Fit, FitTests, Joined, Joint, Observations, Options, Setup, Solution, _names,
                         _settings, _WithOptions, algorithms, estimate_joint)
 from .models import Utc
@@ -63,9 +63,8 @@ class ForceModel(Handle):
         n = len(where)
         found = {name: np.empty((n, 3)) for name in
                  ("gravity", "drag", "solar_radiation", "earth_radiation", "total")}
-        times = np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, dtype=float), (n,)))
         speeds, attitudes = exactly(numbers(velocity, 3), n, 3), exactly(numbers(quaternion, 4), n, 4)
-        call("force_model_evaluate", self._handle, n, pointer(times), pointer(where), pointer(speeds),
+        call("force_model_evaluate", self._handle, n, pointer(spread(seconds, n)), pointer(where), pointer(speeds),
              pointer(attitudes), *(pointer(array) for array in found.values()))
         return found
 
@@ -94,18 +93,18 @@ class ForceModel(Handle):
     def propagate(self, state: ArrayLike, interval: float, steps: int, tolerance: float = 0.0) -> Array:
         """States (steps + 1, 13) every `interval` s from time 0, the attitude free; tolerance 0: one step an
         interval, else steps under control (1e-10, say; docs/theory.md, section 8), with interpolation."""
-        states = np.empty((steps + 1, 13))
-        call("force_model_propagate", self._handle, pointer(exactly(state, 13)), interval, steps, tolerance,
-             pointer(states))
-        return states
+        return self._states(exactly(state, 13), 0, interval, steps, tolerance)
 
     def propagate_nadir(self, position: ArrayLike, velocity: ArrayLike, interval: float, steps: int,
                         tolerance: float = 0.0, forward: bool = True) -> Array:
         """States (steps + 1, 13) of a satellite whose z points to the centre of the Earth; x along the orbit or,
         not `forward`, against it. Position m, velocity m/s, inertial."""
+        state = np.concatenate([exactly(position, 3), exactly(velocity, 3), np.zeros(6), [1.0]])
+        return self._states(state, 1 if forward else 2, interval, steps, tolerance)
+
+    def _states(self, state: Array, pointing: int, interval: float, steps: int, tolerance: float) -> Array:
         states = np.empty((steps + 1, 13))
-        call("force_model_propagate_nadir", self._handle, pointer(exactly(position, 3)), pointer(exactly(velocity, 3)),
-             int(forward), interval, steps, tolerance, pointer(states))
+        call("force_model_propagate", self._handle, pointer(state), pointing, interval, steps, tolerance, pointer(states))
         return states
 
 

@@ -116,15 +116,16 @@ def test_every_item_of_the_table_is_there(case, observations):
                "bound": _library.Handle("case_bound", case._handle), "design": case.design(settings).case,
                "map": _library.Handle("map", case._handle, 1, _library.pointer(np.zeros(1)), 1)}
     seen = 0
-    for thing in (item for item in read_table()["gracecg"] if item.kind == "object" and item.items):
+    objects = {item.name: item for item in read_table()["gracecg"] if item.kind == "object"}
+    for thing in (item for item in objects.values() if item.items):
         there = samples[thing.name]._items()
-        for item in thing.items:
+        for item in thing.all_items(objects).values():
             count = there.pop(item.name)
             assert (count is None) == item.is_text, (thing.name, item.name)
             if count is not None and all(size.isdigit() for size in item.sizes):
                 assert count == np.prod([int(size) for size in item.sizes], dtype=int), (thing.name, item.name)
             seen += 1
-        assert thing.name == "design" or not there, (thing.name, list(there))
+        assert not there, (thing.name, list(there))
     assert seen > 120
 
 
@@ -158,6 +159,16 @@ def test_fit(observations, algorithm):
     assert np.allclose(tests.source_share.sum(axis=0), 1, rtol=1e-6)
     assert np.all((tests.probability >= 0) & (tests.probability <= 1))
     assert (len(fit.running()["time"]) > 0) == (algorithm == "sequential")
+
+
+def test_tests_of_a_fit_are_made_once(observations, monkeypatch):
+    fit, called = observations.fit("optimal"), []
+    call = _library.call
+    monkeypatch.setattr(_library, "call", lambda name, *arguments, **more: called.append(name) or call(name, *arguments, **more))
+    tests = fit.tests()
+    assert called == ["get"]
+    assert np.array_equal(tests.direction, fit._numbers("test_direction", 3, 3))
+    assert tests.torque_factor == fit._number("test_torque_factor")
 
 
 def test_options(observations):

@@ -28,6 +28,8 @@ module gracecg_base_constants
     real(dp), parameter, public :: SECONDS_PER_DAY = 86400.0_dp
     !> In a Julian century, of time scales counted from J2000
     real(dp), parameter, public :: DAYS_PER_CENTURY = 36525.0_dp
+    !> From a modified Julian day to a Julian date, days
+    real(dp), parameter, public :: MJD_TO_JD = 2400000.5_dp
 
     real(dp), parameter, public :: EARTH_GM = 398600.4415e9_dp
     !! Geocentric gravitational constant, m^3/s^2: CSR-TM-00-01 section 5.2, and EGM96

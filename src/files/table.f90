@@ -6,7 +6,7 @@
 module gracecg_files_table
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, split, split_words, integer_text, join, parse_real
+    use gracecg_base_text, only: string_t, split, split_words, integer_text, join, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_value, only: real_from_text, integer_from_text
     use gracecg_files_json, only: read_json_list
@@ -211,30 +211,32 @@ contains
 
         character(:), allocatable :: field
         logical :: within
-        integer :: i
+        integer :: i, n, length
 
-        fields = split(line, COMMA)
+        fields = split(line, COMMA)     ! with quotes there may be fewer
         if (index(line, QUOTE) == 0) return
-        deallocate (fields)
-        allocate (fields(0))
-        field = ''
+        allocate (character(len(line)) :: field)
         within = .false.
+        n = 0
+        length = 0
         i = 1
         do while (i <= len(line))
-            if (line(i:i) == QUOTE .and. within .and. line(i + 1:min(i + 1, len(line))) == QUOTE) then
-                field = field//QUOTE
-                i = i + 1
-            else if (line(i:i) == QUOTE) then
+            if (line(i:i) == COMMA .and. .not. within) then
+                n = n + 1
+                fields(n)%text = field(:length)
+                length = 0
+            else if (line(i:i) == QUOTE .and. .not. (within .and. line(i + 1:min(i + 1, len(line))) == QUOTE)) then
                 within = .not. within
-            else if (line(i:i) == COMMA .and. .not. within) then
-                call append(fields, field)
-                field = ''
             else
-                field = field//line(i:i)
+                length = length + 1
+                field(length:length) = line(i:i)
+                if (line(i:i) == QUOTE) i = i + 1       ! the second of two
             end if
             i = i + 1
         end do
-        call append(fields, field)
+        n = n + 1
+        fields(n)%text = field(:length)
+        fields = fields(:n)
     end function split_csv
 
     !> The line number of a row; that behind the last line for a row that is missing.

@@ -10,7 +10,7 @@ module gracecg_interface_c_functions
         check_numbers, check_positions, check_result, check_results, check_state_vector, check_vector, &
         give_numbers, give_text, LONGEST_NAME, LONGEST_TEXT, need, start_handle, take_text, take_time
     use gracecg_interface_cases, only: case_object_t, case_open, force_model_evaluate, force_model_loads, &
-        force_model_propagate, force_model_propagate_nadir, force_object_t
+        force_model_propagate, force_object_t
     use gracecg_interface_estimates, only: chain_object_t, estimate, estimate_chain, estimate_joint, fit_object_t, &
         joint_object_t
     use gracecg_interface_general, only: check_memory, get, get_text, keep, refuse_handle
@@ -21,7 +21,7 @@ module gracecg_interface_c_functions
     use gracecg_interface_observations, only: observations_create, observations_object_t, observations_open, &
         observations_write, options_replace, setup_from, setup_object_t, setup_open, simulate, simulator_object_t, &
         simulator_open
-    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, STATUS_BAD_VALUE
+    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, STATUS_BAD_VALUE, STATUS_FAILED
     use gracecg_interface_planning, only: bound_object_t, case_bound, design, design_object_t, map, map_object_t
     use gracecg_interface_surface, only: surface_aerodynamic_load, surface_earthlight, surface_object_t, &
         surface_plates, surface_sunlight_load
@@ -31,8 +31,8 @@ module gracecg_interface_c_functions
     public :: c_case_bound, c_case_open, c_density_evaluate, c_density_open, c_design, c_earth_fixed
     public :: c_earth_orientation, c_earth_parameters, c_earth_radiation_evaluate, c_earth_radiation_open
     public :: c_estimate, c_estimate_chain, c_estimate_joint, c_field_evaluate, c_field_open, c_force_model_evaluate
-    public :: c_force_model_loads, c_force_model_open, c_force_model_propagate, c_force_model_propagate_nadir, c_get
-    public :: c_get_text, c_gravity_evaluate, c_gravity_open, c_map, c_observations_create, c_observations_open
+    public :: c_force_model_loads, c_force_model_open, c_force_model_propagate, c_get, c_get_text
+    public :: c_gravity_evaluate, c_gravity_open, c_map, c_observations_create, c_observations_open
     public :: c_observations_write, c_options_replace, c_setup_from, c_setup_open, c_sidereal_angle, c_simulate
     public :: c_simulator_open, c_sun_illumination, c_sun_position, c_surface_aerodynamic_load, c_surface_area
     public :: c_surface_drag, c_surface_earthlight, c_surface_plates, c_surface_sunlight, c_surface_sunlight_load
@@ -676,6 +676,7 @@ contains
             if (outcome%good()) then
                 made_object => made
                 call new_trapezoid(made%plates, length, height, width_bottom, width_top, specular, diffuse, failure)
+                call outcome%take(failure, STATUS_BAD_VALUE)
             end if
         end if
         call keep(made_object, surface, outcome)
@@ -991,6 +992,7 @@ contains
                 if (outcome%good()) then
                     made_object => made
                     call build_dynamics(the_case_in%calibration%case, made%dynamics, failure)
+                    call outcome%take(failure, STATUS_FAILED)
                 end if
             class default
                 call refuse_handle('case', outcome)
@@ -1081,10 +1083,11 @@ contains
     end function c_force_model_loads
 
     !> gracecg_force_model_propagate
-    function c_force_model_propagate(model, state, interval, steps, tolerance, states, error) result(status) &
-        bind(c, name='gracecg_force_model_propagate')
+    function c_force_model_propagate(model, state, pointing, interval, steps, tolerance, states, error) &
+        result(status) bind(c, name='gracecg_force_model_propagate')
         integer(c_intptr_t), intent(in), value :: model
         real(c_double), intent(in), optional :: state(13)
+        integer(c_int32_t), intent(in), value :: pointing
         real(c_double), intent(in), value :: interval
         integer(c_size_t), intent(in), value :: steps
         real(c_double), intent(in), value :: tolerance
@@ -1096,6 +1099,7 @@ contains
         class(object_t), pointer :: model_in
 
         call check_state_vector(state, 'state', outcome)
+        call check_integer(int(pointing), 'pointing', 0, 2, outcome)
         call check_number(interval, 'interval', outcome)
         call check_count(steps, 'steps', 0, 1000000, outcome)
         call check_number(tolerance, 'tolerance', outcome, low=0.0_dp, high=1.0_dp)
@@ -1104,7 +1108,8 @@ contains
             call acquire(int(model, i8), model_in)
             select type (model_in)
             class is (force_object_t)
-                call force_model_propagate(model_in, state, interval, int(steps), tolerance, states, outcome)
+                call force_model_propagate(model_in, state, int(pointing), interval, int(steps), tolerance, states, &
+                    outcome)
             class default
                 call refuse_handle('force model', outcome)
             end select
@@ -1113,44 +1118,6 @@ contains
         call check_results(states, 13*(steps + 1), 'states', outcome)
         status = reported(outcome, error)
     end function c_force_model_propagate
-
-    !> gracecg_force_model_propagate_nadir
-    function c_force_model_propagate_nadir(model, position, velocity, forward, interval, steps, tolerance, states, &
-        error) result(status) bind(c, name='gracecg_force_model_propagate_nadir')
-        integer(c_intptr_t), intent(in), value :: model
-        real(c_double), intent(in), optional :: position(3)
-        real(c_double), intent(in), optional :: velocity(3)
-        integer(c_int32_t), intent(in), value :: forward
-        real(c_double), intent(in), value :: interval
-        integer(c_size_t), intent(in), value :: steps
-        real(c_double), intent(in), value :: tolerance
-        real(c_double), intent(inout), optional :: states(13, *)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: model_in
-
-        call check_positions(position, 1_c_size_t, 'position', outcome)
-        call check_numbers(velocity, 3_c_size_t, 'velocity', .true., outcome)
-        call check_number(interval, 'interval', outcome)
-        call check_count(steps, 'steps', 0, 1000000, outcome)
-        call check_number(tolerance, 'tolerance', outcome, low=0.0_dp, high=1.0_dp)
-        call need(present(states), 'states', outcome)
-        if (outcome%good()) then
-            call acquire(int(model, i8), model_in)
-            select type (model_in)
-            class is (force_object_t)
-                call force_model_propagate_nadir(model_in, position, velocity, int(forward), interval, int(steps), &
-                    tolerance, states, outcome)
-            class default
-                call refuse_handle('force model', outcome)
-            end select
-            call release(int(model, i8), model_in)
-        end if
-        call check_results(states, 13*(steps + 1), 'states', outcome)
-        status = reported(outcome, error)
-    end function c_force_model_propagate_nadir
 
     !> gracecg_simulator_open
     function c_simulator_open(the_case, simulator, error) result(status) bind(c, name='gracecg_simulator_open')

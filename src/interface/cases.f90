@@ -2,7 +2,7 @@
 module gracecg_interface_cases
     use gracecg, only: dp, error_t, utc_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
         options_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
-        propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, design_settings_t
+        propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, STATE_POSITION, STATE_VELOCITY, design_settings_t
     use gracecg_base_vectors, only: cross
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t
@@ -10,7 +10,7 @@ module gracecg_interface_cases
     implicit none
     private
     public :: case_object_t, force_object_t, case_open, is_text, force_model_evaluate, force_model_loads
-    public :: force_model_propagate, force_model_propagate_nadir, tell_settings
+    public :: force_model_propagate
 
     !> A case behind a handle, with how it is estimated.
     type, extends(object_t) :: case_object_t
@@ -164,7 +164,9 @@ contains
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine check_motion
 
-    !> For one state, the torques of air, sunlight, the rods and gravity, N m, body axes.
+    !> For one state: torques [4][3] (N m, body axes, about the centre of mass) of air, sunlight, gravity gradient and torque
+    !> rods; magnetic flux density (T, body axes); time derivative of the state [13]; rotation [3][3] from inertial to
+    !> Earth-fixed axes.
     subroutine force_model_loads(model, seconds, state, torques, flux_density, rate, rotation, outcome)
         class(force_object_t), intent(in) :: model
         real(dp), intent(in) :: seconds, state(STATE_SIZE)          !! s from the epoch; m, m/s, rad/s, quaternion
@@ -186,40 +188,32 @@ contains
         if (present(rotation)) rotation = transpose(model%dynamics%earth%from_inertial(seconds))
     end subroutine force_model_loads
 
-    !> Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13].
-    subroutine force_model_propagate(model, state, interval, steps, tolerance, states, outcome)
+    !> Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13], the attitude free or
+    !> held: body z to the centre of the Earth, y across the orbit.
+    subroutine force_model_propagate(model, state, pointing, interval, steps, tolerance, states, outcome)
         class(force_object_t), intent(in) :: model
         real(dp), intent(in) :: state(STATE_SIZE), interval             !! At time 0; s
-        integer, intent(in) :: steps    !! Intervals
-        real(dp), intent(in) :: tolerance                               !! 0: one step an interval
-        real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)          !! At each interval
-        type(outcome_t), intent(inout) :: outcome
-
-        call check_motion(model, 0.0_dp, state, outcome)
-        call propagate(model%dynamics, state, interval, steps, tolerance, states, outcome)
-    end subroutine force_model_propagate
-
-    !> Integrates the orbit of a satellite whose attitude is held: body z to the centre of the Earth, y across the orbit.
-    subroutine force_model_propagate_nadir(model, position, velocity, forward, interval, steps, tolerance, states, outcome)
-        class(force_object_t), intent(in) :: model
-        real(dp), intent(in) :: position(3), velocity(3), interval      !! Inertial, m, m/s; s
-        integer, intent(in) :: forward, steps                           !! 0: body x against the orbit
+        integer, intent(in) :: pointing, steps                          !! 0 free, 1 body x along the orbit, 2 against it
         real(dp), intent(in) :: tolerance                               !! 0: one step an interval
         real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)          !! At each interval
         type(outcome_t), intent(inout) :: outcome
 
         real(dp), parameter :: ROUNDING = 1e-12_dp      ! of a product of parallel vectors: with fused multiply-add it is not 0
         type(nadir_pointing_t) :: held
-        real(dp) :: state(STATE_SIZE)
 
-        if (.not. norm2(cross(position, velocity)) > ROUNDING*norm2(position)*norm2(velocity)) &
-            call outcome%refuse(STATUS_BAD_VALUE, 'position and velocity span no plane of an orbit')
-        state = [position, velocity, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
         call check_motion(model, 0.0_dp, state, outcome)
+        if (pointing == 0) then
+            call propagate(model%dynamics, state, interval, steps, tolerance, states, outcome)
+            return
+        end if
+        associate (position => state(STATE_POSITION), velocity => state(STATE_VELOCITY))
+            if (.not. norm2(cross(position, velocity)) > ROUNDING*norm2(position)*norm2(velocity)) &
+                call outcome%refuse(STATUS_BAD_VALUE, 'position and velocity span no plane of an orbit')
+        end associate
         held%satellite_dynamics_t = model%dynamics
-        held%forward = forward /= 0
+        held%forward = pointing == 1
         call propagate(held, state, interval, steps, tolerance, states, outcome)
-    end subroutine force_model_propagate_nadir
+    end subroutine force_model_propagate
 
     subroutine propagate(dynamics, state, interval, steps, tolerance, states, outcome)
         class(satellite_dynamics_t), intent(in) :: dynamics

@@ -13,7 +13,7 @@ module gracecg_interface_estimates
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_interface_handles, only: object_t, acquire, release
-    use gracecg_interface_items, only: items_t, lines_of
+    use gracecg_interface_items, only: items_t, lines_of, LIST
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_NOT_CONVERGED
     use gracecg_interface_general, only: refuse_handle
     use gracecg_interface_observations, only: observations_object_t
@@ -195,8 +195,7 @@ contains
         character(:), allocatable :: text
 
         if (.not. allocated(solution%beliefs)) then
-            if (.not. items%asks('belief_undetected') .or. items%wanted == 'belief_undetected') &
-                call fail(items%failure, 'what the setup says could not be tested')
+            if (.not. items%asks(LIST)) call fail(items%failure, 'what the setup says could not be tested')
             return
         end if
         associate (report => solution%beliefs)

@@ -3,46 +3,7 @@
 ! The Fortran 77 entry points: external procedures that need no module where they are called. docs/api.md lists
 ! their arguments. Each calls a function of the C interface, and ends with istat (0 or a status) and msg.
 
-!> The version as a text.
-subroutine gcvers(vers)
-    use gracecg, only: LIBRARY_VERSION
-    implicit none
-    character(*), intent(inout) :: vers     !! "0.2.0"
-
-    vers = LIBRARY_VERSION
-end subroutine gcvers
-
-!> The version of the interface.
-subroutine gcvint(nvers)
-    use gracecg_interface_general, only: INTERFACE_VERSION
-    implicit none
-    integer, intent(inout) :: nvers     !! As gracecg_interface_version
-
-    nvers = INTERFACE_VERSION
-end subroutine gcvint
-
-!> Gives an object of any kind back; its handle becomes 0.
-subroutine gcfree(ih, istat, msg)
-    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg_interface_outcome, only: c_error_t
-    use gracecg_interface_general, only: c_free
-    use gracecg_interface_f77_support, only: finish
-    implicit none
-    integer, intent(inout) :: ih    !! Of any kind; 0 afterwards
-    integer, intent(out) :: istat
-    character(*), intent(inout) :: msg
-
-    integer(c_intptr_t) :: handle
-    type(c_error_t) :: error
-    integer(c_int) :: status
-
-    handle = ih
-    status = c_free(handle, error)
-    ih = int(handle)
-    call finish(status, error, istat, msg)
-end subroutine gcfree
-
-!> Numbers of an object by the name of the item.
+!> Numbers of an object by the name of the item, or of several, blanks between them.
 subroutine gcget(ih, item, nmax, n, x, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
     use gracecg, only: dp
@@ -85,33 +46,33 @@ subroutine gccini(icas, mjd, sec, dur, dt, x, d, istat, msg)
     real(dp), intent(inout) :: sec
     !! s of the day
     real(dp), intent(inout) :: dur
-    !! Of the true arc, s
+    !! Item duration: of the true arc, s
     real(dp), intent(inout) :: dt
-    !! Of the true arc, s
+    !! Item interval: of the true arc, s
     real(dp), intent(inout) :: x(13)
-    !! At time 0
+    !! Item state: at time 0
     real(dp), intent(inout) :: d(3)
-    !! The true d from the centre of mass to the proof mass, body axes, m
+    !! Item offset: the true d from the centre of mass to the proof mass, body axes, m
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(2)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
+    real(dp) :: found_1(2)
+    real(dp) :: found_2(1)
+    real(dp) :: found_3(1)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
+    found_1 = 0
+    found_2 = 0
+    found_3 = 0
     call start_call(status, error)
-    call fetch(c_handle(icas), 'epoch', 2, fetched_1, status, error)
-    mjd = nint(fetched_1(1))
-    sec = fetched_1(2)
-    call fetch(c_handle(icas), 'duration', 1, fetched_2, status, error)
-    dur = fetched_2(1)
-    call fetch(c_handle(icas), 'interval', 1, fetched_3, status, error)
-    dt = fetched_3(1)
+    call fetch(c_handle(icas), 'epoch', 2, found_1, status, error)
+    mjd = nint(found_1(1))
+    sec = found_1(2)
+    call fetch(c_handle(icas), 'duration', 1, found_2, status, error)
+    dur = found_2(1)
+    call fetch(c_handle(icas), 'interval', 1, found_3, status, error)
+    dt = found_3(1)
     call fetch(c_handle(icas), 'state', 13, x, status, error)
     call fetch(c_handle(icas), 'offset', 3, d, status, error)
     call finish(status, error, istat, msg)
@@ -127,18 +88,18 @@ subroutine gcobsn(iobs, n, istat, msg)
     integer, intent(in) :: iobs
     !! A handle
     integer, intent(inout) :: n(4)
-    !! Samples of accelerometer, star camera, magnetometer, orbit
+    !! Item counts: samples of accelerometer, star camera, magnetometer, orbit
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(4)
+    real(dp) :: found_1(4)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    fetched_1 = 0
+    found_1 = 0
     call start_call(status, error)
-    call fetch(c_handle(iobs), 'counts', 4, fetched_1, status, error)
-    n = nint(fetched_1)
+    call fetch(c_handle(iobs), 'counts', 4, found_1, status, error)
+    n = nint(found_1)
     call finish(status, error, istat, msg)
 end subroutine gcobsn
 
@@ -152,21 +113,21 @@ subroutine gcdsgd(icas, opt, iopt, istat, msg)
     integer, intent(in) :: icas
     !! A handle
     real(dp), intent(inout) :: opt(9)
-    !! Of gracecg_design, those of `gracecg design` for this case
+    !! Item design_settings: of gracecg_design, those of `gracecg design` for this case
     integer, intent(inout) :: iopt(8)
-    !! Likewise
+    !! Item design_choices: of gracecg_design, likewise: rods, waveforms, threads
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(8)
+    real(dp) :: found_1(8)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    fetched_1 = 0
+    found_1 = 0
     call start_call(status, error)
     call fetch(c_handle(icas), 'design_settings', 9, opt, status, error)
-    call fetch(c_handle(icas), 'design_choices', 8, fetched_1, status, error)
-    iopt = nint(fetched_1)
+    call fetch(c_handle(icas), 'design_choices', 8, found_1, status, error)
+    iopt = nint(found_1)
     call finish(status, error, istat, msg)
 end subroutine gcdsgd
 
@@ -185,23 +146,23 @@ subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
     integer, intent(inout) :: n
     !! How many columns there are
     real(dp), intent(inout) :: rod(7, *)
-    !! The manoeuvre, each activation of a torque rod: amplitude (A m^2), frequency (Hz), phase (rad), start, stop (s
-    !! from the epoch), taper of a smooth start and stop, rise time of a square wave (s)
+    !! Item rods: the manoeuvre, each activation of a torque rod: amplitude (A m^2), frequency (Hz), phase (rad),
+    !! start, stop (s from the epoch), taper of a smooth start and stop, rise time of a square wave (s)
     integer, intent(inout) :: irod(2, *)
-    !! Body axis 1, 2 or 3; waveform 1 sine, 2 cosine, 3 tapered, 4 square
+    !! Item rod_kinds: body axis 1, 2 or 3; waveform 1 sine, 2 cosine, 3 tapered, 4 square
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(2*nmax)
+    real(dp) :: found_1(2*nmax)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    fetched_1 = 0
+    found_1 = 0
     call start_call(status, error)
     call fetch_count(c_handle(icas), 'rods', 7, n, status, error)
     call fetch(c_handle(icas), 'rods', 7*nmax, rod, status, error)
-    call fetch(c_handle(icas), 'rod_kinds', 2*nmax, fetched_1, status, error)
-    irod(:, :max(nmax, 0)) = reshape(nint(fetched_1), [2, max(nmax, 0)])
+    call fetch(c_handle(icas), 'rod_kinds', 2*nmax, found_1, status, error)
+    irod(:, :max(nmax, 0)) = reshape(nint(found_1), [2, max(nmax, 0)])
     call finish(status, error, istat, msg)
 end subroutine gcrods
 
@@ -482,14 +443,14 @@ subroutine gcgrav(igrv, xfix, a, u, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: values_1(1)
+    real(dp) :: found_1(1)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    values_1 = 0
+    found_1 = 0
     status = c_gravity_evaluate(gravity=c_handle(igrv), n=1_c_size_t, position=xfix, acceleration=a, &
-        potential=values_1, error=error)
-    u = values_1(1)
+        potential=found_1, error=error)
+    u = found_1(1)
     call finish(status, error, istat, msg)
 end subroutine gcgrav
 
@@ -744,17 +705,17 @@ subroutine gcdens(iden, mjd, sec, xfix, rho, temp, xn, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: values_1(1)
-    real(dp) :: values_2(1)
+    real(dp) :: found_1(1)
+    real(dp) :: found_2(1)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    values_1 = 0
-    values_2 = 0
+    found_1 = 0
+    found_2 = 0
     status = c_density_evaluate(density=c_handle(iden), epoch=c_utc_t(mjd, sec), n=1_c_size_t, seconds=[0.0_dp], &
-        position=xfix, mass_density=values_1, temperature=values_2, number_density=xn, error=error)
-    rho = values_1(1)
-    temp = values_2(1)
+        position=xfix, mass_density=found_1, temperature=found_2, number_density=xn, error=error)
+    rho = found_1(1)
+    temp = found_2(1)
     call finish(status, error, istat, msg)
 end subroutine gcdens
 
@@ -806,15 +767,15 @@ subroutine gcwind(iwnd, mjd, sec, xfix, weast, wnorth, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: values_1(2)
+    real(dp) :: found_1(2)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    values_1 = 0
+    found_1 = 0
     status = c_wind_evaluate(wind=c_handle(iwnd), epoch=c_utc_t(mjd, sec), n=1_c_size_t, seconds=[0.0_dp], &
-        position=xfix, east_north=values_1, error=error)
-    weast = values_1(1)
-    wnorth = values_1(2)
+        position=xfix, east_north=found_1, error=error)
+    weast = found_1(1)
+    wnorth = found_1(2)
     call finish(status, error, istat, msg)
 end subroutine gcwind
 
@@ -860,13 +821,13 @@ subroutine gcshad(x, xsun, xnu, istat, msg)
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: values_1(1)
+    real(dp) :: found_1(1)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    values_1 = 0
-    status = c_sun_illumination(n=1_c_size_t, position=x, sun=xsun, illumination=values_1, error=error)
-    xnu = values_1(1)
+    found_1 = 0
+    status = c_sun_illumination(n=1_c_size_t, position=x, sun=xsun, illumination=found_1, error=error)
+    xnu = found_1(1)
     call finish(status, error, istat, msg)
 end subroutine gcshad
 
@@ -1339,7 +1300,7 @@ end subroutine gcrate
 
 !> Propagates orbit and attitude over N steps of DT; nothing controls the attitude.
 subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
-    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_size_t
     use gracecg, only: dp
     use gracecg_interface_c_functions, only: c_force_model_propagate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -1361,41 +1322,40 @@ subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    status = c_force_model_propagate(model=c_handle(ifrc), state=x, interval=dt, steps=int(n, c_size_t), &
-        tolerance=0.0_dp, states=xout, error=error)
+    status = c_force_model_propagate(model=c_handle(ifrc), state=x, pointing=0_c_int32_t, interval=dt, steps=int(n, &
+        c_size_t), tolerance=0.0_dp, states=xout, error=error)
     call finish(status, error, istat, msg)
 end subroutine gcprop
 
-!> Propagates the orbit with nadir pointing, body x along the orbit (IFORW = 1) or against it (0).
-subroutine gcprna(ifrc, xinr, vinr, iforw, dt, n, xout, istat, msg)
+!> The same with nadir pointing, body x along the orbit (IPNT = 1) or against it (2); of X position and velocity
+!> count.
+subroutine gcprna(ifrc, x, ipnt, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
     use gracecg, only: dp
-    use gracecg_interface_c_functions, only: c_force_model_propagate_nadir
+    use gracecg_interface_c_functions, only: c_force_model_propagate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
     implicit none
     integer, intent(in) :: ifrc
-    !! `model` of gracecg_force_model_propagate_nadir
-    real(dp), intent(in) :: xinr(3)
-    !! `position` of gracecg_force_model_propagate_nadir
-    real(dp), intent(in) :: vinr(3)
-    !! `velocity` of gracecg_force_model_propagate_nadir
-    integer, intent(in) :: iforw
-    !! `forward` of gracecg_force_model_propagate_nadir
+    !! `model` of gracecg_force_model_propagate
+    real(dp), intent(in) :: x(13)
+    !! `state` of gracecg_force_model_propagate
+    integer, intent(in) :: ipnt
+    !! `pointing` of gracecg_force_model_propagate
     real(dp), intent(in) :: dt
-    !! `interval` of gracecg_force_model_propagate_nadir
+    !! `interval` of gracecg_force_model_propagate
     integer, intent(in) :: n
-    !! `steps` of gracecg_force_model_propagate_nadir
+    !! `steps` of gracecg_force_model_propagate
     real(dp), intent(inout) :: xout(13, *)
-    !! `states` of gracecg_force_model_propagate_nadir
+    !! `states` of gracecg_force_model_propagate
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    status = c_force_model_propagate_nadir(model=c_handle(ifrc), position=xinr, velocity=vinr, forward=iforw, &
-        interval=dt, steps=int(n, c_size_t), tolerance=0.0_dp, states=xout, error=error)
+    status = c_force_model_propagate(model=c_handle(ifrc), state=x, pointing=ipnt, interval=dt, steps=int(n, &
+        c_size_t), tolerance=0.0_dp, states=xout, error=error)
     call finish(status, error, istat, msg)
 end subroutine gcprna
 
@@ -1672,41 +1632,41 @@ subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     integer, intent(in) :: iobs
     !! `observations` of gracecg_estimate
     real(dp), intent(inout) :: d(3)
-    !! D, from the centre of mass to the proof mass, body axes, m
+    !! Item offset: d, from the centre of mass to the proof mass, body axes, m
     real(dp), intent(inout) :: cov(3, 3)
-    !! Of the offset under the instruments' noise, m^2
+    !! Item covariance: of the offset under the instruments' noise, m^2
     real(dp), intent(inout) :: rms(3)
-    !! Of the accelerometer, m/s^2
+    !! Item residual_rms: of the accelerometer, m/s^2
     real(dp), intent(inout) :: cond
-    !! Number of the scaled normal matrix
+    !! Item condition: number of the scaled normal matrix
     integer, intent(inout) :: niter
     !! Item iterations
     integer, intent(inout) :: iconv
-    !! 1 or 0
+    !! Item converged: 1 or 0
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
+    real(dp) :: found_1(1)
+    real(dp) :: found_2(1)
+    real(dp) :: found_3(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
+    found_1 = 0
+    found_2 = 0
+    found_3 = 0
     status = c_estimate(algorithm=c_text(algo), observations=c_handle(iobs), fit=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
     call fetch(handle, 'residual_rms', 3, rms, status, error)
-    call fetch(handle, 'condition', 1, fetched_1, status, error)
-    cond = fetched_1(1)
-    call fetch(handle, 'iterations', 1, fetched_2, status, error)
-    niter = nint(fetched_2(1))
-    call fetch(handle, 'converged', 1, fetched_3, status, error)
-    iconv = nint(fetched_3(1))
+    call fetch(handle, 'condition', 1, found_1, status, error)
+    cond = found_1(1)
+    call fetch(handle, 'iterations', 1, found_2, status, error)
+    niter = nint(found_2(1))
+    call fetch(handle, 'converged', 1, found_3, status, error)
+    iconv = nint(found_3(1))
     call fetch_message(handle, 'warnings', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -1729,9 +1689,9 @@ subroutine gcresd(algo, iobs, nmax, n, t, res, istat, msg)
     integer, intent(inout) :: n
     !! How many columns there are
     real(dp), intent(inout) :: t(*)
-    !! Of the accelerometer samples that the fit keeps on all axes, s from the epoch
+    !! Item time: of the accelerometer samples that the fit keeps on all axes, s from the epoch
     real(dp), intent(inout) :: res(3, *)
-    !! Observed minus fitted, body axes, m/s^2
+    !! Item residual: observed minus fitted, body axes, m/s^2
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -1763,11 +1723,11 @@ subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     integer, intent(inout) :: n
     !! How many columns there are
     real(dp), intent(inout) :: t(*)
-    !! Of the offset as "sequential" had it on the way, s; none of the others
+    !! Item running_time: of the offset as "sequential" had it on the way, s; none of the others
     real(dp), intent(inout) :: d(3, *)
-    !! M
+    !! Item running_offset: m
     real(dp), intent(inout) :: sig(3, *)
-    !! M
+    !! Item running_sigma: m
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -1799,39 +1759,39 @@ subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     integer, intent(in) :: iobs
     !! `observations` of gracecg_estimate
     real(dp), intent(inout) :: und(3)
-    !! What a single wrong thing in the setup could move each component by, unseen, and what the estimate differs from
-    !! that of "optimal" by, m
+    !! Item belief_undetected: what a single wrong thing in the setup could move each component by, unseen, and what
+    !! the estimate differs from that of "optimal" by, m
     real(dp), intent(inout) :: apart(3)
-    !! The latter alone, m
+    !! Item belief_apart: the latter alone, m
     integer, intent(inout) :: ntest
-    !! How many things
+    !! Item belief_tested: how many things
     integer, intent(inout) :: ncon
-    !! Of them
+    !! Item belief_contradicted: of them
     integer, intent(inout) :: nunt
-    !! Too weakly: they could move a component farther than is wanted
+    !! Item belief_untested: too weakly: they could move a component farther than is wanted
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
+    real(dp) :: found_1(1)
+    real(dp) :: found_2(1)
+    real(dp) :: found_3(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
+    found_1 = 0
+    found_2 = 0
+    found_3 = 0
     status = c_estimate(algorithm=c_text(algo), observations=c_handle(iobs), fit=handle, error=error)
     call fetch(handle, 'belief_undetected', 3, und, status, error)
     call fetch(handle, 'belief_apart', 3, apart, status, error)
-    call fetch(handle, 'belief_tested', 1, fetched_1, status, error)
-    ntest = nint(fetched_1(1))
-    call fetch(handle, 'belief_contradicted', 1, fetched_2, status, error)
-    ncon = nint(fetched_2(1))
-    call fetch(handle, 'belief_untested', 1, fetched_3, status, error)
-    nunt = nint(fetched_3(1))
+    call fetch(handle, 'belief_tested', 1, found_1, status, error)
+    ntest = nint(found_1(1))
+    call fetch(handle, 'belief_contradicted', 1, found_2, status, error)
+    ncon = nint(found_2(1))
+    call fetch(handle, 'belief_untested', 1, found_3, status, error)
+    nunt = nint(found_3(1))
     call fetch_message(handle, 'contradictions', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -1850,49 +1810,49 @@ subroutine gcjnt(n, iobs, d, cov, chi, ndeg, prob, icons, istat, msg)
     integer, intent(in) :: iobs(*)
     !! `observations` of gracecg_estimate_joint
     real(dp), intent(inout) :: d(3)
-    !! Of the time of the last run, body axes, m
+    !! Item offset: of the time of the last run, body axes, m
     real(dp), intent(inout) :: cov(3, 3)
-    !! M^2
+    !! Item covariance: m^2
     real(dp), intent(inout) :: chi
-    !! Of all differences between the runs
+    !! Item chi_square: of all differences between the runs
     integer, intent(inout) :: ndeg
-    !! Of freedom of chi_square
+    !! Item degrees: of freedom of chi_square
     real(dp), intent(inout) :: prob
-    !! That chance makes so much
+    !! Item probability: that chance makes so much
     integer, intent(inout) :: icons
-    !! 1: the runs agree on one offset, 0: they do not
+    !! Item consistent: 1: the runs agree on one offset, 0: they do not
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
-    real(dp) :: fetched_4(1)
+    real(dp) :: found_1(1)
+    real(dp) :: found_2(1)
+    real(dp) :: found_3(1)
+    real(dp) :: found_4(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
-    fetched_4 = 0
+    found_1 = 0
+    found_2 = 0
+    found_3 = 0
+    found_4 = 0
     status = c_estimate_joint(count=int(n, c_size_t), observations=c_handle(iobs(:n)), joint=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
-    call fetch(handle, 'chi_square', 1, fetched_1, status, error)
-    chi = fetched_1(1)
-    call fetch(handle, 'degrees', 1, fetched_2, status, error)
-    ndeg = nint(fetched_2(1))
-    call fetch(handle, 'probability', 1, fetched_3, status, error)
-    prob = fetched_3(1)
-    call fetch(handle, 'consistent', 1, fetched_4, status, error)
-    icons = nint(fetched_4(1))
+    call fetch(handle, 'chi_square', 1, found_1, status, error)
+    chi = found_1(1)
+    call fetch(handle, 'degrees', 1, found_2, status, error)
+    ndeg = nint(found_2(1))
+    call fetch(handle, 'probability', 1, found_3, status, error)
+    prob = found_3(1)
+    call fetch(handle, 'consistent', 1, found_4, status, error)
+    icons = nint(found_4(1))
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcjnt
 
-!> One offset of a long observation set in arcs of ARC seconds.
+!> One offset of a long observation set in arcs of ARC seconds. MSG holds warnings.
 subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg, only: dp
@@ -1907,56 +1867,56 @@ subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, i
     integer, intent(in) :: nthr
     !! `threads` of gracecg_estimate_chain
     real(dp), intent(inout) :: d(3)
-    !! As in a joint estimate, of the arcs that are joined
+    !! Item offset: of the time of the last run, body axes, m
     real(dp), intent(inout) :: cov(3, 3)
-    !! Item covariance
+    !! Item covariance: m^2
     real(dp), intent(inout) :: chi
-    !! Item chi_square
+    !! Item chi_square: of all differences between the runs
     integer, intent(inout) :: ndeg
-    !! Item degrees
+    !! Item degrees: of freedom of chi_square
     real(dp), intent(inout) :: prob
-    !! Item probability
+    !! Item probability: that chance makes so much
     integer, intent(inout) :: icons
-    !! Item consistent
+    !! Item consistent: 1: the runs agree on one offset, 0: they do not
     integer, intent(inout) :: narc
-    !! How many there are
+    !! Item arcs: how many there are
     integer, intent(inout) :: njoin
-    !! How many are joined: the others tell no offset, or disagree
+    !! Item joined: how many are joined, of which the other items are: the rest tell no offset, or disagree
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
-    real(dp) :: fetched_4(1)
-    real(dp) :: fetched_5(1)
-    real(dp) :: fetched_6(1)
+    real(dp) :: found_1(1)
+    real(dp) :: found_2(1)
+    real(dp) :: found_3(1)
+    real(dp) :: found_4(1)
+    real(dp) :: found_5(1)
+    real(dp) :: found_6(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
-    fetched_4 = 0
-    fetched_5 = 0
-    fetched_6 = 0
+    found_1 = 0
+    found_2 = 0
+    found_3 = 0
+    found_4 = 0
+    found_5 = 0
+    found_6 = 0
     status = c_estimate_chain(observations=c_handle(iobs), arc=arc, threads=nthr, chain=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
-    call fetch(handle, 'chi_square', 1, fetched_1, status, error)
-    chi = fetched_1(1)
-    call fetch(handle, 'degrees', 1, fetched_2, status, error)
-    ndeg = nint(fetched_2(1))
-    call fetch(handle, 'probability', 1, fetched_3, status, error)
-    prob = fetched_3(1)
-    call fetch(handle, 'consistent', 1, fetched_4, status, error)
-    icons = nint(fetched_4(1))
-    call fetch(handle, 'arcs', 1, fetched_5, status, error)
-    narc = nint(fetched_5(1))
-    call fetch(handle, 'joined', 1, fetched_6, status, error)
-    njoin = nint(fetched_6(1))
+    call fetch(handle, 'chi_square', 1, found_1, status, error)
+    chi = found_1(1)
+    call fetch(handle, 'degrees', 1, found_2, status, error)
+    ndeg = nint(found_2(1))
+    call fetch(handle, 'probability', 1, found_3, status, error)
+    prob = found_3(1)
+    call fetch(handle, 'consistent', 1, found_4, status, error)
+    icons = nint(found_4(1))
+    call fetch(handle, 'arcs', 1, found_5, status, error)
+    narc = nint(found_5(1))
+    call fetch(handle, 'joined', 1, found_6, status, error)
+    njoin = nint(found_6(1))
     call fetch_message(handle, 'warnings', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -1974,16 +1934,16 @@ subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
     integer, intent(in) :: icas
     !! `the_case` of gracecg_case_bound
     real(dp), intent(inout) :: sig(3)
-    !! Square roots of its diagonal, m
+    !! Item sigma: square roots of its diagonal, m
     real(dp), intent(inout) :: cov(3, 3)
-    !! The least of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the drag a straight line
-    !! in time, m^2
+    !! Item covariance: the least of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the drag
+    !! a straight line in time, m^2
     real(dp), intent(inout) :: psig(3)
-    !! Square roots of its eigenvalues, ascending, m
+    !! Item principal_sigma: square roots of its eigenvalues, ascending, m
     real(dp), intent(inout) :: dir(3, 3)
-    !! Unit vectors along them: the last one is the worst
+    !! Item direction: unit vectors along them: the last one is the worst
     real(dp), intent(inout) :: csig(3)
-    !! With what is known only within the limits of group a_priori, m
+    !! Item consider_sigma: with what is known only within the limits of group a_priori, m
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -2020,34 +1980,27 @@ subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     integer, intent(inout) :: jcas
     !! A handle, to be given back with GCFREE; 0 after a failure
     real(dp), intent(inout) :: sig(3)
-    !! Of the offset: the limit under the accelerometer's noise, body axes, m
+    !! Item sigma: of the offset: the limit under the accelerometer's noise, body axes, m
     real(dp), intent(inout) :: wave(3)
-    !! RMS error by the density wave, m
+    !! Item wave: RMS error by the density wave, m
     real(dp), intent(inout) :: frc(3)
-    !! Error by drag and radiation that are not a straight line in time, m
+    !! Item force: error by drag and radiation that are not a straight line in time, m
     real(dp), intent(inout) :: amot(2)
-    !! Greatest angular velocity, rad/s
+    !! Item rate: greatest angular velocity, rad/s; item excursion: greatest turn away from the nominal attitude, rad
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
     status = c_design(the_case=c_handle(icas), settings=opt, choices=iopt, place=1_c_int32_t, &
         revolutions=1_c_int32_t, planned=handle, error=error)
     call fetch(handle, 'sigma', 3, sig, status, error)
     call fetch(handle, 'wave', 3, wave, status, error)
     call fetch(handle, 'force', 3, frc, status, error)
-    call fetch(handle, 'rate', 1, fetched_1, status, error)
-    amot(1) = fetched_1(1)
-    call fetch(handle, 'excursion', 1, fetched_2, status, error)
-    amot(2) = fetched_2(1)
+    call fetch(handle, 'rate excursion', 2, amot, status, error)
     jcas = int(handle)
     call finish(status, error, istat, msg)
 end subroutine gcdsgn
@@ -2073,40 +2026,33 @@ subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, 
     integer, intent(inout) :: jcas
     !! A handle, to be given back with GCFREE; 0 after a failure
     real(dp), intent(inout) :: t
-    !! Where the arc of this case begins, s from the epoch of the case that was given
+    !! Item start: where the arc of this case begins, s from the epoch of the case that was given
     real(dp), intent(inout) :: sig(3)
-    !! Of the offset: the limit under the accelerometer's noise, body axes, m
+    !! Item sigma: of the offset: the limit under the accelerometer's noise, body axes, m
     real(dp), intent(inout) :: wave(3)
-    !! RMS error by the density wave, m
+    !! Item wave: RMS error by the density wave, m
     real(dp), intent(inout) :: frc(3)
-    !! Error by drag and radiation that are not a straight line in time, m
+    !! Item force: error by drag and radiation that are not a straight line in time, m
     real(dp), intent(inout) :: amot(2)
-    !! Greatest angular velocity, rad/s
+    !! Item rate: greatest angular velocity, rad/s; item excursion: greatest turn away from the nominal attitude, rad
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
+    real(dp) :: found_1(1)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
+    found_1 = 0
     status = c_design(the_case=c_handle(icas), settings=opt, choices=iopt, place=iplace, revolutions=nrev, &
         planned=handle, error=error)
-    call fetch(handle, 'start', 1, fetched_1, status, error)
-    t = fetched_1(1)
+    call fetch(handle, 'start', 1, found_1, status, error)
+    t = found_1(1)
     call fetch(handle, 'sigma', 3, sig, status, error)
     call fetch(handle, 'wave', 3, wave, status, error)
     call fetch(handle, 'force', 3, frc, status, error)
-    call fetch(handle, 'rate', 1, fetched_2, status, error)
-    amot(1) = fetched_2(1)
-    call fetch(handle, 'excursion', 1, fetched_3, status, error)
-    amot(2) = fetched_3(1)
+    call fetch(handle, 'rate excursion', 2, amot, status, error)
     jcas = int(handle)
     call finish(status, error, istat, msg)
 end subroutine gcdsga
@@ -2129,11 +2075,12 @@ subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
     integer, intent(in) :: nthr
     !! `threads` of gracecg_map
     real(dp), intent(inout) :: plc(2, *)
-    !! Geodetic latitude and longitude, rad
+    !! Item place: geodetic latitude and longitude, rad
     real(dp), intent(inout) :: sig(3, *)
-    !! As of a designed manoeuvre
+    !! Item sigma: as of a designed manoeuvre
     real(dp), intent(inout) :: wrst(4, *)
-    !! Standard deviation of the worst direction (m), and its unit vector; DBL_MAX where a direction stays unseen
+    !! Item worst: standard deviation of the worst direction (m), and its unit vector; DBL_MAX where a direction stays
+    !! unseen
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 

@@ -1,6 +1,7 @@
 !> What the Fortran 77 entry points have in common; they themselves (f77_entries.f90) are generated.
 !>
-!> `fetch` and its kin take an item of an object by gracecg_get. They do nothing after a failure.
+!> `fetch` and its kin take an item of an object by gracecg_get. They do nothing after a failure; an estimate that did not
+!> converge is asked nevertheless.
 module gracecg_interface_f77_support
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
     use gracecg, only: dp
@@ -73,9 +74,9 @@ contains
         status = c_free(handle)
     end subroutine discard
 
-    !> The numbers of an item, into an array with room for n. An estimate that did not converge is asked, too.
+    !> The numbers of an item, into an array with room for n.
     subroutine fetch(handle, item, n, values, status, error)
-        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
+        integer(c_intptr_t), intent(in) :: handle       !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         integer, intent(in) :: n                        !! Room in the array
         real(dp), intent(inout) :: values(*)            !! In the item's unit
@@ -85,32 +86,53 @@ contains
         type(c_error_t) :: failure
         integer(c_int) :: fetched
 
-        if (status /= STATUS_OK .and. status /= STATUS_NOT_CONVERGED) return
+        if (.not. can_be_asked(status)) return
         fetched = c_get(handle, c_text(item), int(n, c_size_t), values, error=failure)
-        if (fetched == STATUS_OK) return
-        status = fetched
-        error = failure
+        call take_over(fetched, failure, status, error)
     end subroutine fetch
 
     !> How many columns an item has.
     subroutine fetch_count(handle, item, rows, columns, status, error)
-        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
+        integer(c_intptr_t), intent(in) :: handle       !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         integer, intent(in) :: rows                     !! Numbers of a column
         integer, intent(inout) :: columns               !! How many there are
         integer(c_int), intent(inout) :: status         !! A gracecg_status
         type(c_error_t), intent(inout) :: error
 
+        type(c_error_t) :: failure
+        integer(c_int) :: fetched
         integer(c_size_t) :: count
 
+        if (.not. can_be_asked(status)) return
         count = 0
-        if (status == STATUS_OK) status = c_get(handle, c_text(item), 0_c_size_t, count=count, error=error)
-        if (status == STATUS_OK) columns = int(count)/rows
+        fetched = c_get(handle, c_text(item), 0_c_size_t, count=count, error=failure)
+        call take_over(fetched, failure, status, error)
+        if (fetched == STATUS_OK) columns = int(count)/rows
     end subroutine fetch_count
+
+    !> Whether there is an object to be asked: also an estimate that did not converge is one.
+    pure logical function can_be_asked(status)
+        integer(c_int), intent(in) :: status            !! A gracecg_status
+
+        can_be_asked = status == STATUS_OK .or. status == STATUS_NOT_CONVERGED
+    end function can_be_asked
+
+    !> A failure of fetching takes the place of what was before it; a success leaves that.
+    subroutine take_over(fetched, failure, status, error)
+        integer(c_int), intent(in) :: fetched           !! A gracecg_status
+        type(c_error_t), intent(in) :: failure          !! Its message
+        integer(c_int), intent(inout) :: status         !! A gracecg_status
+        type(c_error_t), intent(inout) :: error
+
+        if (fetched == STATUS_OK) return
+        status = fetched
+        error = failure
+    end subroutine take_over
 
     !> A text that has to fit.
     subroutine fetch_text(handle, item, text, status, error)
-        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
+        integer(c_intptr_t), intent(in) :: handle       !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         character(*), intent(inout) :: text             !! Filled up with blanks
         integer(c_int), intent(inout) :: status         !! A gracecg_status
@@ -126,7 +148,7 @@ contains
 
     !> A text that goes into the message, cut off where this ends.
     subroutine fetch_message(handle, item, status, error)
-        integer(c_intptr_t), intent(in) :: handle    !! Of the object that is asked
+        integer(c_intptr_t), intent(in) :: handle       !! Of the object that is asked
         character(*), intent(in) :: item                !! Its name
         integer(c_int), intent(inout) :: status         !! A gracecg_status
         type(c_error_t), intent(inout) :: error

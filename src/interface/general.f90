@@ -92,14 +92,15 @@ contains
     !> Numbers of an object.
     subroutine get(object, item, values, outcome)
         class(object_t), intent(in) :: object
-        character(*), intent(in) :: item                !! Its name
-        real(dp), allocatable, intent(out) :: values(:) !! In the item's unit, in C's order
+        character(*), intent(in) :: item                !! Its name, or several with blanks between them
+        real(dp), allocatable, intent(out) :: values(:) !! In the items' units, in C's order
         type(outcome_t), intent(inout) :: outcome
 
         type(items_t) :: items
 
-        call ask(object, item, .false., items, outcome)
-        call move_alloc(items%numbers, values)
+        call items%want_numbers(item)
+        call ask(object, .false., items, outcome)
+        if (outcome%good()) call items%numbers(values)
     end subroutine get
 
     !> A text of an object.
@@ -111,18 +112,17 @@ contains
 
         type(items_t) :: items
 
-        call ask(object, item, .true., items, outcome)
+        call items%want_text(item)
+        call ask(object, .true., items, outcome)
         call move_alloc(items%text, text)
     end subroutine get_text
 
-    subroutine ask(object, item, text, items, outcome)
+    subroutine ask(object, text, items, outcome)
         class(object_t), intent(in) :: object
-        character(*), intent(in) :: item
-        logical, intent(in) :: text         !! It has to be one
-        type(items_t), intent(out) :: items
+        logical, intent(in) :: text             !! It has to be one
+        type(items_t), intent(inout) :: items   !! Those that are wanted are known
         type(outcome_t), intent(inout) :: outcome
 
-        items%wanted = item
         call object%tell(items)
         call outcome%take(items%failure)
         call items%require_found(text, outcome)

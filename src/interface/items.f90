@@ -1,9 +1,9 @@
-!> What an object holds, by name: numbers and texts, of which a caller wants one.
+!> What an object holds, by name: numbers and texts, of which a caller wants some.
 !>
-!> An object tells all of its items, one `put` or `say` each. The one that is wanted is kept; all are listed.
+!> An object tells all of its items, one `put` or `say` each. Those that are wanted are kept; all are listed.
 module gracecg_interface_items
     use gracecg, only: dp, error_t, string_t
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, split_words
     use gracecg_files_value, only: did_you_mean
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
     implicit none
@@ -14,41 +14,71 @@ module gracecg_interface_items
     integer, parameter :: NAME_LENGTH = 32
     character(*), parameter :: LINE = new_line('a')
 
-    !> The items as they are told, and the one that is wanted.
+    !> An item that is wanted.
+    type :: wanted_t
+        character(NAME_LENGTH) :: name = ''             !! LIST: all names
+        real(dp), allocatable :: numbers(:)             !! Allocated once they are told
+    end type wanted_t
+
+    !> The items as they are told, and those that are wanted.
     type :: items_t
-        character(NAME_LENGTH) :: wanted = ''           !! Name of the item; LIST: all names
-        real(dp), allocatable :: numbers(:)             !! Of the item that is wanted
+        type(wanted_t), allocatable, private :: wanted(:)       !! In the order of the caller
         character(:), allocatable :: text               !! Of the item that is wanted, or the list
-        character(NAME_LENGTH), allocatable :: names(:) !! That have been told
-        type(error_t), allocatable :: failure           !! Why the item that is wanted cannot be told
+        character(NAME_LENGTH), allocatable, private :: names(:)    !! That have been told
+        type(error_t), allocatable :: failure           !! Why what is wanted cannot be told
     contains
+        procedure :: want_numbers                       !! Of one item or several
+        procedure :: want_text                          !! Of one item
         procedure :: asks                               !! An item whose name begins so is wanted, or the list
         procedure :: say                                !! A text
-        procedure, private :: note, put_number, put_vector, put_matrix, put_cube
+        procedure, private :: note, keep, put_number, put_vector, put_matrix, put_cube
         generic :: put => put_number, put_vector, put_matrix, put_cube     !! Numbers
         procedure :: require_found                      !! Refuses a name that is none
+        procedure :: numbers                            !! Of all that are wanted, one after another
     end type items_t
 
 contains
+
+    subroutine want_numbers(self, names)
+        class(items_t), intent(inout) :: self
+        character(*), intent(in) :: names       !! Blanks between them
+
+        type(string_t), allocatable :: words(:)
+        integer :: i
+
+        words = split_words(names)
+        allocate (self%wanted(max(size(words), 1)))
+        do i = 1, size(words)
+            self%wanted(i)%name = words(i)%text
+        end do
+    end subroutine want_numbers
+
+    subroutine want_text(self, name)
+        class(items_t), intent(inout) :: self
+        character(*), intent(in) :: name        !! LIST: of all names
+
+        allocate (self%wanted(1))
+        self%wanted(1)%name = name
+    end subroutine want_text
 
     pure logical function asks(self, beginning)
         class(items_t), intent(in) :: self
         character(*), intent(in) :: beginning   !! Of the names of several items
 
-        asks = self%wanted == LIST .or. index(self%wanted, beginning) == 1
+        asks = any(index(self%wanted%name, beginning) == 1 .or. self%wanted%name == LIST)
     end function asks
 
-    !> Notes an item, and whether it is the one that is wanted.
+    !> Notes an item, and whether it is wanted.
     subroutine note(self, name, count, this)
         class(items_t), intent(inout) :: self
         character(*), intent(in) :: name    !! Of the item
         integer, intent(in) :: count        !! Of its numbers; -1: a text
         logical, intent(out) :: this        !! It is wanted
 
-        this = self%wanted == name
+        this = any(self%wanted%name == name)
         if (.not. allocated(self%names)) allocate (self%names(0))
         self%names = [character(NAME_LENGTH) :: self%names, name]
-        if (self%wanted /= LIST) return
+        if (.not. self%asks(LIST)) return
         if (.not. allocated(self%text)) self%text = ''
         if (count >= 0) then
             self%text = self%text//name//' '//integer_text(count)//LINE
@@ -56,6 +86,18 @@ contains
             self%text = self%text//name//' text'//LINE
         end if
     end subroutine note
+
+    subroutine keep(self, name, values)
+        class(items_t), intent(inout) :: self
+        character(*), intent(in) :: name        !! Of an item that is wanted, once or twice
+        real(dp), intent(in) :: values(:)
+
+        integer :: i
+
+        do i = 1, size(self%wanted)
+            if (self%wanted(i)%name == name) self%wanted(i)%numbers = values
+        end do
+    end subroutine keep
 
     subroutine say(self, name, text)
         class(items_t), intent(inout) :: self
@@ -83,7 +125,7 @@ contains
         logical :: this
 
         call self%note(name, size(values), this)
-        if (this) self%numbers = values
+        if (this) call self%keep(name, values)
     end subroutine put_vector
 
     subroutine put_matrix(self, name, values)
@@ -94,7 +136,7 @@ contains
         logical :: this
 
         call self%note(name, size(values), this)
-        if (this) self%numbers = reshape(values, [size(values)])
+        if (this) call self%keep(name, reshape(values, [size(values)]))
     end subroutine put_matrix
 
     subroutine put_cube(self, name, values)
@@ -105,7 +147,7 @@ contains
         logical :: this
 
         call self%note(name, size(values), this)
-        if (this) self%numbers = reshape(values, [size(values)])
+        if (this) call self%keep(name, reshape(values, [size(values)]))
     end subroutine put_cube
 
     !> Refuses a name that is none, or that of a text where numbers are asked for, and the other way round.
@@ -114,23 +156,40 @@ contains
         logical, intent(in) :: text             !! A text is asked for
         type(outcome_t), intent(inout) :: outcome
 
+        character(NAME_LENGTH) :: name
         character(:), allocatable :: names
+        integer :: i, k
+
+        do k = 1, size(self%wanted)
+            name = self%wanted(k)%name
+            if (merge(allocated(self%text), allocated(self%wanted(k)%numbers), text)) cycle
+            if (.not. allocated(self%names)) then
+                call outcome%refuse(STATUS_BAD_VALUE, 'no item "'//trim(name)//'": the object has none')
+            else if (name == LIST .or. any(self%names == name)) then
+                call outcome%refuse(STATUS_BAD_VALUE, 'the item "'//trim(name)//'" is '//merge('numbers', 'a text ', text))
+            else
+                names = ''
+                do i = 1, size(self%names)
+                    names = names//', '//trim(self%names(i))
+                end do
+                call outcome%refuse(STATUS_BAD_VALUE, 'no item "'//trim(name)//'"'//did_you_mean(trim(name), self%names)// &
+                                    '; there are '//names(3:))
+            end if
+        end do
+    end subroutine require_found
+
+    !> Of all that are wanted, one after another; each has been found.
+    subroutine numbers(self, values)
+        class(items_t), intent(inout) :: self
+        real(dp), allocatable, intent(out) :: values(:)     !! In the items' units
+
         integer :: i
 
-        if (merge(allocated(self%text), allocated(self%numbers), text)) return
-        if (allocated(self%text) .or. allocated(self%numbers)) then
-            call outcome%refuse(STATUS_BAD_VALUE, 'the item "'//trim(self%wanted)//'" is '//merge('numbers', 'a text ', text))
-        else if (.not. allocated(self%names)) then
-            call outcome%refuse(STATUS_BAD_VALUE, 'no item "'//trim(self%wanted)//'": the object has none')
-        else
-            names = ''
-            do i = 1, size(self%names)
-                names = names//', '//trim(self%names(i))
-            end do
-            call outcome%refuse(STATUS_BAD_VALUE, 'no item "'//trim(self%wanted)//'"'// &
-                                did_you_mean(trim(self%wanted), self%names)//'; there are '//names(3:))
-        end if
-    end subroutine require_found
+        call move_alloc(self%wanted(1)%numbers, values)
+        do i = 2, size(self%wanted)
+            values = [values, self%wanted(i)%numbers]
+        end do
+    end subroutine numbers
 
     !> Texts as lines; an empty text without any.
     subroutine lines_of(texts, lines)

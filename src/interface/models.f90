@@ -6,7 +6,7 @@ module gracecg_interface_models
         julian_centuries_tt, earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
         EARTH_RADIATION_EPOCH_JD, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year
     use gracecg, only: position_of_sun => sun_position
-    use gracecg_base_constants, only: SECONDS_PER_DAY, EARTH_RADIUS_EGM96
+    use gracecg_base_constants, only: SECONDS_PER_DAY, EARTH_RADIUS_EGM96, MJD_TO_JD
     use gracecg_base_error, only: fail
     use gracecg_base_text, only: integer_text, join
     use gracecg_files_file, only: file_exists
@@ -20,7 +20,6 @@ module gracecg_interface_models
     public :: gravity_open, gravity_evaluate, field_open, density_open, density_evaluate
     public :: wind_open, wind_evaluate, sun_position, earth_radiation_open, earth_radiation_evaluate
 
-    real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
     character(*), parameter :: WIND_NAMES(1) = [character(11) :: 'hwm93']
 
     !> A gravity model behind a handle.
@@ -81,7 +80,8 @@ contains
                   ') nor a file'//did_you_mean(name, known))
     end subroutine check_file
 
-    !> Of Earth-fixed positions [n][3]: acceleration [n][3] (m/s^2, Earth-fixed, without the centrifugal part).
+    !> Of Earth-fixed positions [n][3]: acceleration [n][3] (m/s^2, Earth-fixed, without the centrifugal part), potential [n]
+    !> (m^2/s^2) and its second derivatives [n][3][3] (1/s^2, symmetric).
     subroutine gravity_evaluate(gravity, n, position, acceleration, potential, gradient, outcome)
         class(gravity_object_t), intent(in) :: gravity
         integer, intent(in) :: n                                    !! Places
@@ -128,7 +128,8 @@ contains
         call outcome%take(failure)
     end subroutine field_open
 
-    !> "dtm77", "dtm78" (as CNES has it), "dtm94", or "exponential" (4e-12 kg/m^3 at 466 km, scale height 65 km).
+    !> A thermosphere: "dtm77", "dtm78" (as CNES has it), "dtm94", or "exponential" (4e-12 kg/m^3 at 466 km, scale height
+    !> 65 km); with indices that are given, or those of a date in the embedded table. One of both has to be absent.
     subroutine density_open(name, date, indices, made, outcome)
         character(*), intent(in) :: name                !! Of a model
         type(utc_t), intent(in), optional :: date       !! Of the indices in the embedded table
@@ -252,7 +253,7 @@ contains
         end do
     end subroutine sun_position
 
-    !> Knocke's model.
+    !> The Earth's light and heat by Knocke's model, with segments of the surface in rings around the nearest point.
     subroutine earth_radiation_open(constants, rings, solar_irradiance, made, outcome)
         character(*), intent(in) :: constants           !! Name of a set
         integer, intent(in) :: rings                    !! Around the cap
@@ -267,7 +268,8 @@ contains
         call outcome%take(failure)
     end subroutine earth_radiation_open
 
-    !> The net flux of the radiation of the Earth (W/m^2, inertial axes) at positions and times.
+    !> The Earth's radiation at positions and times: net flux [n][3] (W/m^2, inertial, away from the Earth), which is the sum of
+    !> irradiance times direction over the s segments; irradiance [n][s] (W/m^2) and direction [n][s][3] of each.
     subroutine earth_radiation_evaluate(model, epoch, n, seconds, position, flux, irradiance, direction, outcome)
         class(earth_radiation_object_t), intent(in) :: model
         type(utc_t), intent(in) :: epoch

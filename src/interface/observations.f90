@@ -5,6 +5,7 @@ module gracecg_interface_observations
         estimation_options_t, read_options, write_options, options_from_text, options_text, OF_SETUP, moment_series_t, &
         new_moment_series, take_measured_moments
     use gracecg_environment_time, only: time_tag
+    use gracecg_estimation_options, only: OPTIONS_FILE
     use gracecg_files_file, only: file_exists
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_interface_handles, only: object_t
@@ -40,8 +41,6 @@ module gracecg_interface_observations
     contains
         procedure :: tell => tell_observations          !! Puts its items
     end type observations_object_t
-
-    character(*), parameter :: OPTIONS_FILE = 'options.nml'     !! In the folder of an observation set
 
 contains
 
@@ -88,7 +87,8 @@ contains
         call outcome%take(failure)
     end subroutine simulate
 
-    !> What an operator knows: satellite, manoeuvre, instruments.
+    !> What an operator knows: satellite, manoeuvre, instruments; and how to estimate. From a file setup.nml, with the options
+    !> of a file options.nml beside it or else those in itself, or from the text of one.
     subroutine setup_open(source, made, outcome)
         character(*), intent(in) :: source              !! Path or text
         type(setup_object_t), intent(inout) :: made
@@ -121,7 +121,8 @@ contains
         end associate
     end subroutine read_options_beside
 
-    !> The setup of an observation set (or a setup itself).
+    !> The setup of an observation set (or a setup itself); with moments (A m^2) measured along the rods x, y, z at times (s
+    !> from the epoch) in place of those that were commanded.
     subroutine setup_from(object, count, time, moment, made, outcome)
         class(object_t), intent(in) :: object                       !! A setup or an observation set
         integer, intent(in) :: count                                !! Samples of the moments; 0: as they were commanded
@@ -163,7 +164,7 @@ contains
         call items%say('options', options)
     end subroutine tell_setup
 
-    !> From arrays in memory, which are copied and checked.
+    !> An observation set from arrays in memory, which are copied and checked.
     subroutine observations_create(setup, accelerometer_count, accelerometer_time, acceleration, star_camera_count, &
                                    star_camera_time, star_camera_head, quaternion, magnetometer_count, magnetometer_time, &
                                    flux_density, orbit_count, orbit_time, orbit_position, made, outcome)
@@ -214,7 +215,7 @@ contains
         if (present(values)) own_values = values
     end subroutine copy
 
-    !> From a folder as `gracecg simulate` writes it.
+    !> An observation set from a folder as `gracecg simulate` writes it, with the options of its options.nml, or the defaults.
     subroutine observations_open(folder, made, outcome)
         character(*), intent(in) :: folder              !! As `gracecg simulate` writes it
         type(observations_object_t), intent(inout) :: made
@@ -260,7 +261,7 @@ contains
         call items%say('options', options)
     end subroutine tell_observations
 
-    !> Into a folder, which is made if it is not there.
+    !> Writes an observation set and its options into a folder, which is made if it is not there.
     subroutine observations_write(observations, folder, outcome)
         class(observations_object_t), intent(in) :: observations
         character(*), intent(in) :: folder              !! Made if it is not there
@@ -275,7 +276,8 @@ contains
         call outcome%take(failure)
     end subroutine observations_write
 
-    !> Another object like this one, a case, setup or observation set.
+    !> Another object like this one, a case, setup or observation set, with the options of a text; what it does not say has its
+    !> default.
     subroutine options_replace(object, text, changed, outcome)
         class(object_t), intent(in) :: object                   !! A case, setup or observation set
         character(*), intent(in) :: text                        !! Of a file of options

@@ -16,7 +16,8 @@ module gracecg_interface_surface
 
 contains
 
-    !> A closed convex body of n plates: outward unit normals [n][3], areas [n] (m^2), centres [n][3] (m, from any origin).
+    !> A closed convex body of n plates: outward unit normals [n][3], areas [n] (m^2), centres [n][3] (m, from any origin),
+    !> specular and diffuse reflectivities [n]; body axes.
     subroutine surface_plates(n, normal, area, centre, specular, diffuse, made, outcome)
         integer, intent(in) :: n                                        !! Plates
         real(dp), intent(in) :: normal(3, n), area(n), centre(3, n)     !! Outward unit vectors; m^2; m
@@ -31,7 +32,8 @@ contains
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine surface_plates
 
-    !> All of the flux comes from one direction, which is what the sum over segments with a single cross-section amounts to.
+    !> The Earth's light (m/s^2, body axes) with one reflectivity and the cross-section towards the Earth: all of the flux
+    !> comes from one direction, which is what the sum over segments with a single cross-section amounts to.
     subroutine surface_earthlight(surface, mass, reflectivity, flux, position, quaternion, acceleration, outcome)
         class(surface_object_t), intent(in) :: surface
         real(dp), intent(in) :: mass, reflectivity          !! kg

@@ -1,6 +1,6 @@
 !> Text tables of fields: what counts as a row, and messages with the line of the file.
 module test_table
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_table
     use gracecg_base_text, only: string_t, split_words
@@ -22,7 +22,8 @@ contains
                     new_unittest('rows-and-fields', test_rows), &
                     new_unittest('wrong-rows', test_wrong_rows), &
                     new_unittest('unused-fields-are-numbers', test_unused), &
-                    new_unittest('no-rows', test_no_rows)]
+                    new_unittest('no-rows', test_no_rows), &
+                    new_unittest('long-quoted-field', test_long_field)]
     end subroutine collect_table
 
     !> A file with two rows, in its lines 3 and 5.
@@ -143,4 +144,28 @@ contains
         call read_table(FOLDER//'fields.txt', file, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'fields.txt: holds no data'])
     end subroutine test_no_rows
+
+    !> A field of 2 MB in quotes is read in linear time, with its quotes and commas.
+    subroutine test_long_field(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: N = 700000
+        type(table_file_t) :: file
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        integer(i8) :: before, after, rate
+
+        call make_file(error, 'quoted.csv', 'a,b,c'//LF//'1,"'//repeat('"",', N)//'",3'//LF)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'quoted.csv', ['a', 'b', 'c'], file, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call system_clock(before, rate)
+        call file%get_fields(1, 3, 'a, b, c', fields, failure)
+        call system_clock(after)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, fields(1)%text == '1' .and. fields(2)%text == repeat('",', N) .and. fields(3)%text == '3', 'fields')
+        call check(error, after - before < 10*rate, 'a long field takes too long')
+    end subroutine test_long_field
 end module test_table

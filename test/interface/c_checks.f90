@@ -3,10 +3,11 @@ module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use gracecg, only: dp
     use c_library
-    use testdrive, only: error_type, check
+    use fixture, only: check
+    use testdrive, only: error_type
     implicit none
     private
-    public :: check_ok, check_refused, check_equal, simulate
+    public :: check_ok, check_refused, check_equal, check_answer, simulate
     public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
 
     integer(c_int), parameter :: OK = 0, NULL_POINTER = 1, BAD_HANDLE = 2, BAD_SIZE = 3, BAD_VALUE = 4
@@ -18,14 +19,13 @@ module c_checks
 
 contains
 
-    !> A call must have succeeded.
+    !> A call must have succeeded. A failure before this one stays.
     subroutine check_ok(error, status, failure)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
         integer(c_int), intent(in) :: status
         type(error_struct), intent(in) :: failure
 
         call check(error, int(status), int(OK), message_text(failure))
-        if (allocated(error)) return
         call check(error, message_text(failure), '', 'a message after success')
     end subroutine check_ok
 
@@ -36,11 +36,8 @@ contains
         type(error_struct), intent(in) :: failure
         character(*), intent(in) :: part
 
-        if (allocated(error)) return
-        call check(error, int(status), int(expected), 'status of "'//part//'": '//message_text(failure))
-        if (allocated(error)) return
+        call check(error, int(status), int(expected), 'status of "'//part//'": '//trim(message_text(failure)))
         call check(error, int(failure%status), int(expected), 'status in the error')
-        if (allocated(error)) return
         call check(error, index(message_text(failure), part) > 0, &
                    '"'//part//'" is not in "'//trim(message_text(failure))//'"')
     end subroutine check_refused
@@ -50,10 +47,20 @@ contains
         real(dp), intent(in) :: actual(:), expected(:)
         character(*), intent(in) :: what
 
-        if (allocated(error)) return
         call check(error, all(abs(actual - expected) <= 0) .and. any(abs(expected) > 0), &
                    what//': other numbers than those of the Fortran API')
     end subroutine check_equal
+
+    !> Status 0 and the numbers of the Fortran API.
+    subroutine check_answer(error, name, istat, actual, expected)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: name                            ! of the entry
+        integer, intent(in) :: istat
+        double precision, intent(in) :: actual(:), expected(:)
+
+        call check(error, istat, 0, 'status of '//name)
+        call check_equal(error, actual, expected, name)
+    end subroutine check_answer
 
     !> A simulated observation set of a built-in case.
     subroutine simulate(name, seed, run, observations, status, failure)

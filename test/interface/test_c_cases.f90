@@ -2,13 +2,15 @@
 !> Fortran API.
 module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
-    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, build_dynamics, &
-        initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, simulator_t, new_simulator, &
-        rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
+    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
+        build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
+        simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
+        STATE_VELOCITY, STATE_ATTITUDE
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
     use c_checks
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_cases
@@ -41,7 +43,6 @@ contains
 
         status = gracecg_case_open(c_string('back-2'), handle, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_get_text(handle, c_string('text'), size=NONE, length=length, error=failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
@@ -54,14 +55,11 @@ contains
         call check_refused(error, status, BAD_SIZE, failure, 'the text needs')
         if (.not. allocated(error)) call check(error, text(1) == c_null_char, 'no empty text after a failure')
         call get_words(handle, 'text', words)
-        if (.not. allocated(error)) call check(error, words == expected, 'another text')
-        if (allocated(error)) return
+        call check(error, words == expected, 'another text')
         status = gracecg_case_open(c_string(words), copy, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call get_words(copy, 'text', again)
         call check(error, again == words, 'another case from the text')
-        if (allocated(error)) return
         call check(error, copy /= handle, 'two cases of one handle')
         status = gracecg_free(handle)
         status = gracecg_free(copy)
@@ -82,13 +80,13 @@ contains
         integer(c_int) :: status
         real(dp) :: state(13), x(3, 2), v(3, 2), q(4, 2), g(3, 2), d(3, 2), s(3, 2), e(3, 2), total(3, 2)
         real(dp) :: alone(3, 2)
+        character(:), allocatable :: text
         real(dp), parameter :: SECONDS(2) = [0.0_dp, 12.5_dp]
         integer :: i
 
         status = gracecg_case_open(c_string('front-3'), handle)
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         state = item(handle, 'state', 13)
         call find_case('front-3', case, problem)
         call check_equal(error, state, initial_state(case), 'initial state')
@@ -98,7 +96,6 @@ contains
         x(:, 2) = x(:, 2) + SECONDS(2)*v(:, 2)
         status = gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, g, d, s, e, total, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call build_dynamics(case, dynamics, problem)
         do i = 1, 2
             call dynamics%accelerations(SECONDS(i), x(:, i), v(:, i), q(:, i), acting)
@@ -112,6 +109,15 @@ contains
                          [real(case%epoch%mjd, dp), case%epoch%seconds, &
                              case%sidereal_angle], 'epoch')
         status = gracecg_free(model)
+        status = gracecg_free(handle)
+        case%gravity_model = 'file'
+        case%gravity_file = 'nowhere.gfc'
+        call case_text(case, text, problem)
+        status = gracecg_case_open(c_string(text), handle, failure)
+        call check_ok(error, status, failure)
+        status = gracecg_force_model_open(handle, model, failure)
+        call check_refused(error, status, FAILED, failure, 'nowhere.gfc')
+        call check(error, model == 0, 'a handle after a failure')
         status = gracecg_free(handle)
     end subroutine test_force_model
 
@@ -131,7 +137,6 @@ contains
         status = gracecg_case_open(c_string('back-1'), handle)
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call find_case('back-1', case, problem)
         call build_dynamics(case, dynamics, problem)
         state = initial_state(case)
@@ -164,31 +169,32 @@ contains
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call find_case('front-2', case, problem)
         call build_dynamics(case, dynamics, problem)
         state = initial_state(case)
         call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem)
-        status = gracecg_force_model_propagate(model, state, 0.2_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)
+        status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)
         call check_equal(error, [states], [arc%state], 'fixed steps')
         call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem, 1e-12_dp)
-        status = gracecg_force_model_propagate(model, state, 0.2_dp, int(STEPS, c_size_t), 1e-12_dp, states, failure)
+        status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(STEPS, c_size_t), 1e-12_dp, states, failure)
         call check_equal(error, [states], [arc%state], 'with step-size control')
         states = 0
-        status = gracecg_force_model_propagate(model, state, 0.2_dp, NONE, 0.0_dp, states, failure)
+        status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, NONE, 0.0_dp, states, failure)
         call check_equal(error, states(:, 0), state, 'no step')
-        status = gracecg_force_model_propagate(model, state, -0.2_dp, ONE, 0.0_dp, states, failure)
+        status = gracecg_force_model_propagate(model, state, 0, -0.2_dp, ONE, 0.0_dp, states, failure)
         call check_refused(error, status, FAILED, failure, 'interval')
-        status = gracecg_force_model_propagate(model, state, 0.2_dp, ONE, -1.0_dp, states, failure)
+        status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, -1.0_dp, states, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'tolerance')
-        status = gracecg_force_model_propagate(model, state, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
+        status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
                                                states, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'steps')
-        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3), 1_c_int32_t, 1.0_dp, ONE, 0.0_dp, &
-                                                     states, failure)
+        status = gracecg_force_model_propagate(model, state, 3, 0.2_dp, ONE, 0.0_dp, states, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'pointing = 3')
+        status = gracecg_force_model_propagate(model, [state(1:3), -state(1:3), state(7:)], 1, 1.0_dp, ONE, 0.0_dp, states, &
+                                               failure)
         call check_refused(error, status, BAD_VALUE, failure, 'plane')
-        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3)*[1.0_dp, 1 + epsilon(1.0_dp), 1.0_dp], &
-                                                     1_c_int32_t, 1.0_dp, ONE, 0.0_dp, states, failure)
+        status = gracecg_force_model_propagate(model, [state(1:3), -state(1:3)*[1.0_dp, 1 + epsilon(1.0_dp), 1.0_dp], &
+                                                       state(7:)], 1, 1.0_dp, ONE, 0.0_dp, states, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'plane')
         if (.not. allocated(error)) call compare_held(error, model, state)
         status = gracecg_free(model)
@@ -207,32 +213,27 @@ contains
         real(dp), parameter :: INTERVAL = 1, DEGREES = 2
         type(error_struct) :: failure
         integer(c_int) :: status
-        integer(c_int32_t) :: forward
+        integer(c_int32_t) :: pointing
         real(dp) :: states(13, 0:STEPS), axes(3, 3), turn(4), rate(3)
         integer :: k
 
-        do forward = 0, 1
-            status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), forward, INTERVAL, &
-                                                         int(STEPS, c_size_t), 0.0_dp, states, failure)
+        do pointing = 1, 2
+            status = gracecg_force_model_propagate(model, state, pointing, INTERVAL, int(STEPS, c_size_t), 0.0_dp, states, failure)
             call check_ok(error, status, failure)
-            if (allocated(error)) return
             do k = 0, STEPS, 60
                 axes = rotation_matrix(states(10:13, k))
                 call check(error, dot_product(axes(3, :), states(1:3, k)) < -(1 - 1e-14_dp)*norm2(states(1:3, k)) .and. &
-                           (2*forward - 1)*dot_product(axes(1, :), states(4:6, k)) > 0.99_dp*norm2(states(4:6, k)), &
+                           (3 - 2*pointing)*dot_product(axes(1, :), states(4:6, k)) > 0.99_dp*norm2(states(4:6, k)), &
                            'axes')
-                if (allocated(error)) return
             end do
             ! R(t + h) R(t)^T is the turn by h omega(t + h/2), to third order
             do k = 1, STEPS - 1, 60
                 turn = quaternion_product(states(10:13, k + 1), conjugate_quaternion(states(10:13, k - 1)))
                 rate = 2*turn(1:3)*sign(1.0_dp, turn(4))/(2*INTERVAL)
                 call check(error, all(abs(rate - states(7:9, k)) < 1e-9_dp), 'angular velocity')
-                if (allocated(error)) return
             end do
         end do
-        status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), 0_c_int32_t, INTERVAL, ONE, 0.0_dp, &
-                                                     states, failure)
+        status = gracecg_force_model_propagate(model, state, 2, INTERVAL, ONE, 0.0_dp, states, failure)
         turn = quaternion_product(states(10:13, 0), conjugate_quaternion(state(10:13)))
         call check(error, 2*norm2(turn(1:3)) < DEGREES*atan(1.0_dp)/45, 'the attitude of the case')
     end subroutine compare_held
@@ -252,10 +253,8 @@ contains
         status = gracecg_case_open(c_string('front-1'), handle)
         status = gracecg_simulator_open(handle, simulator, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_get(simulator, c_string('time'), NONE, count=n, error=failure)
         call check(error, int(n), 601, 'epochs')
-        if (allocated(error)) return
         t = item(simulator, 'time', 601)
         b = item(simulator, 'flux_density', 1803)
         drag = item(simulator, 'non_gravitational', 1803)

@@ -11,7 +11,8 @@ module test_c_models
     use gracecg_interface_general, only: INTERFACE_VERSION
     use c_library
     use c_checks
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_models
@@ -37,29 +38,21 @@ contains
         integer(c_int32_t) :: i
 
         call check(error, text_at(gracecg_version()), LIBRARY_VERSION)
-        if (allocated(error)) return
         call check(error, int(gracecg_interface_version()), int(INTERFACE_VERSION))
         do i = 1, size(ESTIMATOR_NAMES)
-            if (allocated(error)) return
             call check(error, text_at(gracecg_name(c_string('algorithm'), i - 1)), trim(ESTIMATOR_NAMES(i)))
         end do
         do i = 1, size(CASE_NAMES)
-            if (allocated(error)) return
             call check(error, text_at(gracecg_name(c_string('case'), i - 1)), trim(CASE_NAMES(i)))
         end do
-        if (allocated(error)) return
         call check(error,.not. (c_associated(gracecg_name(c_string('algorithm'), -1)) .or. &
                                 c_associated(gracecg_name(c_string('algorithm'), size(ESTIMATOR_NAMES))) .or. &
                                 c_associated(gracecg_name(c_string('case'), size(CASE_NAMES))) .or. &
                                 c_associated(gracecg_name(c_string('cases'), 0)) .or. &
                                 c_associated(gracecg_name(index=0))), 'no NULL outside')
-        if (allocated(error)) return
         call check(error, text_at(gracecg_status_text(OK)), 'success')
-        if (allocated(error)) return
         call check(error, text_at(gracecg_status_text(NO_MEMORY)), 'no memory')
-        if (allocated(error)) return
         call check(error, text_at(gracecg_status_text(99)), 'unknown status')
-        if (allocated(error)) return
         call check(error, text_at(gracecg_status_text(-1)), 'unknown status')
     end subroutine test_constant_texts
 
@@ -75,19 +68,14 @@ contains
 
         status = gracecg_utc_parse(c_string('1989-12-31T23:59:59'), before, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_utc_add(before, 2.0_dp, after, failure)    ! over a leap second
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call check(error, after%mjd == before%mjd + 1 .and. abs(after%seconds) <= 0, 'leap second')
-        if (allocated(error)) return
         status = gracecg_utc_difference(before, after, seconds, failure)
         call check(error, abs(seconds - 2) <= 0, 'difference over a leap second')
-        if (allocated(error)) return
         call parse_utc(DATE, time, problem)
         status = gracecg_sidereal_angle(utc_struct(time%mjd, time%seconds), -0.1_dp, angle, failure)
         call check_equal(error, [angle], [gmst_1982(time, -0.1_dp)], 'sidereal angle')
-        if (allocated(error)) return
         status = gracecg_earth_fixed(angle, ONE, PLACE, back, failure)
         call check_equal(error, back, matmul(rotation_z(angle), PLACE), 'Earth-fixed')
         status = gracecg_earth_fixed(-angle, ONE, back, back, failure)
@@ -115,12 +103,10 @@ contains
 
         status = gracecg_gravity_open(c_string('egm96'), 30, 25, gravity, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         positions(:, 1) = PLACE
         positions(:, 2) = [6.9e6_dp, 0.0_dp, -1e5_dp]
         status = gracecg_gravity_evaluate(gravity, 2_c_size_t, positions, a, u, g, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call egm96(30, 25, model, problem)
         do i = 1, 2
             call model%acceleration(positions(:, i), expected)
@@ -133,9 +119,7 @@ contains
         status = gracecg_gravity_evaluate(gravity, NONE, error=failure)
         call check(error, int(status), int(OK), 'no points')
         status = gracecg_free(gravity, failure)
-        if (allocated(error)) return
         call check(error, gravity == 0 .and. status == OK, 'the handle after free')
-        if (allocated(error)) return
 
         status = gracecg_gravity_open(c_string('point-mass'), 0, 0, gravity, failure)
         status = gracecg_gravity_evaluate(gravity, ONE, PLACE, a, error=failure)
@@ -162,10 +146,8 @@ contains
         status = gracecg_utc_parse(c_string(DATE), date_of_field)
         status = gracecg_field_open(c_string('igrf95'), date_of_field, field, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_field_evaluate(field, ONE, PLACE, b, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call igrf('igrf95', decimal_year(utc_t(date_of_field%mjd, date_of_field%seconds)), model, problem)
         call model%evaluate(PLACE, expected)
         call check_equal(error, b, expected, 'field')
@@ -195,10 +177,8 @@ contains
         status = gracecg_utc_parse(c_string(DATE), epoch)
         status = gracecg_density_open(c_string('dtm77'), indices=[200.0_dp, 180.0_dp, 3.0_dp], density=density, error=failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, PLACE, rho, t, numbers, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call new_dtm('dtm77', 200.0_dp, 180.0_dp, 3.0_dp, model, problem)
         time = utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1))
         call earth_fixed_to_geodetic(PLACE, point%latitude, longitude, point%height)
@@ -212,7 +192,6 @@ contains
         status = gracecg_free(density)
         status = gracecg_density_open(c_string('dtm77'), epoch, density=density, error=failure)
         call check(error, int(status), int(OK), 'indices of the table')
-        if (allocated(error)) return
         status = gracecg_free(density)
         status = gracecg_density_open(c_string('dtm77'), utc_struct(50000, 0.0_dp), density=density, error=failure)
         call check_refused(error, status, FAILED, failure, 'no space weather')
@@ -220,29 +199,25 @@ contains
         do i = 1, size(DENSITY_MODELS)
             status = gracecg_density_open(c_string(trim(DENSITY_MODELS(i))), epoch, density=density, error=failure)
             call check_ok(error, status, failure)
-            if (allocated(error)) return
             status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, PLACE, rho, t, numbers, failure)
             call new_density_model(trim(DENSITY_MODELS(i)), utc_t(epoch%mjd, epoch%seconds), density_settings_t(), &
                                    any_model, problem)
             call any_model%evaluate(point, air)
             call check_equal(error, [rho, t, numbers + 1], &
                              [air%density, air%temperature, air%n_he + 1, air%n_o + 1, air%n_n2 + 1], DENSITY_MODELS(i))
-            if (allocated(error)) return
             status = gracecg_free(density)
         end do
         status = gracecg_density_open(c_string('dtm94'), indices=[200.0_dp, 180.0_dp, 12.0_dp], density=density, error=failure)
         call check_refused(error, status, BAD_VALUE, failure, 'kp')
-        if (allocated(error)) return
         status = gracecg_density_open(c_string('dtm95'), epoch, density=density, error=failure)
         call check_refused(error, status, FAILED, failure, 'dtm94')
         status = gracecg_density_open(c_string('dtm94'), density=density, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'date or indices')
         status = gracecg_density_open(c_string('dtm94'), epoch, [200.0_dp, 180.0_dp, 3.0_dp], density, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'not both')
-        if (allocated(error)) return
 
         status = gracecg_wind_open(c_string('hwm93'), wind, failure)
-        if (.not. allocated(error)) call check_ok(error, status, failure)
+        call check_ok(error, status, failure)
         status = gracecg_wind_evaluate(wind, epoch, ONE, SECONDS, PLACE, blows, failure)
         table = embedded_wind()
         call table%evaluate(point%latitude, point%local_solar_time, expected(1), expected(2))
@@ -265,31 +240,26 @@ contains
         status = gracecg_utc_parse(c_string(DATE), epoch)
         status = gracecg_sun_position(epoch, ONE, SECONDS, sun, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call check_equal(error, sun, sun_position(julian_centuries_tt( &
                                                   utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1)))), 'Sun')
         status = gracecg_sun_illumination(ONE, PLACE, sun, free, failure)
         call check_equal(error, free + 1, [conical_shadow(PLACE, sun)] + 1, 'illumination')
-        if (allocated(error)) return
 
         status = gracecg_earth_radiation_open(c_string('report'), 2, 1367.0_dp, model, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_earth_radiation_evaluate(model, epoch, ONE, SECONDS, PLACE, flux, error=failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_earth_radiation_evaluate(model, epoch, 2_c_size_t, [0.0_dp, SECONDS], [PLACE, PLACE], &
                                                   irradiance=irradiance, direction=direction, error=failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         segment_sum = 0
         do i = 20, 38       ! of the second place
             segment_sum = segment_sum + irradiance(i)*direction(:, i)
         end do
         call check_equal(error, flux, segment_sum, 'sum over the segments')
         ! some 240 W/m^2 of heat, and reflected light; upwards
-        if (.not. allocated(error)) call check(error, dot_product(flux, PLACE)/norm2(PLACE) > 150 .and. &
-                                               dot_product(flux, PLACE)/norm2(PLACE) < 600, 'size of the flux')
+        call check(error, dot_product(flux, PLACE)/norm2(PLACE) > 150 .and. &
+                   dot_product(flux, PLACE)/norm2(PLACE) < 600, 'size of the flux')
         status = gracecg_earth_radiation_evaluate(model, epoch, ONE, SECONDS, 0.9_dp*PLACE, flux, error=failure)
         call check_refused(error, status, BAD_VALUE, failure, 'inside the Earth')
         status = gracecg_free(model)
@@ -320,7 +290,6 @@ contains
 
         status = gracecg_surface_trapezoid(3.122_dp, 0.72_dp, 1.942_dp, 0.693_dp, 0.2_dp, 0.1_dp, surface, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call new_trapezoid(body, 3.122_dp, 0.72_dp, 1.942_dp, 0.693_dp, 0.2_dp, 0.1_dp, problem)
         status = gracecg_surface_area(surface, UP, area, failure)
         call check_equal(error, [area], [projected_area(body, UP)], 'area')
@@ -340,11 +309,9 @@ contains
         status = gracecg_surface_plates(6_c_size_t, 0*normals(body), body%area(:6), centres(body), &
                                         body%specular(:6), body%diffuse(:6), same, failure)
         call check(error, status /= OK .and. same == 0, 'plates with normals that are none')
-        if (allocated(error)) return
         status = gracecg_surface_plates(6_c_size_t, normals(body), body%area(:6), centres(body), &
                                         body%specular(:6), body%diffuse(:6), same, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_surface_sunlight_load(same, COM, 1367.0_dp, 1.0_dp, TO_SUN, force, torque, failure)
         call check_equal(error, [force, torque], [load%force, load%torque], 'the same body, of plates')
         status = gracecg_free(same)
@@ -361,6 +328,9 @@ contains
         call check(error, norm2(a - acting%erp) < 1e-12_dp*norm2(acting%erp), 'the Earth''s light')
         status = gracecg_free(model)
 
+        status = gracecg_surface_trapezoid(-3.122_dp, 0.72_dp, 1.942_dp, 0.693_dp, 0.2_dp, 0.1_dp, same, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'trapezoid: length')
+        call check(error, same == 0, 'a handle after a failure')
         status = gracecg_surface_drag(surface, 0.0_dp, 2.3_dp, 4e-12_dp, V, a, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'mass')
         status = gracecg_surface_sunlight(surface, MASS, 0.4_dp, 1367.0_dp, 1.5_dp, TO_SUN, a, failure)

@@ -3,8 +3,8 @@
 module test_library
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg
-    use fixture, only: check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_library

@@ -32,8 +32,7 @@ ROOM = 16384                        # numbers in every array that is handed over
 NO_NUMBERS = ["inf", "nan", "--1", "12abc", "1.2.3", "1e", "-1e999", "T", "+", "0x10", "1,5"]
 NUMBER = re.compile(rb"(?<![\w.])[-+]?\d+\.?\d*(?:[eEdD][-+]?\d+)?(?![\w.])")
 # Functions that work for seconds with sound arguments, or that write files: sound calls are left out
-SLOW = {"gracecg_design", "gracecg_observations_write", "gracecg_map", "gracecg_force_model_propagate",
-        "gracecg_force_model_propagate_nadir"}
+SLOW = {"gracecg_design", "gracecg_observations_write", "gracecg_map", "gracecg_force_model_propagate"}
 
 
 # ---------------------------------------------------------------- mutated files

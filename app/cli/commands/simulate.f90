@@ -6,7 +6,7 @@ module gracecg_cli_simulate
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: remove_file
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
-    use gracecg_estimation_options, only: estimation_options_t, write_options
+    use gracecg_estimation_options, only: estimation_options_t, write_options, OPTIONS_FILE
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: take_calibration, warn_of_instruments
@@ -15,8 +15,6 @@ module gracecg_cli_simulate
     implicit none
     private
     public :: declare_simulate, run_simulate
-
-    character(*), parameter :: OPTIONS_FILE = 'options.nml'
 
 contains
 

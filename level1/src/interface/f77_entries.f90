@@ -46,44 +46,35 @@ subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     character(*), intent(in) :: src
     !! `source` of gracecg_level1_estimate
     real(dp), intent(inout) :: d(3)
-    !! From the centre of mass to the proof mass, SRF, m
+    !! Item offset: from the centre of mass to the proof mass, SRF, m
     real(dp), intent(inout) :: cov(3, 3)
-    !! M^2: noise, leakage of the rods, and what is known of scales, gains, field
+    !! Item covariance: m^2: noise, leakage of the rods, and what is known of scales, gains, field
     real(dp), intent(inout) :: gain(3)
-    !! Of the rods by the attitude, A m^2/mA
+    !! Item gain: of the rods by the attitude, A m^2/mA
     real(dp), intent(inout) :: delay(2)
-    !! Of the torque behind the tags of its current, s
+    !! Item torque_delay: of the torque behind the tags of its current, s; item accelerometer_delay: of the samples
+    !! behind their tags, s
     integer, intent(inout) :: iflag(2)
-    !! 0: good, 1: to be used with care, 2: not to be used
+    !! Item flag: 0: good, 1: to be used with care, 2: not to be used; item leakage: 0: left out, 1: by its a-priori
+    !! sigma (not separable), 2: estimated
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
-    real(dp) :: fetched_4(1)
+    real(dp) :: found_1(2)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
-    fetched_4 = 0
+    found_1 = 0
     status = c_level1_estimate(folder=c_text(dir), setup=c_text(setup), satellite=c_text(sat), n_spans=0_c_size_t, &
         source=c_text(src), offset=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
     call fetch(handle, 'gain', 3, gain, status, error)
-    call fetch(handle, 'torque_delay', 1, fetched_1, status, error)
-    delay(1) = fetched_1(1)
-    call fetch(handle, 'accelerometer_delay', 1, fetched_2, status, error)
-    delay(2) = fetched_2(1)
-    call fetch(handle, 'flag', 1, fetched_3, status, error)
-    iflag(1) = nint(fetched_3(1))
-    call fetch(handle, 'leakage', 1, fetched_4, status, error)
-    iflag(2) = nint(fetched_4(1))
+    call fetch(handle, 'torque_delay accelerometer_delay', 2, delay, status, error)
+    call fetch(handle, 'flag leakage', 2, found_1, status, error)
+    iflag = nint(found_1)
     call fetch_message(handle, 'text', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)
@@ -108,44 +99,35 @@ subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, 
     character(*), intent(in) :: src
     !! `source` of gracecg_level1_estimate
     real(dp), intent(inout) :: d(3)
-    !! From the centre of mass to the proof mass, SRF, m
+    !! Item offset: from the centre of mass to the proof mass, SRF, m
     real(dp), intent(inout) :: cov(3, 3)
-    !! M^2: noise, leakage of the rods, and what is known of scales, gains, field
+    !! Item covariance: m^2: noise, leakage of the rods, and what is known of scales, gains, field
     real(dp), intent(inout) :: gain(3)
-    !! Of the rods by the attitude, A m^2/mA
+    !! Item gain: of the rods by the attitude, A m^2/mA
     real(dp), intent(inout) :: delay(2)
-    !! Of the torque behind the tags of its current, s
+    !! Item torque_delay: of the torque behind the tags of its current, s; item accelerometer_delay: of the samples
+    !! behind their tags, s
     integer, intent(inout) :: iflag(2)
-    !! 0: good, 1: to be used with care, 2: not to be used
+    !! Item flag: 0: good, 1: to be used with care, 2: not to be used; item leakage: 0: left out, 1: by its a-priori
+    !! sigma (not separable), 2: estimated
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
-    real(dp) :: fetched_1(1)
-    real(dp) :: fetched_2(1)
-    real(dp) :: fetched_3(1)
-    real(dp) :: fetched_4(1)
+    real(dp) :: found_1(2)
     integer(c_intptr_t) :: handle
     type(c_error_t) :: error
     integer(c_int) :: status
 
     handle = 0
-    fetched_1 = 0
-    fetched_2 = 0
-    fetched_3 = 0
-    fetched_4 = 0
+    found_1 = 0
     status = c_level1_estimate(folder=c_text(dir), setup=c_text(setup), satellite=c_text(sat), day=c_text(day), &
         n_spans=0_c_size_t, source=c_text(src), offset=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
     call fetch(handle, 'gain', 3, gain, status, error)
-    call fetch(handle, 'torque_delay', 1, fetched_1, status, error)
-    delay(1) = fetched_1(1)
-    call fetch(handle, 'accelerometer_delay', 1, fetched_2, status, error)
-    delay(2) = fetched_2(1)
-    call fetch(handle, 'flag', 1, fetched_3, status, error)
-    iflag(1) = nint(fetched_3(1))
-    call fetch(handle, 'leakage', 1, fetched_4, status, error)
-    iflag(2) = nint(fetched_4(1))
+    call fetch(handle, 'torque_delay accelerometer_delay', 2, delay, status, error)
+    call fetch(handle, 'flag leakage', 2, found_1, status, error)
+    iflag = nint(found_1)
     call fetch_message(handle, 'text', status, error)
     call discard(handle)
     call finish(status, error, istat, msg)

@@ -14,7 +14,9 @@ module gracecg_estimation_options
     implicit none
     private
     public :: estimation_options_t, read_options, options_from_text, options_text, write_options, OF_CASE, OF_SETUP
+    public :: OPTIONS_FILE
 
+    character(*), parameter :: OPTIONS_FILE = 'options.nml'     !! In the folder of an observation set
     integer, parameter :: OF_CASE = 1, OF_SETUP = 2     !! Whose groups stand in a file beside those of the options
     real(dp), parameter :: SMALLEST_GUESS = 0.5_dp      !! Length of a guessed quaternion, before it is normalised
 

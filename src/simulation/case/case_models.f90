@@ -1,7 +1,7 @@
 !> From a case to its models: the satellite's dynamics, its initial state.
 module gracecg_simulation_case_models
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: SECONDS_PER_DAY
+    use gracecg_base_constants, only: SECONDS_PER_DAY, MJD_TO_JD
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_earth_orientation, only: earth_parameters_t, new_earth_orientation
@@ -21,8 +21,6 @@ module gracecg_simulation_case_models
     implicit none
     private
     public :: build_dynamics, initial_state, sidereal_angle_at_epoch, case_star_catalogue
-
-    real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
 
 contains
 

@@ -411,11 +411,12 @@ module c_declarations
             integer(c_int) :: status
         end function gracecg_force_model_loads
 
-        function gracecg_force_model_propagate(model, state, interval, steps, tolerance, states, error) &
+        function gracecg_force_model_propagate(model, state, pointing, interval, steps, tolerance, states, error) &
             result(status) bind(c, name='gracecg_force_model_propagate')
-            import :: c_double, c_int, c_intptr_t, c_size_t, error_struct
+            import :: c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct
             integer(c_intptr_t), intent(in), value :: model
             real(c_double), intent(in), optional :: state(*)
+            integer(c_int32_t), intent(in), value :: pointing
             real(c_double), intent(in), value :: interval
             integer(c_size_t), intent(in), value :: steps
             real(c_double), intent(in), value :: tolerance
@@ -423,21 +424,6 @@ module c_declarations
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_force_model_propagate
-
-        function gracecg_force_model_propagate_nadir(model, position, velocity, forward, interval, steps, &
-            tolerance, states, error) result(status) bind(c, name='gracecg_force_model_propagate_nadir')
-            import :: c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct
-            integer(c_intptr_t), intent(in), value :: model
-            real(c_double), intent(in), optional :: position(*)
-            real(c_double), intent(in), optional :: velocity(*)
-            integer(c_int32_t), intent(in), value :: forward
-            real(c_double), intent(in), value :: interval
-            integer(c_size_t), intent(in), value :: steps
-            real(c_double), intent(in), value :: tolerance
-            real(c_double), intent(inout), optional :: states(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_force_model_propagate_nadir
 
         function gracecg_simulator_open(the_case, simulator, error) result(status) bind(c, &
             name='gracecg_simulator_open')

@@ -13,7 +13,8 @@ module f77_interfaces
         end subroutine gcvint
 
         subroutine gcfree(ih, istat, msg)
-            integer :: ih, istat
+            integer :: ih
+            integer :: istat
             character(*) :: msg
         end subroutine gcfree
 
@@ -275,10 +276,10 @@ module f77_interfaces
             double precision :: x(13), dt, xout(13, *)
         end subroutine gcprop
 
-        subroutine gcprna(ifrc, xinr, vinr, iforw, dt, n, xout, istat, msg)
+        subroutine gcprna(ifrc, x, ipnt, dt, n, xout, istat, msg)
             character(*) :: msg
-            integer :: ifrc, iforw, n, istat
-            double precision :: xinr(3), vinr(3), dt, xout(13, *)
+            integer :: ifrc, ipnt, n, istat
+            double precision :: x(13), dt, xout(13, *)
         end subroutine gcprna
 
         subroutine gcsimo(icas, isim, istat, msg)
@@ -404,5 +405,6 @@ module f77_interfaces
             integer :: iflag(2), istat
             double precision :: d(3), cov(3, 3), gain(3), delay(2)
         end subroutine gcl1dy
+
     end interface
 end module f77_interfaces
