@@ -18,7 +18,7 @@ module gracecg_environment_earth_orientation
     use gracecg_base_constants, only: TWO_PI, ARCSECOND, SECONDS_PER_DAY, DAYS_PER_CENTURY, EARTH_ROTATION_RATE
     use gracecg_base_error, only: error_t, fail_unknown_name
     use gracecg_base_vectors, only: identity, rotation_z
-    use gracecg_environment_time, only: utc_t, utc_plus, julian_centuries_tt
+    use gracecg_environment_time, only: utc_t, julian_centuries_tt
     use gracecg_environment_table_nutation, only: NUTATION_TERMS, NUTATION_MULTIPLES, NUTATION_AMPLITUDES
     implicit none
     private

@@ -2,7 +2,7 @@
 !> to an estimator beside the samples. It is knowledge and may be wrong; how to estimate is not part of it.
 module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, ARCSECOND, NANOTESLA, MILLIMETRE
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, NANOTESLA
     use gracecg_base_error, only: number_text
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t

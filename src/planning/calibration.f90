@@ -4,7 +4,7 @@ module gracecg_planning_calibration
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t
     use gracecg_files_file, only: output_file_t
-    use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
+    use gracecg_simulation_case, only: case_t, case_from_text, case_text
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in
     use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, OF_CASE

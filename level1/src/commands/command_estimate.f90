@@ -3,7 +3,7 @@ module gracecg_level1_command_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE, NANOTESLA
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, integer_text, rounded_text, real_text
+    use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of

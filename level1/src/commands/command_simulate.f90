@@ -1,6 +1,6 @@
 !> gracecg level1 simulate: a folder of Level-1 files of hours with several sub-manoeuvres.
 module gracecg_level1_command_simulate
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_environment_time, only: utc_text

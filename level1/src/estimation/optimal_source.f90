@@ -15,7 +15,7 @@ module gracecg_level1_optimal_source
     use gracecg_level1_to_observations, only: arcs_of_spans
     implicit none
     private
-    public :: solve_optimal, fit_spans
+    public :: solve_optimal
 
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]

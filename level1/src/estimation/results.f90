@@ -1,7 +1,7 @@
 !> What is filed of an estimate from Level-1 data: the VCM1B record, the line of the SOE file, the trim commands.
 module gracecg_level1_results
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, MICROMETRE
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_files_file, only: output_file_t

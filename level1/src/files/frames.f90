@@ -11,7 +11,7 @@ module gracecg_level1_frames
     implicit none
     private
     public :: srf_of_accelerometer, signed_axes_valid, gracecg_quaternion, continuous_quaternions
-    public :: record_at, mounting_of_head, attitude_by_head, calibration_vector
+    public :: mounting_of_head, attitude_by_head, calibration_vector
     public :: inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
     public :: ACCELEROMETER_AXES
 

@@ -9,7 +9,7 @@ module gracecg_level1_header
     private
     public :: level1_header_t, parse_level1_header, product_of_file_name, satellite_of_file_name, &
         date_of_file_name, name_of, printable
-    public :: FORM_YAML, FORM_CARDS, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
+    public :: YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
 
     integer, parameter :: FORM_YAML = 1, FORM_CARDS = 2             !! Of headers
     !> First and last line of a header in YAML

@@ -12,7 +12,6 @@ module gracecg_level1_simulated_truth
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_vectors, only: cross, identity
     use gracecg_environment_space_weather, only: space_weather_source_t
-    use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_of_gps, GPS_EPOCH, utc_t, seconds_between, parse_utc, utc_text, utc_plus
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
@@ -20,14 +19,14 @@ module gracecg_level1_simulated_truth
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
-    use gracecg_simulation_dynamics, only: loads_t, POSITION, VELOCITY, OMEGA, ATTITUDE, STATE_SIZE
+    use gracecg_simulation_dynamics, only: loads_t, POSITION, OMEGA, ATTITUDE, STATE_SIZE
     use gracecg_level1_day_dynamics, only: day_dynamics_t, firing_t, PAIRS
     use gracecg_level1_disturbed_field, only: disturb_field
     use gracecg_level1_simulation_settings, only: level1_settings_t, span_list, by_satellite
     implicit none
     private
     public :: level1_truth_t, level1_errors_t, truth_point_t, new_level1_truth
-    public :: LEAD, HOLD, FIRST_TAG
+    public :: HOLD, FIRST_TAG
 
     integer, parameter :: LEAD = 4                  !! Seconds of truth before the files and after them
     real(dp), parameter :: HOLD = 0.5_dp            !! From tag to tag of the currents, s of the on-board computer

@@ -13,7 +13,7 @@ module gracecg_level1_simulation_settings
     implicit none
     private
     public :: level1_settings_t, level1_span_settings_t, read_level1_settings, describe_level1_simulation, span_list
-    public :: by_satellite, MAX_SPANS, LEVEL1_FAULTS
+    public :: by_satellite
 
     integer, parameter :: MAX_SPANS = 32            !! Sub-manoeuvres of a folder
     !> What may be wrong on purpose, for tests of those who look for it: currents of rod y with the other sign, SRF

@@ -10,7 +10,7 @@ module gracecg_estimation_belief
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
-    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_parameters
     use gracecg_estimation_interpolation, only: lagrange_weights

@@ -8,7 +8,7 @@
 !> wrong, and the offset with them.
 module gracecg_estimation_arc_chain
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_statistics, only: median_of

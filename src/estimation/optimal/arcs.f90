@@ -9,7 +9,7 @@
 module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, add_context
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t

@@ -13,7 +13,6 @@ module gracecg_estimation_optimal
     use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
-    use gracecg_estimation_parameters, only: ALWAYS_ESTIMATED
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave

@@ -2,10 +2,10 @@
 module gracecg_simulation_case_models
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: SECONDS_PER_DAY
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, add_context
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_earth_orientation, only: earth_parameters_t, new_earth_orientation
-    use gracecg_environment_time, only: utc_t, gmst_1982, decimal_year, day_of_year, julian_centuries_tt, &
+    use gracecg_environment_time, only: gmst_1982, decimal_year, day_of_year, julian_centuries_tt, &
         local_mean_solar_time
     use gracecg_environment_gravity_models, only: new_gravity_model
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model

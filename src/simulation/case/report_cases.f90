@@ -7,7 +7,7 @@
 module gracecg_simulation_report_cases
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
-    use gracecg_base_error, only: error_t, fail, nearest_name
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
@@ -15,8 +15,10 @@ module gracecg_simulation_report_cases
     implicit none
     private
     public :: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES, published_name
-    public :: TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
+    public :: SATELLITES, TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
 
+    !> Names of the two satellites, as cases begin with them
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     !> Names of the six cases: satellite and number
     character(7), parameter :: REPORT_CASE_NAMES(6) = [character(7) :: 'front-1', 'front-2', 'front-3', &
                                                        'back-1', 'back-2', 'back-3']

@@ -14,7 +14,7 @@ module gracecg_simulation_quest
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_vectors, only: cross, identity, determinant_3x3, inverse_3x3
+    use gracecg_base_vectors, only: identity, determinant_3x3, inverse_3x3
     use gracecg_base_quaternion, only: normalised
     implicit none
     private
