@@ -225,7 +225,7 @@ def _maps(report: Report) -> Figure:
             curves = [Curve(table["time_s"], table[f"{manoeuvre}_{column}_mm"], colour)
                       for column, colour in zip(("worst", *AXES), (INK, *OF_AXIS))]
             shown.append(Panel(f"{satellite}, {title} manoeuvre: limit, mm", [Curve(None, GOAL_MM, GREY), *curves]))
-    legend = [(axis, colour, "") for axis, colour in zip(AXES, OF_AXIS)] + [("worst direction", INK, ""), ("0.01 mm", GREY, "")]
+    legend = [(axis, colour, "") for axis, colour in zip(AXES, OF_AXIS)] + [("worst direction", INK, ""), (f"{GOAL_MM:g} mm", GREY, "")]
     return panels(shown, legend, height=170, x_label="time, s", x=(0, table["time_s"][-1]), x_step=1000, marks=_times(report),
                   logarithmic=True, y=(1e-4, 10))
 

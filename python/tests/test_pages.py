@@ -129,7 +129,10 @@ def test_history(front):
     run(front, "history", "front_files/result.json", "--today", "1989-06-01", "--limit-mm", "1", "--report", "history.html")
     text = (front / "history.html").read_text()
     Reader(text)
-    assert "It will" in text or "Calibrate by" in text
+    assert "It will hardly leave 1 mm within 20 years" in text and "Calibrate by" not in text
+    run(front, "history", "front_files/result.json", "--today", "1989-06-01", "--limit-mm", "0.6", "--walk-um", "60", "--report",
+        "history.html")
+    assert "It will leave 0.6 mm on" in (front / "history.html").read_text()
     assert text.count("<svg") == 1 and (front / "history_files/history.csv").exists()
 
 
@@ -205,17 +208,33 @@ def test_report_tables(tmp_path):
     assert report.result["runs"] == 15 and report["errors"] == [
         {"source": "all-noise", "axis": "x", "runs": 15, "rms_mm": 0.18, "predicted_mm": None}]
     assert report.where("errors", axis="y") == [] and report.printed("6.5", "ascfest", "x") == (0, 1.5e-4)
-    assert Findings(report).excess_of_bars() == pytest.approx(0.2)
+    bars = Findings(report).bars()
+    assert bars.beyond == 1 and bars.of == 1 and bars.excess == pytest.approx(0.2) and bars.ends == pytest.approx([0.15]*3)
+
+
+def test_losses_and_slips(tmp_path):
+    (tmp_path / "result.json").write_text('{"command": "report", "allowed_band": [0.646, 1.354], "centre_tolerance": 0.15}')
+    (tmp_path / "magnetometer_loss.csv").write_text("case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm\n" + "".join(
+        f"front-2,{algorithm},{field},{axis},0,,{0.1*loss if field == 'model' and axis == 'z' else 0.1}\n"
+        for algorithm, loss in (("ascfest", 1.05), ("ascrest", 1.3)) for field in ("measured", "model") for axis in "xyz"))
+    (tmp_path / "com_budget.csv").write_text("table,effect,dx_mm,dy_mm,dz_mm\n1.1,a,3,3,3\n1.1,rss,3.00,4,3.2\n"
+                                             "1.1,rss of the effects,3.001,3,3\n1.1,requirement,5,5,5\n")
+    found = Findings(Report(tmp_path / "result.json"))
+    everything, large = found.losses()
+    assert len(everything) == 3 and [(row.axis, row.algorithm) for row in large] == [("z", "ascrest")]
+    assert [slip.axis for slip in found.budget_slips(1.1, 0.005)] == ["y", "z"]
+    assert found.allowed(1.3, 1) and not found.allowed(1.4, 1) and not found.allowed(0.6, 1)
+    outside = {"inside": False, "attitude_only": False, "near_centre": True, "excess": 0.4}
+    assert found.window_words(outside) == "outside, leaves by 40.0 %; mean within 15 %"
+    assert found.window_words({**outside, "near_centre": False, "centre_difference": 0.926}).endswith("mean off by 92.6 %")
+    inside = {"inside": True, "attitude_only": True, "on_ticks": False, "excess": 0.02}
+    assert found.window_words(inside) == "inside, leaves by 2.0 %; not on the ticks"
 
 
 def test_report_judgements():
     inside = {"inside": True, "attitude_only": True, "on_ticks": False, "excess": 0.02}
     outside = {"inside": False, "attitude_only": False, "near_centre": True, "excess": 0.4}
     assert Findings.kind_of_window(inside) == Findings.kind_of_window(outside) == "partly"
-    assert Findings.window_words(inside) == "inside, leaves by 2.0 %; not on the ticks"
-    assert Findings.window_words(outside) == "outside, leaves by 40.0 %; mean within 15 %"
-    assert Findings.window_words({**outside, "near_centre": False, "centre_difference": 0.926}).endswith("mean off by 92.6 %")
-    assert Findings.allowed(1.3, 1) and not Findings.allowed(1.4, 1) and not Findings.allowed(0.6, 1)
     assert Findings.first_section("sections 4.1 and 7.1(1)") == "4.1" and Findings.of_the_order(3e-9, 1e-9)
 
 

@@ -10,7 +10,7 @@ module gracecg_files_json
     use gracecg_base_text, only: string_t, append, split_words, integer_text, real_text, parse_real, logical_text
     implicit none
     private
-    public :: json_writer_t, json_quoted, read_json_list, read_json_numbers, read_json_text
+    public :: json_writer_t, read_json_list, read_json_numbers, read_json_text
 
     integer, parameter :: DEEPEST = 16          !! Objects and arrays within each other
     integer, parameter :: INDENT = 2            !! Blanks a level

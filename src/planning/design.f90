@@ -67,14 +67,22 @@ module gracecg_planning_design
         type(manoeuvre_site_t), allocatable :: thinned_sites(:)
     end type quick_look_t
 
-    integer, parameter :: WIDENED_COUNT = 6 !! Whose lowest cycle is looked at more closely where some were left out
-    integer, parameter :: FINAL_COUNT = 24    !! Judged at all places
-    integer, parameter :: REFINED_COUNT = 6       !! Refined
-    integer, parameter :: SEARCH_PLACES = 6 !! Of the structured search, spread over all places
-    integer, parameter :: REFINE_PLACES = 12
-    integer, parameter :: SCALINGS = 3      !! Attempts to bring a manoeuvre into its limits
-    integer, parameter :: QUICK_SAMPLES = 1200      !! Of the structured search, where the moments allow so few
+    ! The search is a funnel: many manoeuvres are looked at coarsely, fewer and fewer of them closely. How many go on
+    ! weighs the time of a search against the risk that the best is lost on the way.
     integer, parameter :: PROMISING_COUNT = 240     !! Judged at every sample after a look at fewer
+    integer, parameter :: WIDENED_COUNT = 6     !! Whose lowest cycle is looked at more closely where some were left out
+    integer, parameter :: FINAL_COUNT = 24      !! Judged at all places
+    integer, parameter :: REFINED_COUNT = 6     !! Refined: what takes most of the time
+    integer, parameter :: SEARCH_PLACES = 6
+    !! Of the structured search, spread over all places: over a revolution one every 60 degrees, so that both poles and the
+    !! equator are near one
+    integer, parameter :: REFINE_PLACES = 12    !! Likewise of the simplex method, one every 30 degrees
+    integer, parameter :: QUICK_SAMPLES = 1200
+    !! Of the structured search, where the moments allow so few: twice those of the report's arc of 60 s at 10 Hz
+    integer, parameter :: CHOSEN_COUNT = 3      !! Manoeuvres of each of SEARCH_PLACES that are tried at all places
+    integer, parameter :: SCALINGS = 3          !! Attempts to bring a manoeuvre into its limits
+    real(dp), parameter :: BELOW_LIMIT = 0.98_dp
+    !! Of the amplitude that would just keep a limit: rate and turn are not quite proportional to it
 
 contains
 
@@ -87,7 +95,8 @@ contains
         type(quick_look_t), intent(out), target :: look
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: OF_PERIOD = 0.1_dp, OF_EDGE = 0.5_dp     ! from one epoch to the next, at most
+        ! from one epoch to the next, at most: ten epochs a period, and one within every edge
+        real(dp), parameter :: OF_PERIOD = 0.1_dp, OF_EDGE = 0.5_dp
         real(dp) :: longest
         integer :: samples, i
 
@@ -318,8 +327,8 @@ contains
             end if
             if (design%excursion > arc%knowledge%limits%pointing) &
                 factor = min(factor, arc%knowledge%limits%pointing/design%excursion)
-            candidate%amplitude = 0.98_dp*factor*candidate%amplitude
-            dipole = 0.98_dp*factor*dipole
+            candidate%amplitude = BELOW_LIMIT*factor*candidate%amplitude
+            dipole = BELOW_LIMIT*factor*dipole
         end do
         design%evaluations = spent
     end subroutine judge
@@ -406,6 +415,8 @@ contains
         integer, intent(out) :: evaluations
 
         integer, parameter :: N = 6
+        ! Of the first simplex: a fifth of what separates whole cycles; rad, a quarter of the quarter period that separates
+        ! the phases tried before
         real(dp), parameter :: CYCLE_STEP = 0.2_dp, PHASE_STEP = 0.4_dp
         real(dp) :: vertex(N, 0:N), value(0:N), centre(N), trial(N), trial_value, further(N), further_value
         type(candidate_t) :: start
@@ -526,7 +537,7 @@ contains
             i = 1 + ((k - 1)*size(sites))/SEARCH_PLACES
             call judge_all(look%arc, look%sites(i:i), settings, candidates, 1, judged, error)
             if (allocated(error)) return
-            order = best_first(judged, 3)
+            order = best_first(judged, CHOSEN_COUNT)
             chosen = [chosen, candidates(order)]
             call piece_done(progress)
         end do

@@ -98,6 +98,7 @@ contains
         call solve_normal_equations(bounded, spread(0.0_dp, 1, PARAMETERS), x, covariance, condition, failure)
         if (.not. allocated(failure)) with = sqrt([(covariance(k, k), k=1, 3)])
     end subroutine sigmas_of
+
     !> The pair of a case's own manoeuvre at its own place. Fails as the orbit does.
     subroutine leakage_of_case(case, pair, error)
         type(case_t), intent(in) :: case
@@ -115,7 +116,8 @@ contains
     end subroutine leakage_of_case
 
     !> The place about half a revolution later, or earlier where the orbit ends before that, at which a second flight of
-    !> the manoeuvre gives the least worst axis with leakage estimated. Fails when the orbit is shorter.
+    !> the manoeuvre gives the least worst axis with leakage estimated. Where the orbit has no such place, or the leakage
+    !> cannot be told there either, `pair_with` is huge(1.0) and says so. Fails as new_manoeuvre_site does.
     subroutine find_pair(arc, orbit, site, rods, pair, error)
         type(planned_arc_t), intent(in) :: arc
         type(nominal_orbit_t), intent(in) :: orbit

@@ -38,14 +38,19 @@ module gracecg_planning_reliable_design
     integer, parameter :: SLOW_CYCLES(3) = [1, 2, 3], SLOW_PHASE(3) = [4, 5, 6]     !! During the arc; rad
     integer, parameter :: PART(3) = [7, 8, 9]                                       !! Of the moment that is slow
     integer, parameter :: FAST_CYCLES(3) = [10, 11, 12], FAST_PHASE(3) = [13, 14, 15]
+    !> First changes of the numbers: of cycles a third of what separates whole ones, of phases a third of a quarter period,
+    !> of parts a seventh of their range, so that a few rounds reach anything between two first manoeuvres
     real(dp), parameter :: STEPS(N) = [0.3_dp, 0.3_dp, 0.3_dp, 0.5_dp, 0.5_dp, 0.5_dp, 0.15_dp, 0.15_dp, 0.15_dp, &
                                        0.3_dp, 0.3_dp, 0.3_dp, 0.5_dp, 0.5_dp, 0.5_dp]
-    integer, parameter :: HALVINGS = 3      !! Of the steps
-    integer, parameter :: MOST_ROUNDS = 16  !! Of changes of all numbers
-    real(dp), parameter :: SIGMAS = 5       !! Of the noise, that count as an effect, too
-    real(dp), parameter :: LEAST_PART = 0.02_dp     !! Of a rod's moment that is worth an activation
-    real(dp), parameter :: LEAST_CYCLES = 0.5_dp    !! Of a slow component
-    real(dp), parameter :: WORTH = 0.995_dp  !! An improvement is to this part at least
+    integer, parameter :: HALVINGS = 3
+    !! Of the steps: to an eighth, which is 4 degrees of a phase
+    integer, parameter :: MOST_ROUNDS = 16
+    !! Of changes of all numbers, 2N + 1 manoeuvres each: bounds the time of a search that improves little by little
+    real(dp), parameter :: SIGMAS = 5
+    !! Of the noise, that count as an effect, too: what is called silently wrong is beyond them
+    real(dp), parameter :: LEAST_PART = 0.02_dp     !! Of a rod's moment that is worth an activation: 0.6 A m^2 of 30
+    real(dp), parameter :: LEAST_CYCLES = 0.5_dp    !! Of a slow component: less is hard to tell from bias and drift
+    real(dp), parameter :: WORTH = 0.995_dp         !! An improvement is to this part at least; less ends a step's size
 
     !> Manoeuvres to be judged, as pieces of work.
     type, extends(parallel_work_t) :: judging_t
@@ -112,7 +117,7 @@ contains
         end if
         scale = 1
         do round = 1, min(MOST_ROUNDS, request%settings%refinement_steps)
-            if (all(found%effect <= wanted) .or. scale < 0.9_dp*0.5_dp**HALVINGS) exit
+            if (all(found%effect <= wanted) .or. scale < 0.9_dp*0.5_dp**HALVINGS) exit   ! 0.9: rounding
             work%x = neighbours(x, scale)
             call tell(progress, 'reliability, refinement')
             call judge_all(work, error, progress)

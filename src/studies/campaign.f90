@@ -20,8 +20,8 @@ module gracecg_studies_campaign
     implicit none
     private
     public :: campaign_t, campaign_case_t, campaign_entry_t, campaign_agreement_t
-    public :: new_campaign, add_case, run_case, predict_entry, run_entry, missing_runs, runs_done, summarise, &
-        report_campaign, first_runs, agreement_of, shard_runs
+    public :: new_campaign, add_case, run_case, predict_entry, run_entry, runs_done, summarise, report_campaign, &
+        first_runs, agreement_of, shard_runs
 
     !> A case of a campaign.
     type :: campaign_case_t

@@ -18,9 +18,9 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_studies_trim, only: trim_settings_t, trim_statistics_t, repeat_trim
     implicit none
     private
-    public :: design_study_t, study_design, worst_at_best_place, worst_at_worst_place, write_design_map
+    public :: design_study_t, study_design, write_design_map
     public :: designed_calibration_t, calibrate_with_design, write_designed_calibrations
-    public :: DESIGN_ALGORITHM, LOWEST_FREQUENCY
+    public :: LOWEST_FREQUENCY
 
     character(*), parameter :: DESIGN_ALGORITHM = 'optimal'     !! That calibrates with the designed manoeuvre
     real(dp), parameter :: LOWEST_FREQUENCY = 0.1_dp            !! Of the search, Hz
@@ -80,24 +80,6 @@ contains
         call take_design(study%design, study%calibration)
         study%calibration%case%name = satellite//'-design'
     end subroutine study_design
-
-    !> Standard deviation of the worst axis where it is least along the revolution, m.
-    pure real(dp) function worst_at_best_place(map) result(sigma)
-        type(map_point_t), intent(in) :: map(:)
-
-        integer :: i
-
-        sigma = minval([(maxval(map(i)%quality%sigma), i=1, size(map))])
-    end function worst_at_best_place
-
-    !> Standard deviation of the worst axis where it is largest along the revolution, m.
-    pure real(dp) function worst_at_worst_place(map) result(sigma)
-        type(map_point_t), intent(in) :: map(:)
-
-        integer :: i
-
-        sigma = maxval([(maxval(map(i)%quality%sigma), i=1, size(map))])
-    end function worst_at_worst_place
 
     !> Bound and Monte Carlo of a case with the designed manoeuvre: calibrations, and others after one trim by them. Fails
     !> as `repeat_trim` does, so when a run does not converge.

@@ -7,6 +7,7 @@
 !> mean of those of both signs and of the wave's phases.
 module gracecg_studies_detectable_values
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, expect_pieces
@@ -27,7 +28,6 @@ module gracecg_studies_detectable_values
     private
     public :: beliefs_with_value, find_detectable_values
 
-    real(dp), parameter :: TWO_PI = 2*acos(-1.0_dp)
     integer, parameter :: PHASES = 4    !! Of a density wave whose phase is drawn for every run
     integer, parameter :: MOST_TRIES = 10
     real(dp), parameter :: SETTLED = 0.003_dp   !! Of the power

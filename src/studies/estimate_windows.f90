@@ -9,6 +9,7 @@ module gracecg_studies_estimate_windows
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
+    use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_studies_axis_ticks, only: limits_on_ticks, automatic_limits, same_limits, share_covered
     use gracecg_studies_campaign, only: campaign_t
     use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_ALGORITHMS
@@ -47,7 +48,6 @@ module gracecg_studies_estimate_windows
         integer :: on_ticks = 0     !! Panels: as in estimate_window_t
         integer :: automatic = 0    !! Panels: as in estimate_window_t
         real(dp) :: fill = 1        !! Least share of a window that is covered
-        logical :: met = .false.    !! At least LEAST_SHARE_INSIDE of the points are inside
     end type estimate_counts_t
 
 contains
@@ -59,7 +59,6 @@ contains
         integer, intent(in) :: satellite            !! 1 front, 2 back
         type(estimate_window_t) :: windows(3*size(REPORT_ESTIMATORS))
 
-        character(5), parameter :: NAMES(2) = [character(5) :: 'front', 'back']
         character(3), parameter :: FIGURES(2) = ['6.2', '6.3']
         real(dp), allocatable :: points(:, :)
         integer :: a, axis, i, n
@@ -71,7 +70,7 @@ contains
                 do i = 1, CASES_OF_SATELLITE
                     points(:, i) = campaign%entries(a, (satellite - 1)*CASES_OF_SATELLITE + i)%offset(axis, :)*MILLIMETRE
                 end do
-                windows(3*(a - 1) + axis) = window_of(FIGURES(satellite), NAMES(satellite), trim(REPORT_ESTIMATORS(a)), &
+                windows(3*(a - 1) + axis) = window_of(FIGURES(satellite), SATELLITES(satellite), trim(REPORT_ESTIMATORS(a)), &
                                                       axis, points)
             end do
         end do
@@ -136,7 +135,6 @@ contains
         counts%on_ticks = count(windows%on_ticks)
         counts%automatic = count(windows%automatic)
         counts%fill = minval(windows%fill)
-        counts%met = counts%inside >= LEAST_SHARE_INSIDE*counts%points
     end function count_estimate_windows
 
     !> The panels of Figures 6.2, 6.3 and 6.6, a row each.

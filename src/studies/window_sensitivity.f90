@@ -6,7 +6,7 @@ module gracecg_studies_window_sensitivity
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_files_data_table, only: data_table_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_report_cases, only: report_case, SATELLITES
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, check_windows, window_counts_t, &
         count_windows
     implicit none
@@ -14,7 +14,6 @@ module gracecg_studies_window_sensitivity
     public :: variation_t, study_window_sensitivity, variations_table, VARIATIONS
 
     integer, parameter :: VARIATIONS = 14           !! The first is the case as it is
-    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
 
     !> One change, and the windows that it meets in both satellites.
     type :: variation_t

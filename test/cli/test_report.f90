@@ -4,7 +4,7 @@ module test_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: split_words, real_text, share_text, pick_text
-    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
+    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
     use gracecg_studies_table_report_rms, only: RMS_VALUES
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -23,6 +23,7 @@ contains
         testsuite = [ &
                     new_unittest('numbers-as-text', test_numbers), &
                     new_unittest('wrong-usage', test_wrong_usage), &
+                    new_unittest('stopped', test_stopped), &
                     new_unittest('tables', test_tables)]
     end subroutine collect_report
 
@@ -94,6 +95,25 @@ contains
             call check(error, index(messages, part) > 0, messages)
         end subroutine refused
     end subroutine test_wrong_usage
+
+    !> A report that fails on its way leaves no page and no result.json of an earlier one beside its new tables.
+    subroutine test_stopped(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: PATH = FOLDER//'stopped-report/'
+        character(:), allocatable :: output, messages
+        type(error_t), allocatable :: failure
+        integer :: status
+
+        call make_directory(PATH//'com_budget.csv', failure)        ! in the way of the second table
+        call check_passes(error, message_of(failure))
+        call make_file(error, 'stopped-report/index.html', 'a page of before')
+        call make_file(error, 'stopped-report/result.json', '{}')
+        call run('report --runs 15 --out '//FOLDER//'stopped-report', status, output, messages)
+        call check(error, status, STATUS_FAILED, messages)
+        call check(error, index(messages, 'com_budget.csv') > 0, messages)
+        call check(error, file_exists(PATH//'cases.csv') .and. .not. file_exists(PATH//'index.html') .and. &
+                   .not. file_exists(PATH//'result.json'))
+    end subroutine test_stopped
 
     !> A table of numbers for each study, as CSV files with their columns; result.json names them. Published values stand in
     !> montecarlo.csv, the misprint mended.

@@ -4,7 +4,7 @@ module test_run_commands
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, split, parse_real
-    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, remove_file
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory, remove_file
     use gracecg_files_table, only: read_csv
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
@@ -23,6 +23,7 @@ contains
 
         testsuite = [ &
                     new_unittest('simulate', test_simulate), &
+                    new_unittest('simulate-nothing-by-halves', test_blocked_options), &
                     new_unittest('estimate', test_estimate), &
                     new_unittest('running-estimate', test_running), &
                     new_unittest('no-convergence', test_no_convergence), &
@@ -62,6 +63,19 @@ contains
         call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), 'the density wave does not')
         call check(error, all(abs(noisy_1(:, 2) - noisy_2(:, 2)) > 0), 'the noise does not')
     end subroutine test_simulate
+
+    !> Where one of the files cannot be written none is.
+    subroutine test_blocked_options(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: BLOCKED = FOLDER//'blocked'
+        type(error_t), allocatable :: failure
+
+        call make_directory(BLOCKED//'/options.nml', failure)
+        call check_passes(error, message_of(failure))
+        call refused(error, 'simulate front-3 --out '//BLOCKED, STATUS_FAILED, [character(11) :: 'options.nml', 'is a folder'])
+        call check(error, .not. any([file_exists(BLOCKED//'/truth.csv'), file_exists(BLOCKED//'/setup.nml'), &
+                                     file_exists(BLOCKED//'/accelerometer.csv')]))
+    end subroutine test_blocked_options
 
     !> The estimate from files: within five of its sigmas in the well observed axes of case 3, the
     !> same in both formats.

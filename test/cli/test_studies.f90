@@ -4,7 +4,7 @@ module test_studies
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, split_words
-    use gracecg_files_file, only: text_file_t, text_file_of, read_text_file
+    use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, make_directory
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
@@ -382,11 +382,12 @@ contains
         end do
     end subroutine test_examples
 
-    !> All but the comment lines; a missing shard is said.
+    !> All but the comment lines; a missing shard is said. %K in names of files and folders is the shard's number.
     subroutine test_merge(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: CAMPAIGN = 'montecarlo --cases back-3 --algorithms ascfest --runs 4'
         character(:), allocatable :: output, messages
+        type(error_t), allocatable :: failure
         integer :: status
 
         call make_folder(error)
@@ -397,6 +398,11 @@ contains
                                                   output)
         call check(error, without_comments('t.csv'), without_comments('tm.csv'))
         call check(error, without_comments('r.csv'), without_comments('rm.csv'))
+        call make_directory(FOLDER//'shard1', failure)
+        call check_passes(error, message_of(failure))
+        call succeeds(error, CAMPAIGN//' --shard 1/2 --out shard%K/t.csv --runs-out shard%K/r.csv', output)
+        call check(error, without_comments('shard1/r.csv'), without_comments('r1.csv'))
+        call check(error, file_exists(FOLDER//'shard1/t.csv'))
         call run('merge r2.csv', status, output, messages)
         call check(error, status, STATUS_DONE)
         call check(error, index(messages, '2 of 4 estimates are missing') > 0, messages)

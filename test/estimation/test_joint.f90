@@ -556,5 +556,10 @@ contains
         call check(error, seconds_between(history%calibrate_by, history%leaving(1)) > 0 .and. &
                    seconds_between(history%leaving(1), history%leaving(2)) > 0 .and. &
                    seconds_between(history%leaving(2), history%leaving(3)) > 0, 'order')
+        call check(error, history%left_in_the_end, 1.0_dp)
+        settings%limit = 10
+        call trace_offset(offsets, none, no_tanks, settings, history, failure)
+        call check_passes(error, message_of(failure))
+        call check(error, history%left_in_the_end <= 0 .and. .not. history%leaves, 'a limit out of reach')
     end subroutine test_leaving
 end module test_joint

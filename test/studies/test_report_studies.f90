@@ -15,11 +15,9 @@ module test_report_studies
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_design, only: manoeuvre_design_t
-    use gracecg_planning_map, only: map_point_t
     use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case, first_runs
     use gracecg_studies_curves, only: window_check_t, window_counts_t, count_windows
-    use gracecg_studies_designed_manoeuvre, only: designed_calibration_t, calibrate_with_design, &
-        worst_at_best_place, worst_at_worst_place
+    use gracecg_studies_designed_manoeuvre, only: designed_calibration_t, calibrate_with_design
     use gracecg_studies_error_sources, only: error_study_t, study_errors, study_all_errors, STUDY_NAMES
     use gracecg_studies_limit, only: limit_study_t, study_limit, relative_error, at_the_bound
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
@@ -52,7 +50,6 @@ contains
                     new_unittest('limit', test_limit), &
                     new_unittest('error-sources', test_error_sources), &
                     new_unittest('magnetometer-loss', test_loss), &
-                    new_unittest('worst-places', test_worst_places), &
                     new_unittest('designed-calibration', test_designed)]
     end subroutine collect_report_studies
 
@@ -217,17 +214,6 @@ contains
         call check(error, all(abs(studies(8)%offset - study%offset) <= 0) .and. &
                                                all(abs(studies(8)%true_offset - simulator%case%satellite%offset) <= 0))
     end subroutine test_loss
-
-    subroutine test_worst_places(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(map_point_t) :: map(3)
-
-        map(1)%quality%sigma = [1, 2, 3]
-        map(2)%quality%sigma = [2, 2, 2]
-        map(3)%quality%sigma = [0, 7, 1]
-        call check(error, worst_at_best_place(map), 2.0_dp)
-        call check(error, worst_at_worst_place(map), 7.0_dp)
-    end subroutine test_worst_places
 
     !> With the case's own manoeuvre as the design: the bound is the case's.
     subroutine test_designed(error)

@@ -109,7 +109,7 @@ contains
         if (allocated(error)) return
         call check(error, maxval(s%rows(4)%predicted) < maxval(s%rows(1)%predicted)/3 .and. &
                    s%rows(12)%predicted(2) > s%rows(8)%predicted(2), s%found)
-        call check(error, s%verdict == HOLDS_IN_PART .and. &
+        call check(error, s%verdict == HOLDS_NOT .and. &
                                                index(s%found, 'at 60 s in 0 of 3 places') > 0, s%found)
     end subroutine test_arc_length
 

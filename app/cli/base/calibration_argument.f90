@@ -18,10 +18,11 @@ module gracecg_cli_calibration_argument
     use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
-    public :: study_t, add_study_options, take_study
+    public :: study_t, add_study_options, take_study, put_shard, SHARD_MARK
     public :: add_cases_option, take_calibration, take_firing_calibration, take_calibrations, warn_of_instruments, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
+    character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
 
     !> What most studies are told.
     type :: study_t
@@ -75,7 +76,7 @@ contains
 
     !> Takes those of the options that the command has, and its cases. Fails as take_calibrations does, and when the file
     !> for the table cannot be written.
-    subroutine take_study(arguments, default, console, study, misuse, error, may_rest)
+    subroutine take_study(arguments, default, console, study, misuse, error, may_rest, shard)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: default         !! Names of cases, by commas, when the user names none
         type(console_t), intent(inout) :: console
@@ -83,6 +84,7 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
         type(error_t), allocatable, intent(out) :: error        !! A case or the file is
         logical, intent(in), optional :: may_rest   !! As of take_calibrations
+        integer, intent(in), optional :: shard      !! What SHARD_MARK in --out stands for
 
         integer :: i
 
@@ -95,6 +97,7 @@ contains
         if (arguments%declares('--out')) call arguments%get('--out', study%path, misuse)
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
+        if (present(shard)) call put_shard(shard, study%path)
         call check_writable(study%path, error)
         if (allocated(error)) return
         call take_calibrations(arguments, default, console, study%calibrations, misuse, error, may_rest)
@@ -103,6 +106,17 @@ contains
             call warn_of_instruments(study%calibrations(i)%case, console)
         end do
     end subroutine take_study
+
+    !> Puts the number of the shard where a path has SHARD_MARK.
+    subroutine put_shard(shard, path)
+        integer, intent(in) :: shard
+        character(:), allocatable, intent(inout) :: path
+
+        integer :: at
+
+        at = index(path, SHARD_MARK)
+        if (at > 0) path = path(:at - 1)//integer_text(shard)//path(at + len(SHARD_MARK):)
+    end subroutine put_shard
 
     !> The option --options FILE, of commands that take a CASE.
     subroutine add_options_option(arguments)

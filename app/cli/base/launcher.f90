@@ -5,7 +5,7 @@ module gracecg_cli_launcher
     use gracecg_base_text, only: parse_integer, integer_text
     implicit none
     private
-    public :: find_place, PLACE_ADVICE
+    public :: find_place
 
     !> Which launchers are known, in words
     character(*), parameter :: PLACE_ADVICE = 'known are job arrays of Slurm, SGE and (with auto/N, for they do not say '// &

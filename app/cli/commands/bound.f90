@@ -9,7 +9,7 @@ module gracecg_cli_bound
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
-    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, estimate_jointly
     use gracecg_estimation_run_information, only: run_information_t
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, information_of_case, SOURCES
@@ -127,28 +127,18 @@ contains
         if (.not. allocated(error)) call symmetric_eigen(all_estimated%covariance, values, directions, error)
         if (allocated(error)) return
         call begin_rows('all of them together, mm', rows)
-        call add_row('noise alone', sigma_of(noise), rows)
-        if (any(all_estimated%parameter_sigma > 0)) call add_row('with what is estimated, too', sigma_of(all_estimated), rows)
+        call add_row('noise alone', joint_sigma(noise), rows)
+        if (any(all_estimated%parameter_sigma > 0)) call add_row('with what is estimated, too', joint_sigma(all_estimated), rows)
         call console%line('')
         call console%table(rows)
         call results%begin('joint')
-        call results%member('noise_alone_mm', sigma_of(noise)/MILLIMETRE)
-        call results%member('sigma_mm', sigma_of(all_estimated)/MILLIMETRE)
+        call results%member('noise_alone_mm', joint_sigma(noise)/MILLIMETRE)
+        call results%member('sigma_mm', joint_sigma(all_estimated)/MILLIMETRE)
         call results%end()
         call table%add('joint')
-        call table%add([[sigma_of(all_estimated), sqrt(values(3))]/MILLIMETRE, directions(:, 3)])
+        call table%add([[joint_sigma(all_estimated), sqrt(values(3))]/MILLIMETRE, directions(:, 3)])
         call table%add_nothing(3)
     end subroutine add_joint_bound
-
-    !> Standard deviation of the offset, body axes.
-    pure function sigma_of(solution) result(sigma)
-        type(joint_solution_t), intent(in) :: solution
-        real(dp) :: sigma(3)        !! m
-
-        integer :: i
-
-        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
-    end function sigma_of
 
     !> A table for people: a label, and three lengths.
     subroutine begin_rows(heading, rows)

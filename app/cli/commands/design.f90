@@ -9,10 +9,11 @@ module gracecg_cli_design
     use gracecg_base_version, only: file_comments
     use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: check_writable, output_file_t
+    use gracecg_files_file, only: check_writable
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
     use gracecg_simulation_case, only: case_t
-    use gracecg_planning_calibration, only: calibration_t, calibration_text
+    use gracecg_simulation_report_cases, only: SATELLITES
+    use gracecg_planning_calibration, only: calibration_t, write_calibration
     use gracecg_planning_candidates, only: design_settings_t, pattern_567
     use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
@@ -32,7 +33,6 @@ module gracecg_cli_design
     private
     public :: declare_design, run_design
 
-    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     type(design_settings_t), parameter :: USUAL = design_settings_t()
 
     !> What is asked for.
@@ -481,14 +481,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(output_file_t) :: file
-        character(:), allocatable :: text
-
-        call calibration_text(planned_calibration(request%plan, plan), text, error)
-        if (.not. allocated(error)) call file%open(request%out, error)
-        if (allocated(error)) return
-        call file%line(text)
-        call file%commit(error)
+        call write_calibration(request%out, planned_calibration(request%plan, plan), error)
         if (allocated(error)) return
         call console%line('')
         if (request%plan%search) &

@@ -1,7 +1,7 @@
 !> gracecg history: the offset over months and years, and when to calibrate next.
 module gracecg_cli_history
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_environment_time, only: utc_t, utc_text, parse_utc
@@ -10,7 +10,7 @@ module gracecg_cli_history
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
-        history_point_t, trace_offset, DEFAULT_WALK
+        history_point_t, trace_offset, YEAR, LONGEST_FUTURE, DEFAULT_WALK
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -24,6 +24,8 @@ module gracecg_cli_history
     integer, parameter :: MOST_FILES = 1000
     real(dp), parameter :: DAY = 86400, MICROMETRE = 1e-6_dp
     character(11), parameter :: TANK_COLUMNS(3) = [character(11) :: 'time_utc', 'tank_1_kg', 'tank_2_kg']
+
+    real(dp), parameter :: LATE = 0.84_dp       !! Part of the futures that have left at the last of the dates told
 
 contains
 
@@ -194,16 +196,23 @@ contains
         type(history_settings_t), intent(in) :: settings
         character(:), allocatable :: text
 
+        character(:), allocatable :: last
+
         text = rounded_text(settings%limit/MILLIMETRE, 4)//' mm'
+        last = date_of(history%leaving(3))
+        if (history%left_in_the_end < LATE) last = 'later than '//last
         if (history%left_already > 0.5_dp) then
             text = 'it lies outside of '//text//': move masses (gracecg trim), then calibrate'
         else if (history%leaves) then
             text = 'it will leave '//text//' on '//date_of(history%leaving(2))//' (68 %: '//date_of(history%leaving(1))// &
-                   ' to '//date_of(history%leaving(3))//'); calibrate by '//date_of(history%calibrate_by)// &
-                   ', when that has happened with a probability of '//rounded_text(settings%risk, 3)
+                   ' to '//last//')'
         else
-            text = 'it will hardly leave '//text//' within 20 years; calibrate by '//date_of(history%calibrate_by)
+            text = 'it will hardly leave '//text//' within '//integer_text(nint(LONGEST_FUTURE/YEAR))// &
+                   ' years (probability '//rounded_text(history%left_in_the_end, 3)//')'
         end if
+        if (history%left_already <= 0.5_dp .and. history%left_in_the_end >= settings%risk) &
+            text = text//'; calibrate by '//date_of(history%calibrate_by)// &
+                   ', when that has happened with a probability of '//rounded_text(settings%risk, 3)
     end function outlook
 
     function date_of(time) result(text)
@@ -277,9 +286,12 @@ contains
         if (history%leaves) then
             call results%member('leaves_utc', utc_text(history%leaving(2)))
             call results%member('leaves_from_utc', utc_text(history%leaving(1)))
-            call results%member('leaves_to_utc', utc_text(history%leaving(3)))
+            if (history%left_in_the_end >= LATE) call results%member('leaves_to_utc', utc_text(history%leaving(3)))
         end if
-        call results%member('calibrate_by_utc', utc_text(history%calibrate_by))
+        if (history%left_in_the_end >= settings%risk) &
+            call results%member('calibrate_by_utc', utc_text(history%calibrate_by))
+        call results%member('part_that_leaves', history%left_in_the_end)
+        call results%member('outlook_years', nint(LONGEST_FUTURE/YEAR))
         call results%member('outside_already', history%left_already > 0.5_dp)
         call results%member('futures', settings%futures)
         call results%publish(points_table(history%points, short=.false.), console, error, out, 'offset in body axes', json)

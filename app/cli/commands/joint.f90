@@ -10,7 +10,7 @@ module gracecg_cli_joint
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
-    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, FAMILY_LEVEL
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, FAMILY_LEVEL
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: read_changes
     use gracecg_estimation_options, only: estimation_options_t, read_options
@@ -194,7 +194,7 @@ contains
         call warn_of_disagreement(kind, names, solution, console)
         call console%line(integer_text(size(names))//' '//kind//', one offset at '// &
                           utc_text(epochs(solution%last))//' UTC')
-        call show_offset(solution%offset, sigma_of(solution), console)
+        call show_offset(solution%offset, joint_sigma(solution), console)
         call console%line('')
         call console%line('each '//kind(:3)//' alone, and minus all others')
         call console%table(table)
@@ -240,7 +240,7 @@ contains
         call table%column('variance_factor', 'f8.3', 'variance|factor')
         call table%add('joint')
         call table%add(utc_text(epochs(solution%last)))
-        call table%add([solution%offset, sigma_of(solution)]/MILLIMETRE)
+        call table%add([solution%offset, joint_sigma(solution)]/MILLIMETRE)
         call table%add_nothing(6)
         call table%add([solution%statistic, solution%probability])
         call table%add(solution%consistent)
@@ -275,15 +275,6 @@ contains
             call table%add(trim(parameter_units(JOINED(j))))
         end do
     end function shared_table
-
-    pure function sigma_of(solution) result(sigma)
-        type(joint_solution_t), intent(in) :: solution
-        real(dp) :: sigma(3)        !! Of the offset, m
-
-        integer :: i
-
-        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
-    end function sigma_of
 
     !> An offset with its sigma, for people.
     subroutine show_offset(offset, sigma, console)

@@ -6,6 +6,7 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_text, only: integer_text, real_text, rounded_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
+    use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, field_settings, &
         names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_cli_arguments, only: arguments_t, refuse_if
@@ -16,7 +17,6 @@ module gracecg_cli_magnetometer_loss
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
 
-    character(5), parameter :: SATELLITES(2) = ['front', 'back ']
     real(dp), parameter :: REPORT_FIELD_ERROR = anint(MODEL_FIELD_ERROR/NANOTESLA)  !! nT
     real(dp), parameter :: MOST_FIELD_ERROR = 1e5_dp    !! nT
 

@@ -19,7 +19,8 @@ module gracecg_cli_montecarlo
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: check_settings, merge_campaigns
     use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
+    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, put_shard, &
+        MOST_CASES, SHARD_MARK
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_launcher, only: find_place
@@ -33,7 +34,6 @@ module gracecg_cli_montecarlo
     integer, parameter :: MOST_FILES = 100000   !! That are merged
     integer, parameter :: MOST_SHOWN = 20       !! Shards that a message names
     character(*), parameter :: AUTO = 'auto'        !! A shard that the environment names
-    character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
 
     !> What the user asks for.
     type :: request_t
@@ -301,20 +301,9 @@ contains
         if (request%runs_file == '') request%runs_file = request%resumed_file
         request%keeps = request%runs_file /= '' .and. .not. is_device(request%runs_file)
         if (.not. allocated(misuse)) call check_writable(request%runs_file, error)
-        if (.not. allocated(error)) call take_study(arguments, 'all', console, request%study, misuse, error)
-        if (.not. (allocated(misuse) .or. allocated(error))) call put_shard(request%shard, request%study%path)
+        if (.not. allocated(error)) call take_study(arguments, 'all', console, request%study, misuse, error, &
+                                                    shard=request%shard)
     end subroutine read_request
-
-    !> Puts the number of the shard where a path has SHARD_MARK.
-    subroutine put_shard(shard, path)
-        integer, intent(in) :: shard
-        character(:), allocatable, intent(inout) :: path
-
-        integer :: at
-
-        at = index(path, SHARD_MARK)
-        if (at > 0) path = path(:at - 1)//integer_text(shard)//path(at + len(SHARD_MARK):)
-    end subroutine put_shard
 
     !> The path of a runs file, where that of its journal is given.
     function without_ending(path) result(runs_file)

@@ -4,7 +4,7 @@ module gracecg_cli_simulate
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
-    use gracecg_files_file, only: remove_file
+    use gracecg_files_file, only: check_writable, make_directory, remove_file
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, write_options, OPTIONS_FILE
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
@@ -69,6 +69,11 @@ contains
         type(simulation_summary_t), intent(out) :: summary
         type(error_t), allocatable, intent(out) :: error
 
+        integer :: i
+
+        call make_directory(order%folder, error)
+        if (.not. allocated(error)) call check_writable(order%folder//'/'//OPTIONS_FILE, error)
+        if (allocated(error)) return
         allocate (order%comments(2))
         order%comments(1) = 'gracecg '//VERSION//' simulate'
         order%comments(2) = 'case '//trim(order%case%name)//', seed '//integer_text(order%seed)// &
@@ -76,7 +81,11 @@ contains
         call simulate_into(order, summary, error)
         if (allocated(error)) return
         call write_options(order%folder//'/'//OPTIONS_FILE, options, order%comments, error)
-        if (allocated(error)) call remove_file(order%folder//'/'//TRUTH_FILE)
+        if (.not. allocated(error)) return
+        call remove_file(order%folder//'/'//TRUTH_FILE)
+        do i = 1, size(OBSERVATION_FILES)
+            call remove_file(order%folder//'/'//trim(OBSERVATION_FILES(i)))
+        end do
     end subroutine write_run
 
     !> What was written, and what to do next.

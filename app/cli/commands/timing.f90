@@ -9,10 +9,11 @@ module gracecg_cli_timing
     use gracecg_files_value, only: real_from_text
     use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
+    use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
         shortest_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
-    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table
+    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, marked_places_table
     use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -22,7 +23,6 @@ module gracecg_cli_timing
     private
     public :: declare_timing, run_timing
 
-    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     integer, parameter :: LONGEST_STEP = 600        !! s
 
     !> A programme that is asked for, and what was found.
@@ -175,9 +175,6 @@ contains
         type(timing_study_t), intent(in) :: study
         type(console_t), intent(inout) :: console
 
-        character(8) :: labels(size(study%of_cases) + 4)
-        integer :: i
-
         call console%paragraph(trim(study%case%satellite%name)//' satellite: one revolution of '// &
                                integer_text(nint(study%orbit%revolution))//' s from '//utc_text(study%case%epoch)// &
                                ', a calibration of '//integer_text(nint(study%case%duration))//' s at every '// &
@@ -185,11 +182,7 @@ contains
         call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//'; field in body axes; '// &
                                'amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
-        do i = 1, size(study%of_cases)
-            labels(i) = 'case '//integer_text(i)
-        end do
-        labels(size(study%of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
-        call console%table(places_table([study%of_cases, study%places(best_places(study%places))], study%case%epoch, labels))
+        call console%table(marked_places_table(study))
         call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
     end subroutine show_table
 

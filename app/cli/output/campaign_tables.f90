@@ -15,7 +15,7 @@ module gracecg_cli_campaign_tables
     use gracecg_cli_number_text, only: percent_text
     implicit none
     private
-    public :: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
+    public :: show_campaign, publish_campaign, put_agreement, read_campaign_files, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
     integer, parameter :: FEWEST_DIGITS = 5         !! That algorithms have alike who work alike
@@ -229,10 +229,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(results_t) :: results
-        type(campaign_agreement_t) :: found
         integer :: a, i
 
-        found = agreement_of(campaign)
         call results%open(command)
         call results%member('seed', campaign%seed)
         call results%member('runs', campaign%runs)
@@ -252,12 +250,20 @@ contains
             call results%end()
         end do
         call results%end()
+        call put_agreement(agreement_of(campaign), results)
+        call results%publish(campaign_table(campaign), console, error)
+    end subroutine publish_campaign
+
+    !> The member `agreement` of JSON.
+    subroutine put_agreement(found, results)
+        type(campaign_agreement_t), intent(in) :: found
+        type(results_t), intent(inout) :: results
+
         call results%begin('agreement')
         call results%member('published', found%published)
         call results%member('allowed', found%allowed)
         call results%member('not_converged', found%not_converged)
         call results%member('worst_difference', found%worst_difference)
         call results%end()
-        call results%publish(campaign_table(campaign), console, error)
-    end subroutine publish_campaign
+    end subroutine put_agreement
 end module gracecg_cli_campaign_tables

@@ -2,17 +2,17 @@
 !> the Python package sets them beside the published ones, judges them and makes one HTML page.
 module gracecg_cli_report
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, SATELLITES
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text, write_calibration
-    use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of, report_campaign, first_runs
+    use gracecg_studies_campaign, only: campaign_t, agreement_of, report_campaign, first_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_studies_com_budget, only: com_budget_table
     use gracecg_studies_curves, only: verification_t, verify_case, curves_table, curves_file_name, check_windows, &
-        add_window_rows, WINDOW_COLUMNS
+        add_window_rows, WINDOW_COLUMNS, WINDOW_TOLERANCE, CENTRE_TOLERANCE
     use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
         calibrate_with_design, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, STUDY_NAMES
@@ -22,12 +22,13 @@ module gracecg_cli_report
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, field_runs_table, &
         field_settings, LOSS_STUDIES, MODEL_FIELD_ERROR
     use gracecg_studies_published_axes, only: published_axes_table
+    use gracecg_studies_published_rms, only: ALLOWED_BAND
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
     use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, variations_table, VARIATIONS
     use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
         revolutions_table
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_campaign_tables, only: REPORT_RUNS
+    use gracecg_cli_campaign_tables, only: REPORT_RUNS, put_agreement
     use gracecg_cli_console, only: console_t
     use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
     use gracecg_cli_report_tables, only: report_cases_table, manoeuvres_table
@@ -40,7 +41,6 @@ module gracecg_cli_report
     integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
     real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
     integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
-    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     character(*), parameter :: SOURCES_CASE = 'front-1', SOURCES_ALGORITHM = 'ascfest'     !! As in the report
     character(*), parameter :: BY_THEORY = 'arc-length'     !! The statement whose runs would take the longest
 
@@ -136,6 +136,8 @@ contains
             if (allocated(error)) return
             call console%next_part()
         end do
+        call folder%results%member('window_tolerance', WINDOW_TOLERANCE)
+        call folder%results%member('centre_tolerance', CENTRE_TOLERANCE)
         call folder%put('revolutions', revolutions_table(revolutions), 'section 6.2', error)
         if (.not. allocated(error)) call folder%put('windows', windows, 'case 1 and the axes of Figures 5.2 to 5.8', error)
         if (.not. allocated(error)) call folder%put('gravity_gradient', gradient_table(gradient_along_orbit( &
@@ -178,7 +180,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(campaign_t) :: campaign
-        type(campaign_agreement_t) :: found
         type(field_study_t) :: losses(LOSS_STUDIES)
         character(100) :: about
 
@@ -192,14 +193,10 @@ contains
                                                                  folder%threads, losses, error, console)
         call console%next_part()
         if (allocated(error)) return
-        found = agreement_of(campaign)
-        call folder%results%begin('agreement')
-        call folder%results%member('published', found%published)
-        call folder%results%member('allowed', found%allowed)
-        call folder%results%member('not_converged', found%not_converged)
-        call folder%results%member('worst_difference', found%worst_difference)
-        call folder%results%end()
+        call put_agreement(agreement_of(campaign), folder%results)
+        call folder%results%member('allowed_band', ALLOWED_BAND)
         call folder%results%member('least_share_inside', LEAST_SHARE_INSIDE)
+        call folder%results%member('field_error_nt', MODEL_FIELD_ERROR/NANOTESLA)
         about = field_settings(folder%seed, MODEL_FIELD_ERROR)
         call folder%put('estimate_windows', estimate_windows_table([campaign_windows(campaign, 1), &
             campaign_windows(campaign, 2), loss_windows(losses)]), 'axes of Figures 6.2, 6.3 and 6.6', error)

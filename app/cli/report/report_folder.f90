@@ -8,10 +8,10 @@ module gracecg_cli_report_folder
     use gracecg_base_text, only: string_t, append
     use gracecg_base_version, only: file_comments
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: make_directory, check_writable
+    use gracecg_files_file, only: make_directory, check_writable, remove_file
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_page_program, only: make_page
+    use gracecg_cli_page_program, only: make_page, RESULT_FILE
     use gracecg_cli_results, only: results_t
     implicit none
     private
@@ -36,7 +36,8 @@ module gracecg_cli_report_folder
 
 contains
 
-    !> Begins the folder, which is made where there is none. Fails when nothing can be written there.
+    !> Begins the folder, which is made where there is none. A page and a result.json of before go at once: they would tell
+    !> of files that are no longer theirs. Fails when nothing can be written there.
     subroutine open_report(path, runs, seed, threads, folder, error)
         character(*), intent(in) :: path            !! Of the folder
         integer, intent(in) :: runs, threads        !! Of every Monte Carlo; in parallel
@@ -47,6 +48,8 @@ contains
         call make_directory(path, error)
         if (.not. allocated(error)) call check_writable(path//'/'//PAGE_NAME, error)
         if (allocated(error)) return
+        call remove_file(path//'/'//PAGE_NAME)
+        call remove_file(path//'/'//RESULT_FILE)
         folder%path = path
         folder%runs = runs
         folder%seed = seed

@@ -29,7 +29,8 @@ contains
                               'rod_z_a_m2,offset_x_mm,offset_y_mm,offset_z_mm,gravity_model,gravity_degree,gravity_order,'// &
                               'density_model,density_scale,drag_coefficient,wind_model,wind_east_m_s,wind_north_m_s,'// &
                               'wave_random,wave_amplitude,wave_period_s,reflectivity_sun,specular,diffuse,earth_segments,'// &
-                              'earth_constants,reflectivity_earth,field_model,strongest_rod_a_m2')
+                              'earth_constants,reflectivity_earth,field_model,strongest_rod_a_m2,accommodation,centre_x_mm,'// &
+                              'centre_y_mm,centre_z_mm')
         do i = 1, size(calibrations)
             call case_place(calibrations(i)%case, latitude, longitude, height, error)
             if (allocated(error)) return
@@ -55,7 +56,8 @@ contains
                 call table%add(case%earth_radiation_constants)
                 call table%add(body%reflectivity_earth)
                 call table%add(case%field_model)
-                call table%add(maxval(abs(body%rods%activations%amplitude)))
+                call table%add([maxval(abs(body%rods%activations%amplitude)), body%wall%accommodation])
+                call table%add(body%centre_of_mass/MILLIMETRE)
             end associate
         end do
     end subroutine report_cases_table

@@ -19,7 +19,7 @@ module gracecg_level1_simulated_truth
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
-    use gracecg_simulation_dynamics, only: loads_t, POSITION, VELOCITY, OMEGA, ATTITUDE, STATE_SIZE
+    use gracecg_simulation_dynamics, only: loads_t, POSITION, OMEGA, ATTITUDE, STATE_SIZE
     use gracecg_level1_day_dynamics, only: day_dynamics_t, firing_t, PAIRS
     use gracecg_level1_disturbed_field, only: disturb_field
     use gracecg_level1_simulation_settings, only: level1_settings_t, span_list, by_satellite

@@ -20,7 +20,7 @@ from markupsafe import Markup, escape
 
 from .. import plot
 from ..report import FIGURES as FIGURES_OF_REPORT, Report
-from .findings import Findings, fixed, percent
+from .findings import Findings, fixed, percent, whole_percent
 
 FIGURES = {         # Name: what it shows, in words
     "manoeuvre": ("The manoeuvre", "Two panels over time: dipole moment of the rods, and angular acceleration"),
@@ -169,7 +169,7 @@ def render(template: str, context: dict[str, Any]) -> str:
     """The whole page: the chapters of a template, with contents and style around them."""
     environment = Environment(loader=PackageLoader(__name__), autoescape=True, trim_blocks=True, lstrip_blocks=True,
                               undefined=StrictUndefined, extensions=["jinja2.ext.do"])
-    environment.filters.update(t=typeset, f=fixed, pc=percent, g=significant, e=lambda value: "-" if value is None else f"{value:.2E}",
+    environment.filters.update(t=typeset, f=fixed, pc=percent, wpc=whole_percent, g=significant, e=lambda value: "-" if value is None else f"{value:.2E}",
                                clock=lambda utc: utc.split("T")[1] if utc else "-", date=lambda utc: utc[:10])
     environment.globals.update(marks=MARKS, zip=zip)
     module = environment.get_template(template).make_module(context)

@@ -9,7 +9,7 @@ module gracecg_estimation_belief_words
         OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_untested, say_value
+    public :: say_counts, say_contradiction, say_undetected, say_untested
 
     integer, parameter :: FIRST_LINE = 10   !! Of NOISE_SUBJECTS
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested

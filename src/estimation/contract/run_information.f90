@@ -12,12 +12,11 @@ module gracecg_estimation_run_information
     use gracecg_estimation_information, only: information_t
     implicit none
     private
-    public :: run_information_t, JOINED_COUNT, OFFSET_OF_JOINED, SHARED_GROUPS, GROUP_OF_JOINED, BELIEFS_COUNT
+    public :: run_information_t, JOINED_COUNT, SHARED_GROUPS, GROUP_OF_JOINED
     public :: beliefs_of, GROUP_OF_BELIEF
 
     !> Parameters that several runs can share, and those of them in which an operator believes
     integer, parameter :: JOINED_COUNT = 16, BELIEFS_COUNT = 15
-    integer, parameter :: OFFSET_OF_JOINED(3) = [1, 2, 3]     !! Places of the offset among JOINED
     !> Properties of the satellite, which runs share unless they are told not to
     character(18), parameter :: SHARED_GROUPS(4) = [character(18) :: 'scale-factors', 'rod-gain', 'magnetometer-bias', &
                                                     'inertia']

@@ -24,7 +24,7 @@ module gracecg_estimation_joint_estimate
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
     implicit none
     private
-    public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, FAMILY_LEVEL
+    public :: joint_options_t, joint_solution_t, joint_sigma, run_verdict_t, estimate_jointly, FAMILY_LEVEL
 
     real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp       !! Of all tests of agreement together
     real(dp), parameter :: SAME_BELIEF = 1e-12_dp       !! Relative
@@ -84,6 +84,16 @@ module gracecg_estimation_joint_estimate
     end type part_t
 
 contains
+
+    !> Standard deviation of the offset, body axes.
+    pure function joint_sigma(solution) result(sigma)
+        type(joint_solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)        !! m
+
+        integer :: i
+
+        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end function joint_sigma
 
     !> The joint estimate and its tests. Fails when there is no run, when beliefs differ about what is shared, or the
     !> runs together do not determine the offset.

@@ -19,7 +19,7 @@ module gracecg_estimation_offset_history
     implicit none
     private
     public :: history_settings_t, tank_series_t, new_tank_series, offset_history_t, history_point_t, trace_offset
-    public :: YEAR, DEFAULT_WALK
+    public :: YEAR, LONGEST_FUTURE, DEFAULT_WALK
 
     real(dp), parameter :: DAY = 86400, YEAR = 365.25_dp*DAY    !! s
     real(dp), parameter :: DEFAULT_WALK = 10e-6_dp
@@ -66,7 +66,8 @@ module gracecg_estimation_offset_history
         real(dp) :: probability = 1             !! That chance makes so much
         logical :: leaves = .false.             !! More than half of the futures leave the limit within 20 years
         type(utc_t) :: leaving(3)               !! When 16, 50, 84 % of the futures have left it; the end of the 20 years: later
-        type(utc_t) :: calibrate_by             !! When the risk of having left it is reached
+        type(utc_t) :: calibrate_by             !! When the risk of having left it is reached; the end of the 20 years: later
+        real(dp) :: left_in_the_end = 0         !! Part of the futures that leave the limit within 20 years
         real(dp) :: left_already = 0            !! Part of the futures that begin outside
     end type offset_history_t
 
@@ -332,7 +333,8 @@ contains
         history%left_already = left(0)/real(settings%futures, dp)
         history%leaving = [time_of(0.16_dp), time_of(0.5_dp), time_of(0.84_dp)]
         history%calibrate_by = time_of(settings%risk)
-        history%leaves = 2*left(ubound(left, 1)) > settings%futures
+        history%left_in_the_end = left(ubound(left, 1))/real(settings%futures, dp)
+        history%leaves = history%left_in_the_end > 0.5_dp
 
     contains
 

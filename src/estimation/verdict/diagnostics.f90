@@ -14,7 +14,7 @@ module gracecg_estimation_diagnostics
     implicit none
     private
     public :: fit_diagnostics_t, residual_diagnosis_t, ellipsoid_t, diagnose
-    public :: error_ellipsoid, correlation_matrix, information_by_axis, diagnose_residuals
+    public :: error_ellipsoid, information_by_axis, diagnose_residuals
     public :: WHITENESS_LAGS
 
     integer, parameter :: WHITENESS_LAGS = 20       !! Samples, of the test of Ljung and Box

@@ -15,8 +15,10 @@ module gracecg_simulation_report_cases
     implicit none
     private
     public :: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES, published_name
-    public :: TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
+    public :: SATELLITES, TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
 
+    !> Names of the two satellites, as cases begin with them
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     !> Names of the six cases: satellite and number
     character(7), parameter :: REPORT_CASE_NAMES(6) = [character(7) :: 'front-1', 'front-2', 'front-3', &
                                                        'back-1', 'back-2', 'back-3']

@@ -7,7 +7,7 @@ module gracecg_studies_estimate_statements
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_quaternion, only: normalised
-    use gracecg_base_text, only: integer_text, pick_text
+    use gracecg_base_text, only: integer_text, pick_text, share_text
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -18,7 +18,7 @@ module gracecg_studies_estimate_statements
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case_models, only: case_star_catalogue
     use gracecg_simulation_dynamics, only: ATTITUDE
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, SATELLITES
     use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
@@ -80,8 +80,9 @@ contains
         work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, by_camera .or. by_accelerometer), &
                              by_camera .and. by_accelerometer)
         work%found = in_part(work%verdict, pick_text(by_camera, 'star camera', 'accelerometer'))// &
-            ' its weights change the errors by a factor of up to '//plain_text(range, '(f10.1)')// &
-            '; that of the star camera, from 90 down to 1e-11, by '//plain_text(change, '(es9.1)')//' of them at most.'
+            ' the accelerometer''s weights change the errors by a factor of up to '//plain_text(range, '(f10.1)')// &
+            '; that of the star camera, from '//trim(STAR_TEXT(1))//' down to '//trim(STAR_TEXT(n - 1))//', by '// &
+            plain_text(change, '(es9.1)')//' of them at most.'
     end subroutine examine_weights
 
     !> The accuracy of section 7.1(3) in the best case of each axis.
@@ -150,7 +151,8 @@ contains
         call work%conclude(count(share < SMALL_SHARE), size(share), 'components', 'the curvature makes '// &
             range_text(share)//' % of their variance, on average '//plain_text(100*sum(share)/size(share), '(f10.0)')//' %.')
         work%details = 'Without the density wave, whose size and period the report does not give, the curvature '// &
-            'changes it by '//range_text(smooth)//' %: of smooth drag and light the statement holds.'
+            'changes it by '//range_text(smooth)//' %: of smooth drag and light the statement holds for '// &
+            share_text(count(smooth < SMALL_SHARE), size(smooth))//' components.'
     end subroutine judge_curved_force
 
     !> Why the full state is not singular: the normal matrix of the attitude, full and reduced, and the full one
@@ -182,8 +184,9 @@ contains
         call work%conclude(count([full < REGULAR .and. across > SINGULAR]), 1, '', 'condition of the full state to '// &
                            plain_text(full, '(f10.1)')//', of the reduced one to '//plain_text(reduced, '(f10.1)')//'.')
         work%details = 'With unit weights every observation determines the length of q as well '// &
-            'as its direction; weighed by its own covariance, which has rank three, the full state is singular '// &
-            '(condition '//plain_text(across, '(es9.1)')//' and more).'
+            'as its direction; weighed by its own covariance, which has rank three, the full state is '// &
+            pick_text(across > SINGULAR, 'singular', 'not singular')//' (condition '//plain_text(across, '(es9.1)')// &
+            ' and more).'
     end subroutine examine_condition
 
     !> Condition of the normal matrix of kind 1 full, 2 reduced, 3 full with every observation projected across its
@@ -240,7 +243,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: SETS(3, 7) = reshape([1, 0, 0, 2, 0, 0, 3, 0, 0, 1, 2, 0, 1, 3, 0, 2, 3, 0, 1, 2, 3], [3, 7])
-        character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
         type(statement_row_t) :: row
         type(calibration_t) :: calibration
         type(case_bound_t) :: bound
@@ -353,10 +355,9 @@ contains
         work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, so_many .or. better), so_many .and. better)
         work%found = in_part(work%verdict, pick_text(so_many, 'number', 'choice'))//' a field has '// &
             plain_text(mean, '(f10.1)')//' stars on average of all attitudes, '//integer_text(range(1))//' to '// &
-            integer_text(range(2))//' in the cases; the best '//integer_text(STARS_AT_LEAST)// &
-            ' lower sigma about the boresight by '//range_text(1 - best(3:, :)/first(3:, :))//' %.'
-        work%details = 'Across the boresight the choice gains '// &
-            plain_text(100*(1 - sum(best(:2, :))/sum(first(:2, :))), '(f6.0)')// &
-            ' % on average. The offset does not feel it: the star camera''s noise is hardly a part of its error (Figure 6.5).'
+            integer_text(range(2))//' in the cases; with the best '//integer_text(STARS_AT_LEAST)// &
+            ' sigma about the boresight is '//range_text(best(3:, :)/first(3:, :))//' % of that with the first.'
+        work%details = 'Across the boresight it is '//plain_text(100*sum(best(:2, :))/sum(first(:2, :)), '(f6.0)')// &
+            ' % on average. What the star camera''s noise does to the offset: Figure 6.5.'
     end subroutine judge_stars
 end module gracecg_studies_estimate_statements

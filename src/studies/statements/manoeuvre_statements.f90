@@ -183,9 +183,9 @@ contains
             'torques, scale factors, biases) makes at most '//plain_text(100*maxval(left_out), '(f10.1)')// &
             ' % of the variance of one rod''s worst axis.')
         work%details = 'One rod''s torque is more than '//plain_text(DOMINATES, '(f10.0)')//' times that of all others in '// &
-            share_text(size(left_out) - weak, size(left_out))//' trials; in the rest the rod lies along the field. What is '// &
-            'lacking is observability: with all torques known, the worst axis of one rod is still '// &
-            plain_text(loss, '(f10.1)')//' times that of two, or more.'
+            share_text(size(left_out) - weak, size(left_out))//' trials. With all torques known, the worst axis of one rod is '// &
+            'at least '//plain_text(loss, '(f10.1)')//' times that of two'// &
+            pick_text(loss > 1 .and. work%verdict == HOLDS_NOT, ': what is lacking is observability.', '.')
     end subroutine judge_dominance
 
     !> Longer arcs with the report's rods and algorithm.
@@ -237,18 +237,8 @@ contains
                     trim(rows(1)%case_name)//' ('//mm_text(worst(best))//' mm; at 60 s '//mm_text(worst(1))//')'
             end associate
         end do
-        if (shortest == n) then
-            work%verdict = HOLDS
-            work%found = 'Holds: no longer arc is better.'
-            return
-        else if (turns == 0) then
-            work%verdict = HOLDS_NOT
-            work%found = 'Does not hold: no component is worse at 300 s than at a shorter arc.'
-        else
-            work%verdict = HOLDS_IN_PART
-            work%found = 'Holds in part: '//share_text(turns, 3*n)//' components are worse again at 300 s than at a '// &
-                'shorter arc, so the trade-off exists; it lies at 60 s in '//share_text(shortest, n)//' places.'
-        end if
+        call work%conclude(shortest, n, 'places', 'the worst axis is best at 60 s in '//share_text(shortest, n)// &
+            ' places; '//share_text(turns, 3*n)//' components are worse at 300 s than at a shorter arc.')
         work%details = 'The worst axis is best at'//best_lengths//'.'
     end subroutine judge_arc_length
 end module gracecg_studies_manoeuvre_statements
