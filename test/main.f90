@@ -85,6 +85,7 @@ program tester
     use test_belief_verdicts, only: collect_belief_verdicts
     use test_arc_chain, only: collect_arc_chain
     use test_joint, only: collect_joint
+    use test_arcs, only: collect_arcs
     use test_bound_command, only: collect_bound_command
     use test_programme, only: collect_programme
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
@@ -226,6 +227,7 @@ program tester
              new_testsuite('beliefs', collect_beliefs), &
              new_testsuite('belief-verdicts', collect_belief_verdicts), &
              new_testsuite('joint', collect_joint), &
+             new_testsuite('arcs', collect_arcs), &
              new_testsuite('arc-chain', collect_arc_chain), &
              new_testsuite('bound', collect_bound), &
              new_testsuite('programme', collect_programme), &

@@ -21,6 +21,7 @@ module gracecg_base_autoregression
     contains
         procedure :: begin                          !! Of an order
         procedure :: add                            !! A series
+        procedure :: add_errors                     !! What errors of estimated parameters have taken out of a series
     end type autocovariances_t
 
 contains
@@ -54,10 +55,35 @@ contains
         self%count = self%count + count(kept)
     end subroutine add
 
-    !> The predictors from autocovariances. `redundancy`: the samples less the parameters that a fit has taken from them.
+    !> Adds what the residuals of a fit lack: with partials A and the covariance C of its parameters, the noise has the
+    !> covariance that is expected of the residuals, and A C A^T (the expectation of A. P. Dempster, N. M. Laird, D. B. Rubin,
+    !> J. Roy. Stat. Soc. B 39 (1977) 1-38; C has to be that by this noise).
+    pure subroutine add_errors(self, epoch, partials, covariance, kept)
+        class(autocovariances_t), intent(inout) :: self
+        integer, intent(in) :: epoch(:)             !! Of the samples, increasing
+        real(dp), intent(in) :: partials(:, :)      !! (parameters, samples)
+        real(dp), intent(in) :: covariance(:, :)    !! Of the parameters
+        logical, intent(in) :: kept(:)              !! A sample that does not count has false
+
+        real(dp) :: there(size(partials, 1), epoch(1):epoch(size(epoch)))
+        real(dp) :: errors(size(partials, 1), epoch(1):epoch(size(epoch)))
+        integer :: i, k, last
+
+        there = 0
+        do i = 1, size(epoch)
+            if (kept(i)) there(:, epoch(i)) = partials(:, i)
+        end do
+        errors = matmul(covariance, there)
+        last = ubound(there, 2)
+        do k = 0, min(ubound(self%sums, 1), last - epoch(1))
+            self%sums(k) = self%sums(k) + sum(there(:, epoch(1):last - k)*errors(:, epoch(1) + k:last))
+        end do
+    end subroutine add_errors
+
+    !> The predictors from autocovariances. Without noise all predict 0, and deviations are tiny.
     pure function predictors_of(sums, redundancy) result(model)
         type(autocovariances_t), intent(in) :: sums
-        real(dp), intent(in) :: redundancy    !! Samples less parameters, 1 at least
+        real(dp), intent(in) :: redundancy    !! Samples, less parameters that a fit has taken from them; 1 at least
         type(autoregression_t) :: model
 
         real(dp), parameter :: RIDGE = 1e-9_dp      ! Of the variance: keeps the recursion stable
@@ -69,7 +95,7 @@ contains
         allocate (model%predictor(n, n), source=0.0_dp)
         allocate (model%deviation(0:n))
         associate (c => sums%sums(0:)/max(1.0_dp, redundancy), a => model%predictor)
-            variance = c(1)*(1 + RIDGE)
+            variance = max(c(1)*(1 + RIDGE), tiny(1.0_dp))
             model%deviation(0) = sqrt(variance)
             do n = 1, model%order
                 reflection = c(n + 1)

@@ -99,7 +99,7 @@ contains
         integer, intent(in) :: parameter        !! Its place
 
         select case (KIND_OF(parameter))
-        case (OF_RATE, OF_BIAS, OF_WAVE_FREQUENCY, OF_SIDE_FORCE)
+        case (OF_RATE, OF_BIAS, OF_WAVE_FREQUENCY, OF_SIDE_FORCE, OF_LIFT)
             step = 1e-6_dp
         case (OF_ATTITUDE_ANGLES)
             step = 1e-4_dp

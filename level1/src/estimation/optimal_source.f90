@@ -3,13 +3,15 @@
 module gracecg_level1_optimal_source
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
-    use gracecg_estimation_information, only: information_t
+    use gracecg_estimation_information, only: information_t, eliminated_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
+    use gracecg_level1_offset_errors, only: judge_leakage
     use gracecg_level1_offset_solution, only: level1_solution_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_to_observations, only: arcs_of_spans
@@ -19,29 +21,41 @@ module gracecg_level1_optimal_source
 
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]
-    integer, parameter :: OF_ALL(*) = [OFFSET, SCALE_FACTORS, ROD_GAINS, ALL_RODS_DELAY, LEAKAGE, LEAKAGE_RATE]
+    integer, parameter :: OF_ALL(*) = [OFFSET, SCALE_FACTORS, ROD_GAINS, ALL_RODS_DELAY, LIFT]
     integer, parameter :: OF_CHANNELS(*) = [SAMPLING_DELAY, CHANNEL_SCALES, CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE]
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
     real(dp), parameter :: ANY_CHANNEL = 1          !! Of a scale of the channels
     real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-6_dp    !! rad/s^2 by A m^2, or A m^2/s
     real(dp), parameter :: FREE = 100               !! Times the a-priori leakage: weighs nothing
-    real(dp), parameter :: UNDECIDED = 2            !! Sigma without over with a-priori leakage: the data do not decide
+
+    type :: choice_t
+        !! What is estimated
+        integer, allocatable :: rods(:)             !! That are driven
+        integer, allocatable :: own(:), shared(:)   !! Places of the parameters of each arc, and of those of all
+        integer, allocatable :: leaks(:)            !! Where the leakages stand among those of all: by axis those by current,
+                                                    !! rod by rod, then those by its rate
+        real(dp), allocatable :: by_current(:)      !! Leakage by current for one by moment, as `leaks`, A m^2/mA
+        real(dp), allocatable :: prior(:)           !! A-priori standard deviations of those of all, SI units; 0: none
+    end type choice_t
 
 contains
 
     !> The offset. Fails where currents are held from tag to tag, or leakage is not to be estimated: that is not modelled.
-    subroutine solve_optimal(calibration, setup, axes, leakage, held, solution, error)
+    subroutine solve_optimal(calibration, setup, axes, driven, leakage, held, solution, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes       !! Of the gyros
+        logical, intent(in) :: driven(3)            !! Rods
         character(*), intent(in) :: leakage         !! estimate, prior or none
         logical, intent(in) :: held                 !! The currents are
         type(level1_solution_t), intent(inout) :: solution  !! Its source is kept
         type(error_t), allocatable, intent(out) :: error
 
         type(arcs_fit_t) :: fit
+        type(choice_t) :: choice
+        type(observation_set_t), allocatable :: sets(:)
         integer, allocatable :: span_of(:)
-        real(dp) :: bounded(3)
+        real(dp), allocatable :: prior(:)
 
         if (held) then
             call fail(error, 'it takes currents as smooth, and these are held from tag to tag')
@@ -49,145 +63,145 @@ contains
             call fail(error, 'it always estimates the leakage')
         end if
         if (allocated(error)) return
-        solution%leakage = 'a priori'
-        if (leakage == 'estimate') then
-            call fit_spans(calibration, setup, axes, FREE, fit, span_of, error)
+        call arcs_of_spans(calibration, setup, axes, sets, span_of, error)
+        if (.not. allocated(error) .and. size(span_of) == 0) call fail(error, 'no span is long enough')
+        if (allocated(error)) return
+        choice = chosen(setup, driven, calibration%has_angular, axes%known)
+        call estimate_arcs(sets, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error)
+        if (.not. allocated(error)) call look_at_leakage(fit, choice, leakage, solution, error)
+        if (allocated(error)) return
+        if (solution%leakage == 'estimated') then
+            prior = choice%prior
+            prior(choice%leaks) = FREE*prior(choice%leaks)
+            call estimate_arcs(sets, estimation_options_t(), choice%shared, prior, choice%own, fit, error)
             if (allocated(error)) return
-            call sigma_with_prior(fit, setup, bounded)
-            solution%sigma_free = sigmas(fit)
-            if (all(solution%sigma_free <= UNDECIDED*bounded)) solution%leakage = 'estimated'
         end if
-        if (solution%leakage == 'a priori') call fit_spans(calibration, setup, axes, 1.0_dp, fit, span_of, error)
-        if (.not. allocated(error) .and. .not. fit%converged) call fail(error, 'the delays do not settle')
-        if (.not. allocated(error)) call take(calibration, setup, fit, span_of, solution)
+        if (fit%converged) then
+            call take(calibration, choice, fit, span_of, solution)
+        else
+            call fail(error, 'the fit does not settle')
+        end if
     end subroutine solve_optimal
 
-    !> One fit of all spans with the leakage known to a multiple of its a-priori standard deviation.
-    subroutine fit_spans(calibration, setup, axes, times, fit, span_of, error)
-        type(level1_calibration_t), intent(in) :: calibration
+    !> What is estimated.
+    pure function chosen(setup, driven, with_channels, with_gyros) result(choice)
         type(level1_setup_t), intent(in) :: setup
-        type(gyro_axes_t), intent(in) :: axes
-        real(dp), intent(in) :: times               !! The a-priori leakage
-        type(arcs_fit_t), intent(out) :: fit
-        integer, allocatable, intent(out) :: span_of(:)     !! The span of each arc
+        logical, intent(in) :: driven(3)            !! Rods
+        logical, intent(in) :: with_channels        !! The accelerometer's angular channels are there
+        logical, intent(in) :: with_gyros
+        type(choice_t) :: choice
+
+        integer, allocatable :: places(:)
+        integer :: axis, k
+
+        choice%rods = pack([1, 2, 3], driven)
+        choice%own = OF_ARC
+        choice%shared = OF_ALL
+        choice%prior = [spread(0.0_dp, 1, 3), spread(setup%scale_sigma, 1, 3), spread(setup%gain_sigma, 1, 3), ANY_DELAY, &
+                        spread(setup%lift_sigma, 1, 2)]
+        allocate (choice%leaks(0), choice%by_current(0))
+        do axis = 1, 3
+            places = 3*axis - 3 + choice%rods
+            associate (kappa => setup%rod_gain(choice%rods)*setup%rod_sign(choice%rods), n => size(choice%shared))
+                choice%leaks = [choice%leaks, (n + k, k=1, 2*size(places))]
+                choice%by_current = [choice%by_current, kappa, kappa]
+                choice%shared = [choice%shared, LEAKAGE(places), LEAKAGE_RATE(places)]
+                choice%prior = [choice%prior, max(setup%leakage_prior(1), tiny(1.0_dp))/abs(kappa), &
+                                max(setup%leakage_prior(2), tiny(1.0_dp))/abs(kappa)]
+            end associate
+        end do
+        if (with_channels) then
+            choice%own = [choice%own, CHANNEL_BIAS, CHANNEL_DRIFT]
+            choice%shared = [choice%shared, OF_CHANNELS]
+            choice%prior = [choice%prior, ANY_DELAY, spread(ANY_CHANNEL, 1, 9), spread(ANY_CHANNEL_LEAKAGE, 1, 18)]
+        end if
+        if (with_gyros) then
+            choice%own = [choice%own, MOUNTING_2, HEAD_DRIFT]
+            choice%shared = [choice%shared, HEAD_DELAY]
+            choice%prior = [choice%prior, ANY_DELAY]
+        end if
+    end function chosen
+
+    !> Whether the samples separate the offset from the leakage, all else eliminated. Fails where that is not determined.
+    subroutine look_at_leakage(fit, choice, leakage, solution, error)
+        type(arcs_fit_t), intent(in) :: fit
+        type(choice_t), intent(in) :: choice
+        character(*), intent(in) :: leakage         !! estimate or prior
+        type(level1_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        type(observation_set_t), allocatable :: sets(:)
-        integer, allocatable :: own(:), shared(:)
-        real(dp), allocatable :: prior(:)
-
-        call arcs_of_spans(calibration, setup, axes, sets, span_of, error)
-        if (allocated(error)) return
-        if (size(sets) == 0) then
-            call fail(error, 'no span is long enough')
-            return
-        end if
-        own = OF_ARC
-        shared = OF_ALL
-        prior = [spread(0.0_dp, 1, 3), spread(setup%scale_sigma, 1, 3), spread(setup%gain_sigma, 1, 3), ANY_DELAY, &
-                 spread(times*by_moment(setup, setup%leakage_prior(1)), 1, 9), &
-                 spread(times*by_moment(setup, setup%leakage_prior(2)), 1, 9)]
-        if (calibration%has_angular) then
-            own = [own, CHANNEL_BIAS, CHANNEL_DRIFT]
-            shared = [shared, OF_CHANNELS]
-            prior = [prior, ANY_DELAY, spread(ANY_CHANNEL, 1, 9), spread(ANY_CHANNEL_LEAKAGE, 1, 18)]
-        end if
-        if (axes%known) then
-            own = [own, MOUNTING_2, HEAD_DRIFT]
-            shared = [shared, HEAD_DELAY]
-            prior = [prior, ANY_DELAY]
-        end if
-        call estimate_arcs(sets, estimation_options_t(), shared, prior, own, fit, error)
-    end subroutine fit_spans
-
-    !> Leakage by the moment of the weakest rod, from that by its current.
-    pure real(dp) function by_moment(setup, by_current)
-        type(level1_setup_t), intent(in) :: setup
-        real(dp), intent(in) :: by_current          !! m/s^2/mA, or m/s^2/(mA/s)
-
-        by_moment = max(by_current, tiny(by_current))/minval(setup%rod_gain)
-    end function by_moment
-
-    pure function sigmas(fit)
-        type(arcs_fit_t), intent(in) :: fit
-        real(dp) :: sigmas(3)                       !! Of the offset, m
-
-        integer :: k
-
-        sigmas = [(sqrt(fit%covariance(k, k)), k=1, 3)]
-    end function sigmas
-
-    !> What sigma would be if the leakage had its a-priori standard deviation, m.
-    subroutine sigma_with_prior(fit, setup, sigma)
-        type(arcs_fit_t), intent(in) :: fit
-        type(level1_setup_t), intent(in) :: setup
-        real(dp), intent(out) :: sigma(3)
-
         type(information_t) :: information
-        type(error_t), allocatable :: singular
-        real(dp) :: step(size(fit%shared)), covariance(size(fit%shared), size(fit%shared))
-        integer :: k
+        type(eliminated_t) :: others
+        integer, allocatable :: order(:)            ! Offset and leakages first
+        real(dp), allocatable :: unit(:)            ! By current for one by moment
+        real(dp) :: x(3), covariance(3, 3), condition
+        integer :: i, k, n
 
-        information = fit%information
-        do k = 1, size(fit%shared)
-            select case (KIND_OF(fit%shared(k)))
-            case (OF_OFFSET)
-                continue
-            case (OF_LEAKAGE)
-                call information%expect(k, by_moment(setup, setup%leakage_prior(1)))
-            case (OF_LEAKAGE_RATE)
-                call information%expect(k, by_moment(setup, setup%leakage_prior(2)))
-            case (OF_SCALE_FACTORS)
-                call information%expect(k, setup%scale_sigma)
-            case default
-                call information%expect(k, ANY_CHANNEL)
-            end select
+        n = 3 + size(choice%leaks)
+        order = [1, 2, 3, choice%leaks]
+        do i = 4, size(choice%shared)
+            if (.not. any(order(:n) == i)) order = [order, i]
         end do
-        call information%solve(step, covariance, singular)
-        sigma = 0
-        if (.not. allocated(singular)) sigma = sqrt([(covariance(k, k), k=1, 3)])
-    end subroutine sigma_with_prior
+        unit = [1.0_dp, 1.0_dp, 1.0_dp, choice%by_current]
+        information%matrix = fit%information%matrix(order, order)
+        information%rhs = fit%information%rhs(order)
+        do k = n + 1, size(order)
+            call information%expect(k, choice%prior(order(k)))
+        end do
+        call information%eliminate(n, others, error)
+        if (allocated(error)) return
+        do k = 1, n
+            information%matrix(:, k) = information%matrix(:, k)/(unit*unit(k))
+        end do
+        information%rhs = information%rhs/unit
+        call solve_normal_equations(information%matrix(:3, :3), information%rhs(:3), x, covariance, condition, error)
+        if (allocated(error)) return
+        solution%sigma_alone = sqrt([(covariance(k, k), k=1, 3)])
+        call judge_leakage(information%matrix, information%rhs, &
+                           [spread(0.0_dp, 1, 3), 1/(choice%prior(choice%leaks)*unit(4:))**2], choice%rods, leakage, solution)
+    end subroutine look_at_leakage
 
     !> The fit as a solution among those by sources.
-    subroutine take(calibration, setup, fit, span_of, solution)
+    subroutine take(calibration, choice, fit, span_of, solution)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
+        type(choice_t), intent(in) :: choice
         type(arcs_fit_t), intent(in) :: fit
-        integer, intent(in) :: span_of(:)
+        integer, intent(in) :: span_of(:)           !! The span of each arc
         type(level1_solution_t), intent(inout) :: solution
 
-        integer :: i, k, axis, rod
+        integer :: i, k, r, axis
 
         solution%offset = fit%value(:3)
         solution%covariance = fit%covariance(:3, :3)
         solution%formal = solution%covariance
         solution%rms = fit%rms                      ! at all frequencies, which the fit uses
         solution%samples = fit%samples
-        solution%condition = 0                      ! not looked at: the a-priori knowledge keeps it sound
         solution%whiteness = 1                      ! the noise has the spectrum of the residuals
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees
-        do k = 1, 9
-            axis = (k + 2)/3
-            rod = mod(k - 1, 3) + 1
-            associate (kappa => setup%rod_gain(rod)*setup%rod_sign(rod), l => findloc(fit%shared, LEAKAGE(k), 1), &
-                       r => findloc(fit%shared, LEAKAGE_RATE(k), 1))
-                solution%leak(axis, rod) = kappa*fit%value(l)
-                solution%leak_sigma(axis, rod) = abs(kappa)*sqrt(fit%covariance(l, l))
-                solution%leak_rate(axis, rod) = kappa*fit%value(r)
-                solution%leak_rate_sigma(axis, rod) = abs(kappa)*sqrt(fit%covariance(r, r))
-            end associate
+        r = size(choice%rods)
+        do axis = 1, 3
+            do k = 1, r
+                associate (rod => choice%rods(k), by => choice%by_current(k), i => choice%leaks(2*r*(axis - 1) + k), &
+                           rate => choice%leaks(2*r*(axis - 1) + r + k))
+                    solution%leak(axis, rod) = by*fit%value(i)
+                    solution%leak_sigma(axis, rod) = abs(by)*sqrt(fit%covariance(i, i))
+                    solution%leak_rate(axis, rod) = by*fit%value(rate)
+                    solution%leak_rate_sigma(axis, rod) = abs(by)*sqrt(fit%covariance(rate, rate))
+                end associate
+            end do
         end do
         allocate (solution%span_offset(3, size(calibration%spans)), solution%span_rms(3, size(calibration%spans)), &
                   source=0.0_dp)
         allocate (solution%span_sigma(3, size(calibration%spans)), source=-1.0_dp)
         do i = 1, size(calibration%spans)
-            solution%spans = solution%spans + merge(1, 0, any(span_of == i))
+            if (any(span_of == i)) solution%spans = solution%spans + 1
             if (count(span_of == i) /= 1) cycle     ! none, or cut by a firing
             associate (arc => findloc(span_of, i, 1))
+                solution%span_rms(:, i) = fit%arc_rms(:, arc)
+                if (.not. fit%arc_covariance(1, 1, arc) > 0) cycle      ! the arc alone does not tell
                 solution%span_offset(:, i) = fit%arc_offset(:, arc)
                 solution%span_sigma(:, i) = [(sqrt(fit%arc_covariance(k, k, arc)), k=1, 3)]
-                solution%span_rms(:, i) = fit%rms
             end associate
         end do
     end subroutine take

@@ -96,7 +96,8 @@ contains
             end associate
         end do
         if (source == 'optimal') then
-            call solve_optimal(calibration, setup, estimate%gyros, leakage, estimate%steps, solution, error)
+            call solve_optimal(calibration, setup, estimate%gyros, estimate%rods%driven, leakage, estimate%steps, &
+                               solution, error)
             call move_alloc(series, solution%series)
             return
         end if

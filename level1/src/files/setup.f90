@@ -39,6 +39,7 @@ module gracecg_level1_setup
         real(dp) :: gain_sigma = 0.1_dp         !! Relative, of rod_gain
         real(dp) :: angular_scale_sigma = 0.03_dp       !! Of the angular channels
         real(dp) :: field_sigma = 150*NANOTESLA !! Of the field model by axis, T
+        real(dp) :: lift_sigma = 3e-7_dp        !! Of the air's force along y and z by the angle of the flow, m/s^2
         real(dp) :: proportional_leakage = 0    !! Acceleration that is considered, proportional to I and B, m/s^2 at 120 mA
                                                 !! and 30 000 nT
         real(dp) :: tank(3, 2) = reshape([-0.6_dp, 0.0_dp, 0.0_dp, 0.6_dp, 0.0_dp, 0.0_dp], [3, 2])    !! From the centre
@@ -114,6 +115,8 @@ contains
         call settings%real_value('angular_scale_sigma', setup%angular_scale_sigma, 0.0_dp, 1.0_dp, 'of the angular channels')
         call settings%real_value('field_sigma_nt', setup%field_sigma, 0.0_dp, 1e5_dp, 'nT, of the field by axis', NANOTESLA, &
                                  'nT')
+        call settings%real_value('lift_sigma', setup%lift_sigma, 0.0_dp, 1e-3_dp, 'm/s^2, of the air''s force along y and '// &
+                                 'z by the angle of its flow', unit='m/s^2')
         call settings%real_value('proportional_leakage', setup%proportional_leakage, 0.0_dp, 1.0_dp, 'm/s^2, considered: '// &
                                  'sigma at 120 mA and 30000 nT, proportional to current and field', unit='m/s^2')
         call settings%real_values('tank_1', setup%tank(:, 1), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')

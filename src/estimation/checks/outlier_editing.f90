@@ -13,6 +13,10 @@ module gracecg_estimation_outlier_editing
     implicit none
     private
     public :: leave_out_worst, decide_anew, report_edited
+    public :: MEDIAN_OF_ONE, MEDIAN_OF_THREE
+
+    !> Medians of |x|, x of the standard normal distribution, and of the length of a vector of three such
+    real(dp), parameter :: MEDIAN_OF_ONE = 0.67449_dp, MEDIAN_OF_THREE = 1.53817_dp
 
 contains
 

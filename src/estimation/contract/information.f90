@@ -100,7 +100,7 @@ contains
     !> Eliminates the parameters after the first n. Fails when these do not leave them determined.
     subroutine eliminate(self, n, gone, error, names)
         class(information_t), intent(inout) :: self
-        integer, intent(in) :: n    !! How many go
+        integer, intent(in) :: n    !! How many stay
         type(eliminated_t), intent(out) :: gone
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: names(:)      !! Of those that go, for messages

@@ -27,7 +27,7 @@ contains
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
         real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), shown(3), t
-        logical :: drag_changes, side_forces, bent
+        logical :: drag_changes, side_forces, lifted, bent
         integer, allocatable :: linear(:)
         integer :: i, k, n
 
@@ -35,6 +35,7 @@ contains
         factor = 1 + state%value(SCALE_FACTORS)
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
         side_forces = any(model%estimated == SIDE_FORCE(1))
+        lifted = any(model%estimated == LIFT(1))
         bent = any(abs(state%value(FORCE_BENDS)) > 0) .or. &
                any(KIND_OF(model%estimated) == OF_FORCE_BENDS)
         changes = 0
@@ -55,6 +56,7 @@ contains
             if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
             shown = factor*unscaled
             if (side_forces) shown(1) = shown(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
+            if (lifted) shown(2:) = shown(2:) + along(2:)*state%value(LIFT)
             if (bent) then
                 bends = bends_at(model, k)
                 do n = 1, size(FORCE_BENDS)
@@ -267,6 +269,8 @@ contains
                         if (k >= model%jump) partials(i, axis) = factor(axis)
                     case (OF_SIDE_FORCE)
                         partials(i, 1) = along(1 + MEMBER_OF(p))
+                    case (OF_LIFT)
+                        partials(i, 1 + MEMBER_OF(p)) = along(1 + MEMBER_OF(p))
                     case (OF_AIRFLOW_TURN)
                         axis = 1 + MEMBER_OF(p)
                         partials(i, axis) = factor(axis)*dot_product(along, drag)

@@ -4,8 +4,9 @@
 !> drift of its own. Its own parameters are eliminated from its normal equations, and what is left about the shared ones is
 !> added up: the work grows with the number of arcs. Arcs that alone determine nothing count with the others.
 !>
-!> Noise is autoregressive, of one spectrum for all arcs, found from the residuals in turn with the fit. Delays act on the
-!> model in proportion; what is found of them is put into what is believed, and the fit is done anew, until it stays.
+!> Noise is autoregressive, of one spectrum for all arcs, found in turn with the fit from the residuals and from what the
+!> errors of the fit have taken out of them. Delays act on the model in proportion; what is found of them is put into what is
+!> believed, and the fit is done anew, until it stays.
 module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
@@ -15,10 +16,11 @@ module gracecg_estimation_arcs
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
+    use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_noise_whitening, only: autoregressive_whitener
-    use gracecg_estimation_outlier_editing, only: leave_out_worst
+    use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE, MEDIAN_OF_THREE
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
     implicit none
     private
@@ -27,13 +29,15 @@ module gracecg_estimation_arcs
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
     integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
     integer, parameter :: MOST_STEPS = 10           !! Of Gauss and Newton
-    integer, parameter :: NOISE_ROUNDS = 3          !! Of noise and editing within a fit
-    real(dp), parameter :: SETTLED = 1e-2_dp        !! Largest step of a shared parameter at the end, standard deviations
+    integer, parameter :: NOISE_ROUNDS = 12         !! Of noise and editing within a fit
+    real(dp), parameter :: SAME_SIGMA = 5e-3_dp     !! Relative change of the offset's sigma from noise to noise at the end
+    real(dp), parameter :: SMALL_STEP = 1e-2_dp      !! Largest step of a shared parameter at the end, standard deviations
     real(dp), parameter :: SAME_DELAY = 2e-5_dp     !! s
     real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations
-    real(dp), parameter :: MEDIAN_OF_ONE = 0.67449_dp, MEDIAN_OF_THREE = 1.53817_dp
     real(dp), parameter :: FIRST_LEVEL = 2e-9_dp, FIRST_ANGULAR = 1e-7_dp, FIRST_ANGLE = 1e-6_dp
     !! Standard deviations to begin with, m/s^2, rad/s^2, rad
+    real(dp), parameter :: LEAST_ANGLE = 1e-10_dp   !! Standard deviation of a star camera, rad: samples without noise weigh
+    !! no more
 
     !> An arc in the fit.
     type :: arc_t
@@ -50,16 +54,14 @@ module gracecg_estimation_arcs
         real(dp), allocatable :: covariance(:, :)   !! Of the values, SI units
         type(information_t) :: information          !! Of the samples about their corrections, without a-priori knowledge
         real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, m
-        real(dp), allocatable :: arc_covariance(:, :, :)    !! Of these, m^2
+        real(dp), allocatable :: arc_covariance(:, :, :)    !! Of these, m^2; 0 where an arc alone does not tell
         real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
         integer :: degrees = 0                      !! Of freedom of it
-        real(dp) :: rms(3) = 0, angular_rms(3) = 0  !! Of the residuals, m/s^2, rad/s^2
+        real(dp) :: rms(3) = 0                      !! Of the accelerometer's residuals, m/s^2
+        real(dp), allocatable :: arc_rms(:, :)      !! Of each arc, (3, arcs), m/s^2
         type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
-        real(dp) :: innovation(3) = 0               !! Standard deviation of a sample when its predecessors are known, m/s^2
-        real(dp) :: star_sigma(3) = 0, second_sigma(3) = 0  !! Found of the two heads, rad
-        integer :: samples = 0, edited(3) = 0       !! Of the accelerometer; left out of accelerometer, heads, channels
-        integer :: rounds = 0                       !! Fits
-        logical :: converged = .false.              !! The delays stay
+        integer :: samples = 0                      !! Of the accelerometer that count
+        logical :: converged = .false.              !! The last fit settled, and the delays stay
     end type arcs_fit_t
 
 contains
@@ -78,6 +80,7 @@ contains
         type(arc_t), allocatable :: arcs(:)
         real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
         integer :: i, round
+        logical :: settled
 
         result%shared = shared
         believed = sets
@@ -85,18 +88,18 @@ contains
         allocate (arcs(size(sets)))
         allocate (result%value(size(shared)), source=0.0_dp)
         do round = 1, MOST_ROUNDS
-            result%rounds = round
             do i = 1, size(arcs)
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
                 call add_context(error, 'arc '//integer_text(i))
                 if (allocated(error)) return
                 if (round > 1) call take_noise(arcs(i)%problem, result%linear_noise, result%angular_noise)
             end do
-            call fit(arcs, prior, moved, result, error)
+            call fit(arcs, prior, moved, result, settled, error)
             if (allocated(error)) return
             call move_delays(arcs, shared, believed, moved, result%converged)
             if (result%converged) exit
         end do
+        result%converged = result%converged .and. settled
         result%value = moved + arcs(1)%problem%state%value(shared)
         call look_at_arcs(arcs, result)
     end subroutine estimate_arcs
@@ -170,16 +173,20 @@ contains
     end subroutine take_noise
 
     !> Fits with the beliefs as they are: steps of Gauss and Newton, noise, editing.
-    subroutine fit(arcs, prior, moved, result, error)
+    subroutine fit(arcs, prior, moved, result, settled, error)
         type(arc_t), intent(inout) :: arcs(:)
         real(dp), intent(in) :: prior(:), moved(:)
         type(arcs_fit_t), intent(inout) :: result
+        logical, intent(out) :: settled             !! The last steps became small
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: largest
         integer :: round, step, i
+        real(dp) :: sigma(3), before(3)
         logical :: changed
 
+        settled = .false.
+        before = 0
         do round = 1, NOISE_ROUNDS
             do step = 1, MOST_STEPS
                 do i = 1, size(arcs)
@@ -188,14 +195,17 @@ contains
                 end do
                 call step_all(arcs, prior, moved, result, largest, error)
                 if (allocated(error)) return
-                if (largest < SETTLED) exit
+                settled = largest < SMALL_STEP
+                if (settled) exit
             end do
             changed = .false.
             do i = 1, size(arcs)
                 call refresh_and_edit(arcs(i)%problem, changed)
             end do
+            sigma = [(sqrt(result%covariance(i, i)), i=1, 3)]
+            if (.not. changed .and. all(abs(sigma - before) <= SAME_SIGMA*sigma)) exit
+            before = sigma
             call find_noise(arcs, result)
-            if (round > 1 .and. .not. changed .and. step == 1) exit
         end do
     end subroutine fit
 
@@ -286,33 +296,32 @@ contains
         type(arcs_fit_t), intent(inout) :: result
 
         type(autocovariances_t) :: linear(3), angular(3)
-        real(dp) :: taken
+        real(dp) :: first_head(3), second_head(3)
+        logical :: found_before     ! Errors of the fit are those by the noise, not by a first guess
         integer :: axis, i
 
+        found_before = result%linear_noise(1)%order > 0
         do axis = 1, 3
             call linear(axis)%begin(ORDER)
             call angular(axis)%begin(ORDER)
-            taken = 0
             do i = 1, size(arcs)
-                associate (p => arcs(i)%problem)
-                    call linear(axis)%add(p%data%accelerometer_epoch, p%acceleration_residual(axis, :), &
-                                          p%acceleration_kept(axis, :))
-                    taken = taken + count(KINDS(KIND_OF(arcs(i)%own))%acts_on == ACCELERATION)/3.0_dp
-                    if (p%channel_rows > 0) call angular(axis)%add(p%data%accelerometer_epoch, p%channel_residual(axis, :), &
-                                                                   p%acceleration_kept(axis, :))
+                associate (p => arcs(i)%problem, epoch => arcs(i)%problem%data%accelerometer_epoch)
+                    call linear(axis)%add(epoch, p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))
+                    if (found_before) call linear(axis)%add_errors(epoch, p%acceleration_partials(:, axis, :), &
+                                                 covariance_of(arcs(i), result%covariance), p%acceleration_kept(axis, :))
+                    if (p%channel_rows > 0) &
+                        call angular(axis)%add(epoch, p%channel_residual(axis, :), p%acceleration_kept(axis, :))
                 end associate
             end do
-            result%linear_noise(axis) = predictors_of(linear(axis), linear(axis)%count - taken)
+            result%linear_noise(axis) = predictors_of(linear(axis), real(linear(axis)%count, dp))
             result%rms(axis) = result%linear_noise(axis)%deviation(0)
-            result%innovation(axis) = result%linear_noise(axis)%deviation(ORDER)
             result%angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - 3.0_dp*size(arcs))
-            result%angular_rms(axis) = result%angular_noise(axis)%deviation(0)
-            result%star_sigma(axis) = sigma_of_head(1, axis)
-            result%second_sigma(axis) = sigma_of_head(2, axis)
+            first_head(axis) = max(LEAST_ANGLE, sigma_of_head(1, axis))
+            second_head(axis) = sigma_of_head(2, axis)
         end do
         do i = 1, size(arcs)
-            arcs(i)%problem%noise%star_camera_sigma = max(1e-10_dp, result%star_sigma)
-            arcs(i)%problem%noise%second_head_sigma = result%second_sigma
+            arcs(i)%problem%noise%star_camera_sigma = first_head
+            arcs(i)%problem%noise%second_head_sigma = second_head
             call take_noise(arcs(i)%problem, result%linear_noise, result%angular_noise)
         end do
 
@@ -326,7 +335,7 @@ contains
             integer :: k, own
 
             sigma = 1
-            if (head == 2 .and. about /= 2) return      ! gyros know their own axis best
+            if (head == 2 .and. about /= 2) return      ! any axis of the gyros would do: within 0.2 um in 24 days
             squares = 0
             free = 0
             do k = 1, size(arcs)
@@ -342,6 +351,20 @@ contains
             if (free > 0) sigma = sqrt(squares/free)
         end function sigma_of_head
     end subroutine find_noise
+
+    !> The covariance of all parameters of an arc, those shared first.
+    pure function covariance_of(arc, shared) result(covariance)
+        type(arc_t), intent(in) :: arc
+        real(dp), intent(in) :: shared(:, :)        !! That of the shared ones
+        real(dp) :: covariance(size(shared, 1) + size(arc%own), size(shared, 1) + size(arc%own))
+
+        associate (n => size(shared, 1), gone => arc%eliminated)
+            covariance(:n, :n) = shared
+            covariance(:n, n + 1:) = -matmul(shared, gone%gain)
+            covariance(n + 1:, :n) = transpose(covariance(:n, n + 1:))
+            covariance(n + 1:, n + 1:) = gone%covariance_with(shared)
+        end associate
+    end function covariance_of
 
     !> Puts the delays that were found into what is believed, and takes them from the state.
     subroutine move_delays(arcs, shared, believed, moved, settled)
@@ -379,19 +402,22 @@ contains
 
         type(error_t), allocatable :: singular
         type(information_t) :: alone
-        real(dp) :: change(3)
-        integer :: i
+        real(dp) :: change(3), covariance(3, 3)
+        integer :: i, axis
 
-        allocate (result%arc_offset(3, size(arcs)), result%arc_covariance(3, 3, size(arcs)), source=0.0_dp)
+        allocate (result%arc_offset(3, size(arcs)), result%arc_covariance(3, 3, size(arcs)), result%arc_rms(3, size(arcs)), &
+                  source=0.0_dp)
         do i = 1, size(arcs)
-            result%samples = result%samples + count(arcs(i)%problem%acceleration_kept)/3
-            result%edited(1) = result%edited(1) + count(.not. arcs(i)%problem%acceleration_kept)
-            result%edited(2) = result%edited(2) + count(.not. arcs(i)%problem%star_kept)
+            associate (p => arcs(i)%problem)
+                result%samples = result%samples + count(p%acceleration_kept)/3
+                result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
+            end associate
             alone%matrix = arcs(i)%information%matrix(:3, :3)
             alone%rhs = arcs(i)%information%rhs(:3)
-            call alone%solve(change, result%arc_covariance(:, :, i), singular)
-            result%arc_offset(:, i) = result%value(:3) + change
+            call alone%solve(change, covariance, singular)
             if (allocated(singular)) cycle
+            result%arc_offset(:, i) = result%value(:3) + change
+            result%arc_covariance(:, :, i) = covariance
             result%chi_square = result%chi_square + dot_product(change, matmul(alone%matrix, change))
             result%degrees = result%degrees + 3
         end do

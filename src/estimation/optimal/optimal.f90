@@ -20,7 +20,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
-    use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
+    use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited, MEDIAN_OF_ONE, MEDIAN_OF_THREE
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_belief, only: apply_value
     use gracecg_estimation_belief_tests, only: test_beliefs
@@ -41,8 +41,6 @@ module gracecg_estimation_optimal
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
     real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations; 2e-9 of Gaussian noise is beyond
-    real(dp), parameter :: MEDIAN_OF_ONE = 0.67449_dp   !! Of |x|, x of the standard normal distribution
-    real(dp), parameter :: MEDIAN_OF_THREE = 1.53817_dp !! Of the length of a vector of three such
     real(dp), parameter :: MOST = 0.25_dp           !! Part of a series that may be left out
     !> Below what any instrument has: data without noise
     real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp

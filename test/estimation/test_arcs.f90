@@ -1,0 +1,141 @@
+!> One fit of several arcs: the offset of a case that is flown more than once, against the truth and against `optimal`.
+module test_arcs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_parameters
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
+    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_optimal_options, only: WAVE_NONE
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_information, only: squares_of
+    use gracecg_estimation_solution, only: solution_t
+    use statistics, only: chi_square_limits
+    use fixture, only: check, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type
+    implicit none
+    private
+    public :: collect_arcs
+
+    integer, parameter :: SHARED(*) = [OFFSET, SCALE_FACTORS], OWN(*) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FIELD_BIAS]
+    real(dp), parameter :: SIGMA_OF_SCALES = 0.02_dp
+
+contains
+
+    subroutine collect_arcs(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('errors-are-those-predicted', test_statistics), &
+                    new_unittest('one-arc', test_one), &
+                    new_unittest('not-determined', test_not_determined)]
+    end subroutine collect_arcs
+
+    !> Runs of front 2, without a density wave.
+    subroutine fly(runs, seed, sets, simulator, error)
+        integer, intent(in) :: runs, seed
+        type(observation_set_t), allocatable, intent(out) :: sets(:)
+        type(simulator_t), intent(out) :: simulator
+        type(error_type), allocatable, intent(inout) :: error
+
+        type(calibration_t) :: calibration
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        allocate (sets(runs))
+        call find_calibration('front-2', calibration, failure)
+        calibration%case%density_wave%amplitude = 0
+        calibration%case%density_wave_random = .false.
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        do i = 1, runs
+            if (.not. allocated(failure)) call observe(simulator, seed, i, sets(i), failure, only_used_head=.true.)
+        end do
+        call check_passes(error, message_of(failure))
+    end subroutine fly
+
+    !> Normalised squares of the errors of fits of two arcs each, and of the arcs about the common offset: noise whose level is
+    !> estimated from what a fit leaves, not from what is said.
+    subroutine test_statistics(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: FITS = 12, ARCS = 2
+        type(observation_set_t), allocatable :: sets(:)
+        type(simulator_t) :: simulator
+        type(arcs_fit_t) :: fit
+        type(error_t), allocatable :: failure
+        real(dp) :: squares, apart, limits(2)
+        integer :: i, degrees
+
+        squares = 0
+        apart = 0
+        degrees = 0
+        do i = 1, FITS
+            call fly(ARCS, 40 + i, sets, simulator, error)
+            if (allocated(error)) return
+            call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure)
+            call check_passes(error, message_of(failure))
+            call check(error, fit%converged, 'settled')
+            if (allocated(error)) return
+            squares = squares + squares_of(fit%value(:3) - simulator%case%satellite%offset, fit%covariance(:3, :3))
+            apart = apart + fit%chi_square
+            degrees = degrees + fit%degrees
+        end do
+        limits = chi_square_limits(3*FITS)
+        call check(error, squares > limits(1) .and. squares < limits(2), 'squares of the errors')
+        call check(error, degrees, 3*(ARCS - 1)*FITS, 'degrees of freedom')
+        limits = chi_square_limits(degrees)
+        call check(error, apart > limits(1) .and. apart < limits(2), 'squares about the common offset')
+    end subroutine test_statistics
+
+    !> A single arc has the offset that `optimal` finds, but for its noise, which it is told and this is not.
+    subroutine test_one(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t), allocatable :: sets(:)
+        type(simulator_t) :: simulator
+        type(arcs_fit_t) :: fit
+        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: sigma(3)
+        integer :: k
+
+        call fly(1, 7, sets, simulator, error)
+        if (allocated(error)) return
+        call estimate_arcs(sets, options, SHARED, prior(), OWN, fit, failure)
+        call check_passes(error, message_of(failure))
+        options%optimal%density_wave = WAVE_NONE
+        call estimate_optimal(sets(1), options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        sigma = [(sqrt(fit%covariance(k, k)), k=1, 3)]
+        call check(error, all(abs(fit%value(:3) - solution%offset) < sigma), 'the offset')
+        call check(error, fit%degrees, 0, 'nothing to compare it with')
+        call check(error, all(abs(fit%arc_offset(:, 1) - fit%value(:3)) < sigma) .and. all(fit%arc_rms(:, 1) > 0), 'the arc')
+    end subroutine test_one
+
+    !> Parameters that nothing tells: by name.
+    subroutine test_not_determined(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t), allocatable :: sets(:)
+        type(simulator_t) :: simulator
+        type(arcs_fit_t) :: fit
+        type(error_t), allocatable :: failure
+
+        call fly(1, 7, sets, simulator, error)
+        if (allocated(error)) return
+        call estimate_arcs(sets, estimation_options_t(), [SHARED, ROD_GAIN, ROD_GAINS], [prior(), 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], &
+                           OWN, fit, failure)
+        call check(error, index(message_of(failure), 'what the arcs share') > 0 .and. index(message_of(failure), 'rod_gain') > 0, &
+                   message_of(failure))
+    end subroutine test_not_determined
+
+    pure function prior()
+        real(dp) :: prior(size(SHARED))
+
+        prior = [0.0_dp, 0.0_dp, 0.0_dp, SIGMA_OF_SCALES, SIGMA_OF_SCALES, SIGMA_OF_SCALES]
+    end function prior
+end module test_arcs
