@@ -6,8 +6,8 @@ module gracecg_level1_optimal_source
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
-    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
-    use gracecg_estimation_information, only: information_t, eliminated_t
+    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs
+    use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
@@ -73,7 +73,7 @@ contains
         if (solution%leakage == 'estimated') then
             prior = choice%prior
             prior(choice%leaks) = FREE*prior(choice%leaks)
-            call estimate_arcs(sets, estimation_options_t(), choice%shared, prior, choice%own, fit, error)
+            call combine_arcs(fit, prior, error)
             if (allocated(error)) return
         end if
         if (fit%converged) then
@@ -143,8 +143,11 @@ contains
             if (.not. any(order(:n) == i)) order = [order, i]
         end do
         unit = [1.0_dp, 1.0_dp, 1.0_dp, choice%by_current]
-        information%matrix = fit%information%matrix(order, order)
-        information%rhs = fit%information%rhs(order)
+        information = no_information(size(order))
+        do i = 1, size(fit%arcs)
+            information%matrix = information%matrix + fit%arcs(i)%matrix(order, order)
+            information%rhs = information%rhs + fit%arcs(i)%rhs(order)
+        end do
         do k = n + 1, size(order)
             call information%expect(k, choice%prior(order(k)))
         end do

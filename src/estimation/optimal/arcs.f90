@@ -24,7 +24,7 @@ module gracecg_estimation_arcs
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
     implicit none
     private
-    public :: arcs_fit_t, estimate_arcs
+    public :: arcs_fit_t, estimate_arcs, combine_arcs
 
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
     integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
@@ -52,8 +52,9 @@ module gracecg_estimation_arcs
         integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
         real(dp), allocatable :: value(:)           !! Of them, SI units: errors of what was believed
         real(dp), allocatable :: covariance(:, :)   !! Of the values, SI units
-        type(information_t) :: information          !! Of the samples about their corrections, without a-priori knowledge
-        real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, m
+        real(dp), allocatable :: at(:)              !! Values about which the arcs are linearised
+        type(information_t), allocatable :: arcs(:) !! Of the samples of each arc about corrections of these
+        real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, (3, arcs), m
         real(dp), allocatable :: arc_covariance(:, :, :)    !! Of these, m^2; 0 where an arc alone does not tell
         real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
         integer :: degrees = 0                      !! Of freedom of it
@@ -79,14 +80,13 @@ contains
         type(observation_set_t), allocatable :: believed(:)
         type(arc_t), allocatable :: arcs(:)
         real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
-        integer :: i, round
+        integer :: i, axis, round
         logical :: settled
 
         result%shared = shared
         believed = sets
         moved = 0
-        allocate (arcs(size(sets)))
-        allocate (result%value(size(shared)), source=0.0_dp)
+        allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)))
         do round = 1, MOST_ROUNDS
             do i = 1, size(arcs)
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
@@ -100,8 +100,12 @@ contains
             if (result%converged) exit
         end do
         result%converged = result%converged .and. settled
-        result%value = moved + arcs(1)%problem%state%value(shared)
-        call look_at_arcs(arcs, result)
+        do i = 1, size(arcs)
+            associate (p => arcs(i)%problem)
+                result%samples = result%samples + count(p%acceleration_kept)/3
+                result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
+            end associate
+        end do
     end subroutine estimate_arcs
 
     !> The problem of an arc; at the state where it was, if it had been there before.
@@ -238,27 +242,18 @@ contains
         real(dp), intent(out) :: largest            !! Of the shared ones, standard deviations
         type(error_t), allocatable, intent(out) :: error
 
-        type(information_t) :: all
-        real(dp) :: step(size(prior)), now(size(prior))
+        real(dp) :: step(size(prior))
         real(dp), allocatable :: correction(:)
-        integer :: i, k, n
+        integer :: i, k
 
-        n = size(prior)
-        all = no_information(n)
+        result%at = arcs(1)%problem%state%value(result%shared) + moved
         do i = 1, size(arcs)
-            call all%add(arcs(i)%information)
+            result%arcs(i) = arcs(i)%information
         end do
-        result%information = all
-        now = arcs(1)%problem%state%value(result%shared) + moved
-        do k = 1, n
-            call all%expect(k, prior(k))
-            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - now(k)/prior(k)**2
-        end do
-        if (.not. allocated(result%covariance)) allocate (result%covariance(n, n))
-        call all%solve(step, result%covariance, error, parameter_names(result%shared))
-        call add_context(error, 'what the arcs share')
+        call combine_arcs(result, prior, error)
         if (allocated(error)) return
-        largest = maxval([(abs(step(k))/sqrt(result%covariance(k, k)), k=1, n)])
+        step = result%value - result%at
+        largest = maxval([(abs(step(k))/sqrt(result%covariance(k, k)), k=1, size(step))])
         do i = 1, size(arcs)
             correction = [step, arcs(i)%eliminated%value_at(step)]
             call arcs(i)%problem%correct(correction)
@@ -395,32 +390,45 @@ contains
         end do
     end subroutine move_delays
 
-    !> The offset by each arc, and how far they are from each other.
-    subroutine look_at_arcs(arcs, result)
-        type(arc_t), intent(in) :: arcs(:)
-        type(arcs_fit_t), intent(inout) :: result
+    !> The shared parameters by what all arcs say and what is known beforehand; the offset by each arc, and how far they are
+    !> from each other. Fails when the shared parameters are not determined.
+    subroutine combine_arcs(fit, prior, error)
+        type(arcs_fit_t), intent(inout) :: fit
+        real(dp), intent(in) :: prior(:)            !! Their a-priori standard deviations, SI units; 0: none
+        type(error_t), allocatable, intent(out) :: error
 
         type(error_t), allocatable :: singular
-        type(information_t) :: alone
-        real(dp) :: change(3), covariance(3, 3)
-        integer :: i, axis
+        type(information_t) :: all, alone
+        real(dp) :: step(size(prior)), change(3), covariance(3, 3)
+        integer :: i, k
 
-        allocate (result%arc_offset(3, size(arcs)), result%arc_covariance(3, 3, size(arcs)), result%arc_rms(3, size(arcs)), &
-                  source=0.0_dp)
-        do i = 1, size(arcs)
-            associate (p => arcs(i)%problem)
-                result%samples = result%samples + count(p%acceleration_kept)/3
-                result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
-            end associate
-            alone%matrix = arcs(i)%information%matrix(:3, :3)
-            alone%rhs = arcs(i)%information%rhs(:3)
+        all = no_information(size(prior))
+        do i = 1, size(fit%arcs)
+            call all%add(fit%arcs(i))
+        end do
+        do k = 1, size(prior)
+            call all%expect(k, prior(k))
+            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - fit%at(k)/prior(k)**2
+        end do
+        fit%covariance = all%matrix
+        call all%solve(step, fit%covariance, error, parameter_names(fit%shared))
+        call add_context(error, 'what the arcs share')
+        if (allocated(error)) return
+        fit%value = fit%at + step
+        fit%arc_offset = spread(fit%value(:3), 2, size(fit%arcs))
+        fit%arc_covariance = reshape([(0.0_dp, i=1, 9*size(fit%arcs))], [3, 3, size(fit%arcs)])
+        fit%chi_square = 0
+        fit%degrees = -3
+        do i = 1, size(fit%arcs)
+            alone%matrix = fit%arcs(i)%matrix(:3, :3)
+            alone%rhs = fit%arcs(i)%rhs(:3) - matmul(fit%arcs(i)%matrix(:3, :), step)
             call alone%solve(change, covariance, singular)
             if (allocated(singular)) cycle
-            result%arc_offset(:, i) = result%value(:3) + change
-            result%arc_covariance(:, :, i) = covariance
-            result%chi_square = result%chi_square + dot_product(change, matmul(alone%matrix, change))
-            result%degrees = result%degrees + 3
+            fit%arc_offset(:, i) = fit%value(:3) + change
+            fit%arc_covariance(:, :, i) = covariance
+            fit%chi_square = fit%chi_square + dot_product(change, matmul(alone%matrix, change))
+            fit%degrees = fit%degrees + 3
         end do
-        result%degrees = max(0, result%degrees - 3)
-    end subroutine look_at_arcs
+        fit%degrees = max(0, fit%degrees)
+    end subroutine combine_arcs
 end module gracecg_estimation_arcs
