@@ -48,6 +48,7 @@ contains
                 call results%member('source', trim(one%source))
                 call results%member('verdict', trim(VERDICTS(one%flag)))
                 call results%member('reason', trim(one%reason))
+                call results%member('covariance_mm2', one%covariance/MILLIMETRE**2)
                 call results%end()
             end associate
         end do
