@@ -30,7 +30,8 @@ contains
         testsuite = [ &
                     new_unittest('errors-are-those-predicted', test_statistics), &
                     new_unittest('one-arc', test_one), &
-                    new_unittest('not-determined', test_not_determined)]
+                    new_unittest('not-determined', test_not_determined), &
+                    new_unittest('wrong-belief-is-named', test_beliefs)]
     end subroutine collect_arcs
 
     !> Runs of front 2, without a density wave.
@@ -115,6 +116,42 @@ contains
         call check(error, fit%degrees, 0, 'nothing to compare it with')
         call check(error, all(abs(fit%arc_offset(:, 1) - fit%value(:3)) < sigma) .and. all(fit%arc_rms(:, 1) > 0), 'the arc')
     end subroutine test_one
+
+    !> With what is right no belief is contradicted; an inertia that is wrong is named with its value, and the offset with it is
+    !> the true one.
+    subroutine test_beliefs(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ARCS = 2
+        real(dp), parameter :: WRONG = 12                   ! kg m^2
+        type(observation_set_t), allocatable :: sets(:)
+        type(simulator_t) :: simulator
+        type(arcs_fit_t) :: fit
+        type(error_t), allocatable :: failure
+        real(dp) :: sigma(3), stated(PARAMETERS)
+        integer :: i, k
+
+        stated = 0
+        call fly(ARCS, 9, sets, simulator, error)
+        if (allocated(error)) return
+        call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure, stated)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(fit%beliefs%values) > 20 .and. .not. fit%beliefs%has_contradiction(), 'what is right')
+        do i = 1, ARCS
+            sets(i)%knowledge%inertia(1, 1) = sets(i)%knowledge%inertia(1, 1) + WRONG
+        end do
+        call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure, stated)
+        call check_passes(error, message_of(failure))
+        call check(error, fit%beliefs%has_contradiction() .and. size(fit%beliefs%explanations) == 1, 'what is wrong')
+        if (allocated(error)) return
+        sigma = [(sqrt(fit%covariance(k, k)), k=1, 3)]
+        associate (found => fit%beliefs%explanations(1))
+            call check(error, found%place, INERTIA(1), trim(belief_subject(found%place)))
+            call check(error, found%complete .and. abs(found%value + WRONG) < 4*found%sigma, 'its value')
+            call check(error, all(abs(found%offset - simulator%case%satellite%offset) < 5*sigma), 'the offset with it')
+        end associate
+    end subroutine test_beliefs
 
     !> Parameters that nothing tells: by name.
     subroutine test_not_determined(error)

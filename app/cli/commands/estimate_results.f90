@@ -9,10 +9,6 @@ module gracecg_cli_estimate_results
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
-    use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
-    use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
-        say_contradiction
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -20,6 +16,7 @@ module gracecg_cli_estimate_results
     use gracecg_estimation_saved_estimate, only: put_information
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
+    use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_calibration_json, only: put_input, put_observed, put_fit, put_verdict, put_fit_tables
     use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page
@@ -112,26 +109,6 @@ contains
         write (text, '(f'//integer_text(width)//'.5)') value
         if (index(text, '*') > 0) write (text, '(es'//integer_text(width)//'.2)') value
     end function fitting_text
-
-    !> What the data say of the operator's beliefs, in two lines; a contradiction is among the warnings.
-    subroutine show_beliefs(report, console)
-        type(belief_report_t), intent(in) :: report
-        type(console_t), intent(inout) :: console
-
-        character(:), allocatable :: text
-
-        call say_counts(report, text)
-        call console%line('beliefs           '//text)
-        call say_undetected(report, text)
-        call console%line('undetected up to  '//text)
-        call say_untested(report, text)
-        if (text /= '') call console%line('not testable here '//text)
-        if (any(report%apart > 0)) &
-            call console%line('left out of sigma '//rounded_text(report%apart(1)/MILLIMETRE, 2)//', '// &
-                              rounded_text(report%apart(2)/MILLIMETRE, 2)//', '// &
-                              rounded_text(report%apart(3)/MILLIMETRE, 2)//' mm in x, y, z: the '// &
-                              'difference from `optimal`, which knows forces that bend, scale factors and magnetometer bias')
-    end subroutine show_beliefs
 
     !> Attitude, angular velocity, drift, bias, and what else an algorithm estimates, each with its sigma.
     function other_values(solution) result(table)
@@ -431,56 +408,6 @@ contains
             call results%end()
         end if
     end subroutine put_solution
-
-    subroutine put_beliefs(report, results)
-        type(belief_report_t), intent(in) :: report
-        type(results_t), intent(inout) :: results
-
-        character(16), parameter :: STATES(3) = [character(16) :: 'confirmed', 'not testable', 'contradicted']
-        character(:), allocatable :: text
-        integer :: i
-
-        call results%begin('beliefs')
-        call results%member('family_level', FAMILY_LEVEL)
-        call results%member('power', POWER)
-        call results%member('critical_score', report%critical)
-        call results%begin_array('values')
-        do i = 1, size(report%values)
-            associate (t => report%values(i), unit => belief_size(report%values(i)%belief))
-                call results%begin(on_one_line=.true.)
-                call results%member('subject', trim(belief_subject(t%belief)))
-                call results%member('state', trim(STATES(t%state)))
-                call results%member('score', t%score)
-                call results%member('value', t%value/unit)
-                call results%member('sigma', t%sigma/unit)
-                call results%member('detectable', t%detectable/unit)
-                call results%member('unit', trim(belief_unit(t%belief)))
-                call results%member('effect_mm', t%effect/MILLIMETRE)
-                call results%end()
-            end associate
-        end do
-        call results%end()
-        call results%begin_array('noises')
-        do i = 1, size(report%noises)
-            associate (t => report%noises(i))
-                call results%begin(on_one_line=.true.)
-                call results%member('subject', trim(NOISE_SUBJECTS(t%subject)))
-                call results%member('state', trim(STATES(t%state)))
-                call results%member('score', t%score)
-                call results%member('factor', t%factor)
-                if (t%frequency > 0) call results%member('frequency_hz', t%frequency)
-                call results%end()
-            end associate
-        end do
-        call results%end()
-        call say_contradiction(report, text)
-        call results%member('contradiction', text)
-        call say_untested(report, text)
-        call results%member('untested', text)
-        call results%member('undetected_mm', report%undetected()/MILLIMETRE)
-        call results%member('apart_from_optimal_mm', report%apart/MILLIMETRE)
-        call results%end()
-    end subroutine put_beliefs
 
     subroutine put_iteration(iteration, results)
         type(iteration_t), intent(in) :: iteration

@@ -21,6 +21,7 @@ module gracecg_level1_command_estimate
     use gracecg_cli_console, only: console_t
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
     use gracecg_cli_page_program, only: make_page
+    use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -189,6 +190,11 @@ contains
         call console%line('')
         call show_sources(estimate, console)
         call show_leakage(estimate, console)
+        do i = 1, size(estimate%solutions)
+            if (.not. allocated(estimate%solutions(i)%beliefs)) cycle
+            call console%line('')
+            call show_beliefs(estimate%solutions(i)%beliefs, console)
+        end do
         do i = 1, size(estimate%findings)
             call console%warn(estimate%findings(i)%text)
         end do
@@ -446,6 +452,9 @@ contains
             call results%member('chi_square', first%chi_square)
             call results%member('degrees', first%degrees)
             call results%member('flag', first%flag)
+            do i = 1, size(estimate%solutions)
+                if (allocated(estimate%solutions(i)%beliefs)) call put_beliefs(estimate%solutions(i)%beliefs, results)
+            end do
             call results%member('reason', trim(first%reason))
             call results%begin_array('spans')
             do i = 1, size(calibration%spans)

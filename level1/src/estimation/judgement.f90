@@ -3,6 +3,8 @@ module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
     use gracecg_base_text, only: append, integer_text, rounded_text
+    use gracecg_estimation_belief_report, only: CONTRADICTED
+    use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_offset_solution, only: sigma_of
@@ -60,7 +62,35 @@ contains
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations are zero, and the linear ones may be those of the other satellite')
         if (calibration%has_angular) call check_axes(calibration, setup, estimate)
+        call look_at_beliefs(estimate)
     end subroutine name_faults
+
+    !> What the samples contradict: a fault if the offset would be another by more than sources may differ.
+    subroutine look_at_beliefs(estimate)
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        character(:), allocatable :: text
+        real(dp) :: shift
+        integer :: i, k
+
+        do i = 1, size(estimate%solutions)
+            if (.not. allocated(estimate%solutions(i)%beliefs)) cycle
+            associate (report => estimate%solutions(i)%beliefs)
+                if (.not. report%has_contradiction()) cycle
+                call say_contradiction(report, text)
+                shift = 0
+                do k = 1, size(report%values)
+                    if (report%values(k)%state == CONTRADICTED) shift = max(shift, maxval(abs(report%values(k)%shift)))
+                end do
+                if (shift > CLOSE_ENOUGH) then
+                    call append(estimate%findings, text)
+                else
+                    call append(estimate%remarks, text//'; the offset would move by at most '// &
+                                trim(rounded_text(shift/MICROMETRE, 2))//' um')
+                end if
+            end associate
+        end do
+    end subroutine look_at_beliefs
 
     !> Whether the offset is within the requirement, for people, with blanks behind it: by axis.
     pure function offset_remark(offset) result(text)

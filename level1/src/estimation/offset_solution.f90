@@ -2,6 +2,7 @@
 !> the solution.
 module gracecg_level1_offset_solution
     use gracecg_base_kinds, only: dp
+    use gracecg_estimation_belief_report, only: belief_report_t
     implicit none
     private
     public :: level1_solution_t, source_series_t, consider_t, sigma_of
@@ -44,6 +45,7 @@ module gracecg_level1_offset_solution
         real(dp) :: whiteness = 0                       !! Mean squares of residuals in the lower half of the band over those in
                                                         !! the upper, of the axis where that, or its inverse, is largest
         type(source_series_t), allocatable :: series(:) !! The source's angular acceleration, by span
+        type(belief_report_t), allocatable :: beliefs   !! What the samples say of the setup; of the source optimal alone
         integer :: flag = 2                             !! 0 good, 1 with care, 2 not to be used
         character(200) :: reason = ''                   !! Why not 0
     end type level1_solution_t

@@ -26,6 +26,8 @@ module gracecg_level1_optimal_source
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
     real(dp), parameter :: ANY_CHANNEL = 1          !! Of a scale of the channels
     real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-6_dp    !! rad/s^2 by A m^2, or A m^2/s
+    real(dp), parameter :: ALIGNED = 5e-4_dp        !! Of axes on ground, rad: some 2 arc minutes
+    real(dp), parameter :: TOGETHER = 1e-3_dp       !! Of the delays of rods, and of axes of the accelerometer, s
     real(dp), parameter :: FREE = 100               !! Times the a-priori leakage: weighs nothing
 
     type :: choice_t
@@ -67,7 +69,8 @@ contains
         if (.not. allocated(error) .and. size(span_of) == 0) call fail(error, 'no span is long enough')
         if (allocated(error)) return
         choice = chosen(setup, driven, calibration%has_angular, axes%known)
-        call estimate_arcs(sets, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error)
+        call estimate_arcs(sets, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error, &
+                           stated_sigmas())
         if (.not. allocated(error)) call look_at_leakage(fit, choice, leakage, solution, error)
         if (allocated(error)) return
         if (solution%leakage == 'estimated') then
@@ -82,6 +85,19 @@ contains
             call fail(error, 'the fit does not settle')
         end if
     end subroutine solve_optimal
+
+    !> To which the setup is right where it says nothing, by place, SI units.
+    pure function stated_sigmas() result(sigmas)
+        real(dp) :: sigmas(PARAMETERS)
+
+        sigmas = 0
+        sigmas(ROD_TURNS) = ALIGNED
+        sigmas(ACCELEROMETER_TURN) = ALIGNED
+        sigmas(MOUNTING_1) = ALIGNED
+        sigmas(FIELD_TURN) = ALIGNED
+        sigmas(ROD_DELAYS) = TOGETHER
+        sigmas(ACCELEROMETER_DELAYS) = TOGETHER
+    end function stated_sigmas
 
     !> What is estimated.
     pure function chosen(setup, driven, with_channels, with_gyros) result(choice)
@@ -168,7 +184,7 @@ contains
     subroutine take(calibration, choice, fit, span_of, solution)
         type(level1_calibration_t), intent(in) :: calibration
         type(choice_t), intent(in) :: choice
-        type(arcs_fit_t), intent(in) :: fit
+        type(arcs_fit_t), intent(inout) :: fit
         integer, intent(in) :: span_of(:)           !! The span of each arc
         type(level1_solution_t), intent(inout) :: solution
 
@@ -179,6 +195,7 @@ contains
         solution%formal = solution%covariance
         solution%rms = fit%rms                      ! at all frequencies, which the fit uses
         solution%samples = fit%samples
+        call move_alloc(fit%beliefs, solution%beliefs)
         solution%whiteness = 1                      ! the noise has the spectrum of the residuals
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees

@@ -97,6 +97,7 @@ contains
             knowledge%accelerometer_noise%sides = ONE_SIDED
             knowledge%accelerometer_delay = setup%accelerometer_delay
             knowledge%a_priori%sigma_magnetometer_bias = field_sigma(calibration, setup)
+            knowledge%a_priori%sigma_inertia = setup%inertia_sigma
             knowledge%a_priori%sigma_torque = 1e-4_dp       ! a line of torque is the arc's own, of any size
             wanted = pack([(k, k=1, size(calibration%current_time))], &
                           calibration%current_time >= span%start .and. calibration%current_time <= span%stop)

@@ -30,7 +30,7 @@ module gracecg_estimation_belief_tests
     use gracecg_estimation_belief_report
     implicit none
     private
-    public :: test_beliefs
+    public :: test_beliefs, test_values
 
     real(dp), parameter :: DETERMINED = 1e-12_dp
     !! Of a belief's information: the least part of it that is not taken by the other parameters, for it to count. A turn
@@ -88,12 +88,12 @@ contains
     !> The beliefs with a value. The first n of the parameters are estimated: an a-priori value that the data
     !> contradict is a wrong belief, too.
     subroutine test_values(places, n, information, rhs, covariance, sigma, state, report)
-        integer, intent(in) :: places(:), n                 !! Parameters; the estimated ones come first
-        real(dp), intent(in) :: information(:, :), rhs(:)   !! Of all of them
-        real(dp), intent(in) :: covariance(:, :)            !! Of the estimated ones
-        real(dp), intent(in) :: sigma(:)                    !! A priori, by parameter; 0: none is stated
-        real(dp), intent(in) :: state(:)                    !! Values of the estimated ones
-        type(belief_report_t), intent(inout) :: report
+        integer, intent(in) :: places(:), n                 !! Parameters; the estimated ones come first. Others are not tested
+        real(dp), intent(in) :: information(:, :), rhs(:)   !! Of all of them, (places), SI units
+        real(dp), intent(in) :: covariance(:, :)            !! Of the estimated ones, (n, n)
+        real(dp), intent(in) :: sigma(:)                    !! A priori, (PARAMETERS); 0: none is stated
+        real(dp), intent(in) :: state(:)                    !! Values of the estimated ones, (n)
+        type(belief_report_t), intent(inout) :: report      !! Begun; their tests are added
 
         real(dp) :: on_fit(n), left, score, by_one(3), stated
         integer :: i, c, d(3)
@@ -101,6 +101,7 @@ contains
         d = [(findloc(places(:n), OFFSET(i), 1), i=1, 3)]
         do i = 1, size(BELIEFS)
             c = findloc(places, BELIEFS(i), 1)
+            if (c == 0) cycle
             stated = sigma(BELIEFS(i))
             if (c <= n) then
                 if (.not. stated > 0) cycle             ! nothing is believed of it

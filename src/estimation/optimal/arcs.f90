@@ -7,17 +7,23 @@
 !> Noise is autoregressive, of one spectrum for all arcs, found in turn with the fit from the residuals and from what the
 !> errors of the fit have taken out of them. Delays act on the model in proportion; what is found of them is put into what is
 !> believed, and the fit is done anew, until it stays.
+!>
+!> What is believed and not estimated is tested at the fit, all arcs together (gracecg_estimation_belief_tests).
 module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_lapack, only: grouped_normal_equations
+    use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_parameters, only: a_priori_sigmas
+    use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
+        OF_VALUE
+    use gracecg_estimation_belief_tests, only: test_values
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_noise_whitening, only: autoregressive_whitener
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE, MEDIAN_OF_THREE
@@ -33,6 +39,7 @@ module gracecg_estimation_arcs
     real(dp), parameter :: SAME_SIGMA = 5e-3_dp     !! Relative change of the offset's sigma from noise to noise at the end
     real(dp), parameter :: SMALL_STEP = 1e-2_dp      !! Largest step of a shared parameter at the end, standard deviations
     real(dp), parameter :: SAME_DELAY = 2e-5_dp     !! s
+    integer, parameter :: MOST_TRIED = 6            !! Beliefs that may explain what is contradicted
     real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations
     real(dp), parameter :: FIRST_LEVEL = 2e-9_dp, FIRST_ANGULAR = 1e-7_dp, FIRST_ANGLE = 1e-6_dp
     !! Standard deviations to begin with, m/s^2, rad/s^2, rad
@@ -63,12 +70,13 @@ module gracecg_estimation_arcs
         type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
         integer :: samples = 0                      !! Of the accelerometer that count
         logical :: converged = .false.              !! The last fit settled, and the delays stay
+        type(belief_report_t), allocatable :: beliefs   !! Where they were to be tested
     end type arcs_fit_t
 
 contains
 
     !> Fits all arcs. Fails when an arc is refused or the shared parameters are not determined.
-    subroutine estimate_arcs(sets, options, shared, prior, own, result, error)
+    subroutine estimate_arcs(sets, options, shared, prior, own, result, error, stated)
         type(observation_set_t), intent(in) :: sets(:)      !! The arcs: samples, and what is believed
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: shared(:)            !! Places of shared parameters, the offset first
@@ -76,6 +84,9 @@ contains
         integer, intent(in) :: own(:)               !! Places of the others, each arc's own
         type(arcs_fit_t), intent(out) :: result
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: stated(:)
+        !! To which what is believed and not estimated is right, standard deviations by place, SI units; 0: as
+        !! a_priori_sigmas says. Absent: it is not tested
 
         type(observation_set_t), allocatable :: believed(:)
         type(arc_t), allocatable :: arcs(:)
@@ -106,6 +117,7 @@ contains
                 result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
             end associate
         end do
+        if (present(stated)) call test_arcs(believed, options, arcs, prior, stated, result, error)
     end subroutine estimate_arcs
 
     !> The problem of an arc; at the state where it was, if it had been there before.
@@ -360,6 +372,136 @@ contains
             covariance(n + 1:, n + 1:) = gone%covariance_with(shared)
         end associate
     end function covariance_of
+
+    !> Tests what is believed of all arcs and is not estimated. A belief explains the samples if nothing is contradicted
+    !> when it is estimated, too; the likeliest are tried.
+    subroutine test_arcs(sets, options, arcs, prior, stated, result, error)
+        type(observation_set_t), intent(in) :: sets(:)
+        type(estimation_options_t), intent(in) :: options
+        type(arc_t), intent(in) :: arcs(:)
+        real(dp), intent(in) :: prior(:), stated(:)
+        type(arcs_fit_t), intent(inout) :: result
+        type(error_t), allocatable, intent(out) :: error
+
+        type(information_t) :: all
+        real(dp) :: sigma(PARAMETERS)
+        real(dp), allocatable :: gain(:)
+        logical, allocatable :: left(:)
+        integer, allocatable :: places(:)
+        integer :: k, n, best
+
+        n = size(prior)
+        places = [result%shared, pack(BELIEFS, [(.not. any([result%shared, arcs(1)%own] == BELIEFS(k)), k=1, size(BELIEFS))])]
+        call gather_arcs(sets, options, arcs, places, all, error)
+        if (allocated(error)) return
+        do k = 1, n
+            call all%expect(k, prior(k))
+            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - result%value(k)/prior(k)**2
+        end do
+        sigma = a_priori_sigmas(sets(1)%knowledge)
+        where (stated > 0) sigma = stated
+        sigma(result%shared) = prior
+        allocate (result%beliefs)
+        call test_with(n, result%beliefs, error)
+        if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
+        associate (tests => result%beliefs%values)
+            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [(.not. any(result%shared == tests(k)%belief), &
+                                                                            k=1, size(tests))]
+            allocate (gain(size(tests)), source=0.0_dp)
+            where (left) gain = (tests%value/tests%sigma)**2/2
+        end associate
+        do k = 1, min(MOST_TRIED, count(left))
+            best = maxloc(gain, 1, left)
+            left(best) = .false.
+            call try(result%beliefs%values(best), gain(best))
+            if (any(result%beliefs%explanations%complete)) exit
+        end do
+
+    contains
+
+        !> The tests with the first so many parameters estimated.
+        subroutine test_with(first, report, failed)
+            integer, intent(in) :: first
+            type(belief_report_t), intent(out) :: report
+            type(error_t), allocatable, intent(out) :: failed
+
+            real(dp) :: step(first), covariance(first, first), value(first), condition
+
+            value = 0
+            value(:n) = result%value
+            call solve_normal_equations(all%matrix(:first, :first), all%rhs(:first), step, covariance, condition, failed)
+            if (allocated(failed)) return
+            call begin_report(value(:3), options%wanted_accuracy, sets(1)%knowledge%a_priori%signs_known, report)
+            call test_values(places, first, all%matrix, all%rhs, covariance, sigma, value, report)
+            call finish_report(report)
+        end subroutine test_with
+
+        !> A belief that may explain what is contradicted: the first one, or one with which nothing is.
+        subroutine try(test, likelier)
+            type(value_test_t), intent(in) :: test
+            real(dp), intent(in) :: likelier        !! Gain of the log-likelihood
+
+            type(explanation_t) :: explanation
+            type(belief_report_t) :: other
+            type(error_t), allocatable :: failure
+            real(dp) :: said
+            integer :: p
+
+            p = findloc(places, test%belief, 1)
+            call interchange(n + 1, p)
+            said = sigma(test%belief)
+            sigma(test%belief) = 0                  ! what was said of it does not count
+            call test_with(n + 1, other, failure)
+            sigma(test%belief) = said
+            call interchange(n + 1, p)
+            if (allocated(failure)) return
+            explanation = explanation_t(OF_VALUE, test%belief, likelier, test%value, test%sigma, result%value(:3) - test%shift, &
+                                        .not. other%has_contradiction())
+            if (explanation%complete .or. size(result%beliefs%explanations) == 0) result%beliefs%explanations = [explanation]
+        end subroutine try
+
+        subroutine interchange(one, other)
+            integer, intent(in) :: one, other       !! Places among the parameters
+
+            places([one, other]) = places([other, one])
+            all%matrix([one, other], :) = all%matrix([other, one], :)
+            all%matrix(:, [one, other]) = all%matrix(:, [other, one])
+            all%rhs([one, other]) = all%rhs([other, one])
+        end subroutine interchange
+    end subroutine test_arcs
+
+    !> What all arcs say of shared parameters at the fit, their own eliminated.
+    subroutine gather_arcs(sets, options, arcs, places, all, error)
+        type(observation_set_t), intent(in) :: sets(:)
+        type(estimation_options_t), intent(in) :: options
+        type(arc_t), intent(in) :: arcs(:)
+        integer, intent(in) :: places(:)            !! Of the parameters
+        type(information_t), intent(out) :: all
+        type(error_t), allocatable, intent(out) :: error
+
+        type(arc_t) :: wider
+        type(fitting_data_t) :: data
+        integer :: i
+
+        all = no_information(size(places))
+        do i = 1, size(arcs)
+            associate (fitted => arcs(i)%problem)
+                data = fitted%data
+                wider%own = arcs(i)%own
+                call prepare_calibration(sets(i)%knowledge, options, data, [places, wider%own], wider%problem)
+                call wider%problem%forget_prior(size(places))
+                wider%problem%state = fitted%state
+                wider%problem%noise = fitted%noise
+                wider%problem%star_kept = fitted%star_kept
+                wider%problem%acceleration_kept = fitted%acceleration_kept
+                wider%problem%whiteners = fitted%whiteners
+                wider%problem%channel_whiteners = fitted%channel_whiteners
+            end associate
+            call reduce_arc(wider, size(places), error)
+            if (allocated(error)) return
+            call all%add(wider%information)
+        end do
+    end subroutine gather_arcs
 
     !> Puts the delays that were found into what is believed, and takes them from the state.
     subroutine move_delays(arcs, shared, believed, moved, settled)
