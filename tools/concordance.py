@@ -384,18 +384,19 @@ def section_cells(section, own, places, by_module):
 
 
 def together(own, places):
-    """Equations that follow one another in the same modules, or in at most four together."""
+    """Equations that follow one another, in at most six procedures of three modules."""
     in_source, _, in_tests, _ = places
-    groups, modules = [], set()
+    groups, procedures = [], set()
     for e in own:
-        here = set(in_source[e.number])
+        here = {(source, name) for source, names in in_source[e.number].items() for name in names or [""]}
+        joint = here | procedures
         if groups and bool(in_tests[e.number]) == bool(in_tests[groups[-1][0].number]) and \
-                (here == modules or len(here | modules) <= 4):
+                len(joint) <= 6 and len({source for source, _ in joint}) <= 3:
             groups[-1].append(e)
-            modules = modules | here
+            procedures = joint
         else:
             groups.append([e])
-            modules = here
+            procedures = here
     return groups
 
 
