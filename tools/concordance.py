@@ -339,9 +339,8 @@ def row(*cells):
 HEAD = """\
 # Concordance with the report
 
-Where each piece of F. Wang, *GRACE CG Offset Determination by Magnetic Torquers During the In-Flight Phase*, CSR-TM-00-01, 2000,
-stands here. `tools/concordance.py` makes it of `tools/concordance.txt` and the equations that [theory.md](theory.md) and the comments of
-`src/` and `test/` cite.
+Where each piece of the report CSR-TM-00-01 stands here, by `tools/concordance.py` from `tools/concordance.txt` and the equations that
+[theory.md](theory.md) and the comments of `src/` and `test/` cite.
 
 An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended;
 *equivalent*, the same in another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Of the {total}:
@@ -349,8 +348,8 @@ An equation is computed as printed unless called *corrected*, a [slip](theory.md
 
 ## Sections and equations
 
-Behind the title of a section stand sections of the theory; then what its equations do not name. Procedures, or a module, link to their files.
-Behind these stand suites of tests, which `fpm test -- SUITE` runs ("none": no test names it).
+Behind the title of a section stand sections of the theory. Procedures, which the equations of a row have between them, or a module link to
+their files. Behind these stand suites of tests, which `fpm test -- SUITE` runs ("none": no test names it).
 """
 
 
