@@ -339,16 +339,17 @@ def row(*cells):
 HEAD = """\
 # Concordance with the report
 
-Where each piece of F. Wang, *GRACE CG Offset Determination by Magnetic Torquers During the In-Flight Phase*, CSR-TM-00-01, 2000,
-stands here. Made by `tools/concordance.py` from `tools/concordance.txt` and the equations that [theory.md](theory.md) and the comments of
-`src/` and `test/` cite.
+Where each piece of the report CSR-TM-00-01 stands here, by `tools/concordance.py` from `tools/concordance.txt` and the equations that
+[theory.md](theory.md) and the comments of `src/` and `test/` cite.
 
 An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended;
-*equivalent*, the same in another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Behind the title of a
-section stand sections of the theory; then what its equations do not name. Equations of one row have its procedures between them; these, or a
-module, link to their files. `fpm test -- SUITE` runs the tests; their comments cite the numbers ("none": no test does).
+*equivalent*, the same in another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Of the {total}:
+{states}. Named by a test: {tested}.
 
-Of the {total} equations: {states}. Named by a test: {tested}.
+## Sections and equations
+
+Behind the title of a section stand sections of the theory. Procedures, which the equations of a row have between them, or a module link to
+their files. Behind these stand suites of tests, which `fpm test -- SUITE` runs ("none": no test names it).
 """
 
 
@@ -376,28 +377,30 @@ def section_cells(section, own, places, by_module):
     tested = {test.split(": ")[0] for e in own for test in in_tests[e.number]}
     theory = dict.fromkeys(section.theory + [n for e in own for n in in_theory[e.number]])
     modules = {by_module[m]: () for m in section.modules if m in by_module and m not in named}
+    suites = ", ".join(s for s in section.suites if s not in tested)
     return (", ".join(theory_link(n, headings) for n in sorted(theory, key=list(headings).index)),
-            source_text(modules), ", ".join(s for s in section.suites if s not in tested))
+            "; ".join(part for part in (source_text(modules), suites) if part))
 
 
 def together(own, places):
-    """Equations that follow one another in the same modules, or in some of them where these are at most three."""
+    """Equations that follow one another, in at most six procedures of three modules."""
     in_source, _, in_tests, _ = places
-    groups, modules = [], set()
+    groups, procedures = [], set()
     for e in own:
-        here = set(in_source[e.number])
+        here = {(source, name) for source, names in in_source[e.number].items() for name in names or [""]}
+        joint = here | procedures
         if groups and bool(in_tests[e.number]) == bool(in_tests[groups[-1][0].number]) and \
-                (here == modules or len(here | modules) <= 3 and (here <= modules or here >= modules)):
+                len(joint) <= 6 and len({source for source, _ in joint}) <= 3:
             groups[-1].append(e)
-            modules = modules | here
+            procedures = joint
         else:
             groups.append([e])
-            modules = here
+            procedures = here
     return groups
 
 
 def equation_rows(own, places):
-    """The equations of a section by rows; a state that all of a row have stands once."""
+    """The cells of the equations of a section by rows; a state that all of a row have stands once."""
     in_source, _, in_tests, _ = places
     for members in together(own, places):
         texts, states = [], {e.state for e in members}
@@ -412,29 +415,35 @@ def equation_rows(own, places):
             for source, names in in_source[e.number].items():
                 found[source] += [n for n in names if n not in found[source]]
             suites.update(dict.fromkeys(t.split(": ")[0] for t in in_tests[e.number]))
-        yield row(span([e.number for e in members]), "; ".join(texts + [f"*{s}*" for s in of_all]),
-                  source_text(found), ", ".join(suites) or ("" if states == {"absent"} else "none"))
+        tests = ", ".join(suites) or ("" if states == {"absent"} else "none")
+        yield (span([e.number for e in members]), "; ".join(texts + [f"*{s}*" for s in of_all]),
+               "; ".join(part for part in (source_text(found), tests) if part))
 
 
-def section_row(members, cells):
-    """Sections with equal cells."""
+def section_row(members, cells, equations=("", "", "")):
+    """Sections with equal cells, and the cells of equations in the same row."""
     titles = "; ".join(f"**{s.title}**" for s in members)
-    what = [f"{titles} {cells[0]}", *(s.remark for s in members if s.remark)]
-    return row("**" + ", ".join(s.number for s in members) + "**", "; ".join(what), *cells[1:])
+    what = [f"{titles} {cells[0]}", *(s.remark for s in members if s.remark), equations[1]]
+    name = f"**{', '.join(s.number for s in members)}** {equations[0]}"
+    return row(name.strip(), "; ".join(part for part in what if part), cells[1] or equations[2])
 
 
-def section_rows(of_chapter, equations, places, by_module):
-    """Sections that follow one another with equal cells and without equations share a row."""
+def section_rows(sections, equations, places, by_module):
+    """Sections that follow one another with equal cells and without equations share a row; so do a section and its
+    equations where these have one row and it names nothing besides."""
     waiting, of_waiting = [], None
-    for section in of_chapter:
+    for section in sections:
         own = [e for e in equations.values() if e.section == section.number]
         cells = section_cells(section, own, places, by_module)
-        if waiting and (own or cells != of_waiting):
+        rows = list(equation_rows(own, places))
+        if waiting and (own or cells != of_waiting or section.number[0] != waiting[0].number[0]):
             yield section_row(waiting, of_waiting)
             waiting = []
-        if own:
+        if len(rows) == 1 and not cells[1]:
+            yield section_row([section], cells, rows[0])
+        elif own:
             yield section_row([section], cells)
-            yield from equation_rows(own, places)
+            yield from (row(*r) for r in rows)
         else:
             waiting, of_waiting = [*waiting, section], cells
     if waiting:
@@ -468,11 +477,9 @@ def document(equations, sections, items, places, by_module):
     slips = next((slug(h) for n, h in headings.items() if n.startswith(SLIPS)), "")
     tested = sum(bool(places[2][n]) for n in EQUATIONS)
     yield HEAD.format(slips=slips, total=len(equations), states=states, tested=tested)
-    for chapter, of_chapter in itertools.groupby(sections, lambda s: s.number.split(".")[0]):
-        yield f"## Chapter {chapter}\n"
-        yield from table_head("section, equation", "what", "source", "tests")
-        yield from section_rows(list(of_chapter), equations, places, by_module)
-        yield ""
+    yield from table_head("section, equation", "what", "source; tests")
+    yield from section_rows(sections, equations, places, by_module)
+    yield ""
     for kind, title, head in TABLES:
         yield f"## {title}\n"
         if kind in ("figure", "table"):
@@ -629,12 +636,12 @@ def self_test():
         plant_house(root)
         text, mistakes = build(root)
         failures += [f"the clean house: {m}" for m in mistakes]
-        for part in ("Of the 162 equations: printed 161, corrected 1. Named by a test: 1.",
-                     "| **2.1** | **All** [1](theory.md#1-all-of-it); `whole` |  |  |",
-                     "| (4-17) | what 4-17 is | [whole](../src/base/all.f90) | all |",
+        for part in ("Of the 162:\nprinted 161, corrected 1. Named by a test: 1.",
+                     "| **2.1** | **All** [1](theory.md#1-all-of-it); `whole` |  |",
+                     "| (4-17) | what 4-17 is | [whole](../src/base/all.f90); all |",
                      "| (4-18)-(6.1) | what 4-18 is; what 4-20 is; ",
                      "; what 2-6 is; what 2-7 is, *corrected*; ",
-                     "; what 6.1 is | [whole](../src/base/all.f90) | none |",
+                     "; what 6.1 is | [whole](../src/base/all.f90); none |",
                      "| 2.1-2.2 | Axes; More axes | `docs/theory.md`, `all: test` |"):
             if part not in text:
                 failures.append(f"the clean house lacks: {part}")

@@ -319,43 +319,25 @@ def c_declarations(functions):
 # ---------------------------------------------------------------- the documentation
 
 
-def first_sentence(text):
-    return re.match(r"(.*?(?<!i\.e)[.])(?= [A-Z\"`]|$)", text).group(1).rstrip(".") if "." in text else text
-
-
-def in_short(text):
-    """The beginning of the first sentence, up to a colon or semicolon; the header has it all."""
-    sentence = first_sentence(text)
-    clause = re.match(r"(?!At |Of |For )((?:\([^)]*\)|[^:;.(]|[:;.](?! ))+)[:;.] ", sentence)
-    return clause.group(1) if clause else sentence
-
-
 def c_table(packages):
-    yield "| gracecg_... | does |"
+    """The functions by the chapters of the headers, which have the rest."""
+    chapters = {"every object": ["version", "interface_version", "status_text", "name", "free"]}
+    names = chapters["every object"]
+    for item in (item for package in packages.values() for item in package):
+        if item.kind == "chapter":
+            names = chapters.setdefault(item.text, [])
+        elif item.kind == "function":
+            names.append(item.name)
+    yield "| chapter of the header | functions, behind `gracecg_` |"
     yield "|---|---|"
-    yield "| `version()`, `interface_version()`, `status_text(status)`, `name(list, index)` | constant texts and numbers, without " \
-          "`error`: version, names of estimators and cases |"
-    yield "| `free(object)` | gives an object back |"
-    for package in packages.values():
-        for item in package:
-            if item.kind == "function":
-                yield f"| `{item.name}({', '.join(names_of(item))})` | {in_short(item.text).replace('|', '')} |"
+    for title, found in chapters.items():
+        yield f"| {title} | {', '.join(f'`{name}`' for name in found)} |"
 
 
-def item_table(packages, objects):
-    yield "| object | items: numbers with their sizes, texts in quotes |"
-    yield "|---|---|"
-    for package in packages.values():
-        for item in package:
-            if item.kind == "object" and item.items:
-                more = f"those of a {objects[item.parent].title}, and " if item.parent else ""
-                yield f"| {item.title} | {more}{', '.join(f'`{i.shown}`' for i in item.items)} |"
-
-
-def document(packages, objects, entries):
+def document(packages, entries):
     path = ROOT / "docs/api.md"
     text = path.read_text(encoding="utf-8")
-    for name, lines in (("C", c_table(packages)), ("ITEMS", item_table(packages, objects)), ("F77", f77_table(entries))):
+    for name, lines in (("C", c_table(packages)), ("F77", f77_table(entries))):
         table = "\n".join(lines)
         text, found = re.subn(rf"(<!-- {name}: made by tools/interface.py -->\n).*?(<!-- end -->)",
                               lambda match, table=table: match.group(1) + table + "\n" + match.group(2), text, flags=re.S)
@@ -403,7 +385,7 @@ def generate():
         raise Mistake(f"Fortran 77 allows six characters: {long}")
     yield ROOT / "tools/testing/src/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
     yield ROOT / "tools/testing/src/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
-    yield document(packages, objects, all_entries)
+    yield document(packages, all_entries)
 
 
 def main():

@@ -222,7 +222,7 @@ class Entry:
 BY_HAND = (ROOT / "src/interface/f77_by_hand.f90").read_text(encoding="utf-8")
 ROWS_BY_HAND = ["| `GCVERS(`**'VERS'**`)` | version as text; no ISTAT, MSG |",
                 "| `GCVINT(`**NVERS**`)` | version of the interface; no ISTAT, MSG |",
-                "| `GCFREE(`**IH**, ...`)` | gives any handle back and sets it to 0 |"]
+                "| `GCFREE(`**IH**`)` | gives any handle back and sets it to 0 |"]
 
 
 def f77(entries, modules):
@@ -263,7 +263,7 @@ def f77_interfaces(entries):
 
 
 def f77_table(entries):
-    yield "| call | does |"
+    yield "| call; behind the arguments stand **ISTAT, MSG** | does |"
     yield "|---|---|"
     yield from ROWS_BY_HAND
     for entry in entries:
@@ -272,4 +272,4 @@ def f77_table(entries):
             text = f"{name}{f'({chr(44).join(sizes)})' if sizes else ''}".upper()
             text = f"'{text}'" if kind == "character(*)" else text
             arguments.append(f"**{text}**" if result else text)
-        yield f"| `{entry.name.upper()}(`{', '.join(arguments)}, ...`)` | {entry.text} |"
+        yield f"| `{entry.name.upper()}(`{', '.join(arguments)}`)` | {entry.text} |"
