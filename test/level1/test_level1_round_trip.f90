@@ -29,20 +29,26 @@ contains
                     new_unittest('estimate-of-grace', test_grace), &
                     new_unittest('estimate-of-held-currents', test_held_currents), &
                     new_unittest('in-phase', test_in_phase), &
+                    new_unittest('wrong-inertia', test_wrong_inertia), &
                     new_unittest('faults', test_faults)]
     end subroutine collect_level1_round_trip
 
     !> Gathers and estimates from a folder with what its operator says.
-    subroutine estimate_folder(path, calibration, estimate, error)
+    subroutine estimate_folder(path, calibration, estimate, error, more_xy)
         character(*), intent(in) :: path
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: more_xy       !! Product of inertia that is said besides, kg m^2
 
         type(level1_setup_t) :: setup
 
         call read_level1_setup(path//'/'//SETUP_NAME, setup, error)
         if (allocated(error)) return
+        if (present(more_xy)) then
+            setup%inertia(1, 2) = setup%inertia(1, 2) + more_xy
+            setup%inertia(2, 1) = setup%inertia(1, 2)
+        end if
         call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
         if (allocated(error)) return
         call estimate_level1(calibration, setup, LEVEL1_SOURCES, 'estimate', estimate, error)
@@ -129,6 +135,38 @@ contains
                    abs(estimate%accelerometer_delay - settings%accelerometer_delay) < limit, 'delays')
         call check(error, size(estimate%findings), 0, 'nothing is wrong')
     end subroutine check_estimate
+
+    !> A product of inertia that is said wrong turns d by 57 um: the source optimal names it, with its value and the offset that
+    !> it would be, and nothing is to be trimmed.
+    subroutine test_wrong_inertia(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: MORE = 10                ! kg m^2
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+
+        call fly(settings, truth, error)
+        call write_files(truth, 'l1s_inertia', path, error)
+        if (allocated(error)) return
+        call estimate_folder(path, calibration, estimate, failure, MORE)
+        if (failed(error, message_of(failure))) return
+        associate (last => estimate%solutions(size(estimate%solutions)))
+            call check(error, last%source, 'optimal')
+            call check(error, size(estimate%findings), 1, 'one finding')
+            call check(error, estimate%flag, 2, 'not to be trimmed')
+            if (allocated(error)) return
+            call check(error, index(estimate%findings(1)%text, 'they fit if the inertia xy is') > 0, estimate%findings(1)%text)
+            associate (found => last%beliefs%explanations(1))
+                call check(error, found%complete .and. abs(found%value + MORE) < 4*found%sigma, 'its value')
+                call check(error, maxval(abs(found%offset - truth%case%satellite%offset)) < 10*MICROMETRE .and. &
+                           maxval(abs(last%offset - truth%case%satellite%offset)) > 30*MICROMETRE, 'the offset')
+            end associate
+        end associate
+    end subroutine test_wrong_inertia
 
     !> The report's rods, y and z in phase, at one place: no confident number.
     subroutine test_in_phase(error)

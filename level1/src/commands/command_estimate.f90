@@ -193,6 +193,8 @@ contains
         do i = 1, size(estimate%solutions)
             if (.not. allocated(estimate%solutions(i)%beliefs)) cycle
             call console%line('')
+            call console%line('what the setup says, tested by all spans together (source '// &
+                              trim(estimate%solutions(i)%source)//'):')
             call show_beliefs(estimate%solutions(i)%beliefs, console)
         end do
         do i = 1, size(estimate%findings)

@@ -62,10 +62,11 @@ contains
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations are zero, and the linear ones may be those of the other satellite')
         if (calibration%has_angular) call check_axes(calibration, setup, estimate)
-        call look_at_beliefs(estimate)
+        if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
 
-    !> What the samples contradict: a fault if the offset would be another by more than sources may differ.
+    !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may
+    !> differ.
     subroutine look_at_beliefs(estimate)
         type(level1_estimate_t), intent(inout) :: estimate
 
