@@ -42,7 +42,7 @@ contains
 
     !> The offset by one source. Fails when no span is usable or d is not determined at all.
     subroutine solve_offset(calibration, motion, source, considered, driven, leakage, prior, scale_sigma, solution, error, &
-                            proportional)
+                            forces)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_motion_t), intent(in) :: motion(:)          !! Of each span
         type(source_series_t), intent(in) :: source(:)          !! Of each span
@@ -53,8 +53,8 @@ contains
         real(dp), intent(in) :: scale_sigma                     !! Of the accelerometer, considered
         type(level1_solution_t), intent(inout) :: solution      !! Its source is kept
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: proportional          !! Sigma of what is proportional to I and B, considered:
-                                                                !! m/s^2 at 120 mA and 30 000 nT. Absent: 0
+        real(dp), intent(in), optional :: forces(2)     !! Sigma of forces that are considered: proportional to I and B, m/s^2
+                                                        !! at 120 mA and 30 000 nT; the air's, m/s^2 by its angle. Absent: 0
 
         type(block_t), allocatable :: blocks(:)
         real(dp), allocatable :: normal(:, :), rhs(:), x(:), covariance(:, :), priors(:)
@@ -124,7 +124,7 @@ contains
                 solution%leak_rate_sigma(a, rods(k)) = sqrt(covariance(i + r, i + r))
             end do
         end do
-        call consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, proportional)
+        call consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, forces)
         if (allocated(error)) return
         call span_solutions(calibration, blocks, weight, x, solution)
     end subroutine solve_offset

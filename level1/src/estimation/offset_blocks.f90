@@ -8,6 +8,7 @@ module gracecg_level1_offset_blocks
     use gracecg_level1_angular, only: level1_motion_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_offset_solution, only: source_series_t, consider_t
+    use gracecg_level1_series, only: interpolate
     implicit none
     private
     public :: block_t, signal_of, make_blocks, accumulate, residual_weights
@@ -24,6 +25,7 @@ module gracecg_level1_offset_blocks
         real(dp), allocatable :: patterns(:, :) !! Of the source's noise: band column, pattern
         real(dp) :: noise(3) = 0                !! Its sigma by axis of the source
         real(dp), allocatable :: products(:, :) !! I_k B_b of the rods driven, of 120 mA and 30 000 nT: band column, each
+        real(dp), allocatable :: flow(:)        !! Angle of the air's flow towards the axis, but for its sign; x: 0; band column
     end type block_t
 
 contains
@@ -55,7 +57,8 @@ contains
         integer, intent(in) :: rods(:)              !! That are driven
         type(block_t), allocatable, intent(out) :: blocks(:)
 
-        real(dp), allocatable :: rows(:, :, :)
+        integer, parameter :: ABOUT(3) = [0, 3, 2]  ! The axis about which the satellite turns an axis into the flow; 0: none
+        real(dp), allocatable :: rows(:, :, :), turned(:, :)
         integer :: i, k, a, n, m, r, b, c, at
 
         r = size(rods)
@@ -65,8 +68,12 @@ contains
             if (.not. calibration%spans(i)%used) cycle
             n = size(calibration%spans(i)%time)
             m = size(motion(i)%band, 2)
-            allocate (rows(3, 3, n))
+            allocate (rows(3, 3, n), turned(0:3, n))
+            turned(0, :) = 0
             do k = 1, n
+                associate (span => calibration%spans(i))
+                    call interpolate(span%attitude_time, span%angle, span%time(k), turned(1:, k))
+                end associate
                 rows(:, :, k) = signal_of(source(i)%acceleration(:, k), motion(i)%rate(:, k), motion(i)%up(:, k), &
                                           motion(i)%gradient(k))
             end do
@@ -90,6 +97,7 @@ contains
                             matmul(motion(i)%current(rods(k), :)/FULL_CURRENT*motion(i)%field(c, :)/FULL_FIELD, motion(i)%band)
                     end do
                 end do
+                blocks(b)%flow = matmul(turned(ABOUT(a), :), motion(i)%band)
                 blocks(b)%noise = source(i)%noise
                 if (allocated(source(i)%patterns)) then
                     if (a == 1) blocks(b)%patterns = matmul(transpose(motion(i)%band), source(i)%patterns)
@@ -103,7 +111,7 @@ contains
                                    blocks(b)%others(:, 3*c - 2:3*c))
                 end do
             end do
-            deallocate (rows)
+            deallocate (rows, turned)
         end do
     end subroutine make_blocks
 

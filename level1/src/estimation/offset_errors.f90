@@ -97,7 +97,7 @@ contains
     end function direction_text
 
     !> Adds to the covariance of d what is considered: its effect on d by least squares, times its sigma.
-    subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, proportional)
+    subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, forces)
         type(block_t), intent(in) :: blocks(:)
         real(dp), intent(in) :: weight(3)               !! By axis, s^4/m^2
         real(dp), intent(in) :: x(:), covariance(:, :)  !! Of the parameters
@@ -107,7 +107,7 @@ contains
         integer, intent(in) :: r                        !! Rods
         type(level1_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: proportional  !! Of what is proportional to I and B, m/s^2
+        real(dp), intent(in), optional :: forces(2)     !! Of what is proportional to I and B, and of the air's, m/s^2
 
         real(dp) :: effect(size(x))
         integer :: i, c, a, k
@@ -131,15 +131,20 @@ contains
             end do
             call add(effect, considered(c)%sigma)
         end do
-        if (present(proportional)) then
-            do a = 1, 3         ! force along an axis by each rod and component of the field
-                do c = 1, merge(3*r, 0, proportional > 0)
+        if (present(forces)) then
+            do a = 1, 3         ! force along an axis by the angle of the flow, by each rod and component of the field
+                effect = 0
+                do i = 1, size(blocks)
+                    if (blocks(i)%axis == a) effect = effect + weight(a)*matmul(blocks(i)%rows, blocks(i)%flow)
+                end do
+                call add(effect, forces(2))
+                do c = 1, merge(3*r, 0, forces(1) > 0)
                     effect = 0
                     do i = 1, size(blocks)
                         if (blocks(i)%axis == a) &
                             effect = effect + weight(a)*matmul(blocks(i)%rows, blocks(i)%products(:, c))
                     end do
-                    call add(effect, proportional)
+                    call add(effect, forces(1))
                 end do
             end do
         end if

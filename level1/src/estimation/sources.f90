@@ -103,7 +103,8 @@ contains
         end if
         call list_considered(calibration, setup, estimate, source, series, considered)
         call solve_offset(calibration, estimate%motion, series, considered, estimate%rods%driven, leakage, &
-                          setup%leakage_prior, setup%scale_sigma, solution, error, setup%proportional_leakage)
+                          setup%leakage_prior, setup%scale_sigma, solution, error, &
+                          [setup%proportional_leakage, setup%lift_sigma])
         call move_alloc(series, solution%series)
     end subroutine solve_by_source
 
