@@ -15,7 +15,7 @@ module test_calibration_page
     use gracecg_cli_calibration_advice, only: advice_of
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
     use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: test_failed, check, FOLDER, make_file, check_passes
+    use fixture, only: check, FOLDER, make_file, check_passes
     implicit none
     private
     public :: collect_calibration_page

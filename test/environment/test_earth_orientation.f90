@@ -4,7 +4,7 @@ module test_earth_orientation
     use gracecg_base_constants, only: ARCSECOND, EARTH_ROTATION_RATE, SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: identity, rotation_z
-    use gracecg_environment_time, only: utc_t, parse_utc, utc_plus
+    use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_environment_earth_orientation
     use gracecg_environment_iers_file, only: read_earth_parameters
     use c_library, only: utc_struct, gracecg_earth_parameters, gracecg_earth_orientation

@@ -21,7 +21,7 @@ module test_joint
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
     use gracecg_estimation_parameters, only: a_priori_sigmas
-    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
+    use gracecg_estimation_run_information, only: run_information_t
     use gracecg_estimation_saved_estimate, only: put_information, information_from_json, dated_offset_t, read_offsets
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters

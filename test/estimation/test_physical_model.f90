@@ -4,7 +4,7 @@ module test_physical_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross, unit, identity, cross_matrix
+    use gracecg_base_vectors, only: cross, identity, cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_observations_observation_set, only: observation_set_t

@@ -1,7 +1,7 @@
 !> Several threads at once: the numbers of one, and objects that are made and freed all the time.
 module test_threads
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use omp_lib, only: omp_get_thread_num, omp_get_num_threads
+    use omp_lib, only: omp_get_num_threads
     use gracecg, only: dp, ESTIMATOR_NAMES
     use gracecg_interface_handles, only: live_objects
     use c_library
