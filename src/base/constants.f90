@@ -15,7 +15,6 @@ module gracecg_base_constants
     real(dp), parameter, public :: ARCSECOND = DEGREE/3600  !! rad
     real(dp), parameter, public :: MILLIMETRE = 1e-3_dp     !! m; a length in mm is length/MILLIMETRE
     real(dp), parameter, public :: MICROMETRE = 1e-6_dp     !! m
-    real(dp), parameter, public :: NANOMETRE = 1e-9_dp      !! m
     real(dp), parameter, public :: KILOMETRE = 1e3_dp       !! m
     real(dp), parameter, public :: NANOTESLA = 1e-9_dp      !! T
     real(dp), parameter, public :: MICROTESLA = 1e-6_dp     !! T

@@ -25,7 +25,7 @@ module gracecg_level1_trend
     type :: level1_trend_t
         !! The lines
         real(dp) :: reference = 0                   !! Weighted mean time, GPS s
-        real(dp) :: level(3) = 0, level_sigma(3) = 0    !! d at that time, behind all steps before it, m
+        real(dp) :: level(3) = 0                    !! d at that time, behind all steps before it, m
         real(dp) :: rate(3) = 0, rate_sigma(3) = 0  !! m/s
         real(dp), allocatable :: step_time(:)       !! Of the steps that the dates see, GPS s
         real(dp), allocatable :: step(:, :), step_sigma(:, :)   !! (3, steps), m
@@ -83,7 +83,6 @@ contains
             call solve_normal_equations(normal, rhs, x, covariance, condition, error)
             if (allocated(error)) return
             trend%level(axis) = x(1)
-            trend%level_sigma(axis) = sqrt(covariance(1, 1))
             trend%rate(axis) = x(2)/JULIAN_YEAR
             trend%rate_sigma(axis) = sqrt(covariance(2, 2))/JULIAN_YEAR
             trend%step(axis, :) = x(3:)
