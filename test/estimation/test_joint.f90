@@ -228,7 +228,6 @@ contains
             call check(error, joint%offset(k), start(OFFSET(k), 1) + value(k), thr=1e-9_dp*abs(joint%offset(k)), &
                        more='offset')
             call check(error, joint%covariance(k, k), covariance(k, k), thr=1e-9_dp*covariance(k, k), more='variance')
-            if (allocated(error)) return
         end do
         do k = 1, size(SHARED)
             call check(error, joint%parameter(3 + k), start(SHARED(k), 1) + value(3 + k), &
