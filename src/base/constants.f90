@@ -25,6 +25,7 @@ module gracecg_base_constants
 
     !> s
     real(dp), parameter, public :: SECONDS_PER_DAY = 86400.0_dp
+    real(dp), parameter, public :: JULIAN_YEAR = 365.25_dp*SECONDS_PER_DAY      !! s
     !> In a Julian century, of time scales counted from J2000
     real(dp), parameter, public :: DAYS_PER_CENTURY = 36525.0_dp
     !> From a modified Julian day to a Julian date, days

@@ -2,7 +2,7 @@
 !> agreement, and what is saved.
 module test_joint
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE, YEAR => JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
     use gracecg_files_json, only: json_writer_t
@@ -14,7 +14,7 @@ module test_joint
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
-        trace_offset, YEAR
+        trace_offset
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_optimal_options, only: WAVE_NONE

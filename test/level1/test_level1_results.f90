@@ -1,13 +1,13 @@
 !> What follows from an offset by Level-1 files: residuals and their spectrum, steps of the trim masses, the trend.
 module test_level1_results
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI, MICROMETRE
+    use gracecg_base_constants, only: TWO_PI, MICROMETRE, JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_level1_results, only: trim_command_t, trim_commands
-    use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
+    use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: check, check_fails, check_passes
     use level1_day, only: flaws_t, setup_said, estimate_day

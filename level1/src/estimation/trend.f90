@@ -2,16 +2,14 @@
 !> step at every change of the trim, beside what the gas used lets expect.
 module gracecg_level1_trend
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: SECONDS_PER_DAY
+    use gracecg_base_constants, only: SECONDS_PER_DAY, JULIAN_YEAR
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_text, only: integer_text
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
-    public :: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
-
-    real(dp), parameter :: JULIAN_YEAR = 365.25_dp*SECONDS_PER_DAY      !! s
+    public :: trend_point_t, level1_trend_t, fit_trend, predicted_change
 
     type :: trend_point_t
         !! The result of one calibration
