@@ -30,6 +30,7 @@ module gracecg_level1_header
         character(1) :: satellite = ''              !! A to D, X or Y for both; blank: not said
         integer :: records = -1                     !! Announced; -1: not said
         real(dp) :: first_time = 0, last_time = 0   !! Announced, s past 2000-01-01 12:00 GPS; 0: not said
+        character(16) :: version = ''               !! Of the product
         integer :: lines = 0                        !! Of the header
         integer :: bytes = 0                        !! Of the header: the records begin behind it
         type(string_t), allocatable :: remarks(:)   !! What of it could not be read
@@ -148,6 +149,8 @@ contains
             call parse_real(first_word(value), header%first_time, ok)
         case ('stop_time_epoch_secs', 'TIME LAST OBS(SEC PAST EPOCH)')
             call parse_real(first_word(value), header%last_time, ok)
+        case ('product_version', 'SOFTWARE VERSION')
+            header%version = value
         case ('title')
             call take_title(value, header)
         case ('FILENAME')
