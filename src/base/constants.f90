@@ -15,7 +15,6 @@ module gracecg_base_constants
     real(dp), parameter, public :: ARCSECOND = DEGREE/3600  !! rad
     real(dp), parameter, public :: MILLIMETRE = 1e-3_dp     !! m; a length in mm is length/MILLIMETRE
     real(dp), parameter, public :: MICROMETRE = 1e-6_dp     !! m
-    real(dp), parameter, public :: NANOMETRE = 1e-9_dp      !! m
     real(dp), parameter, public :: KILOMETRE = 1e3_dp       !! m
     real(dp), parameter, public :: NANOTESLA = 1e-9_dp      !! T
     real(dp), parameter, public :: MICROTESLA = 1e-6_dp     !! T
@@ -26,6 +25,7 @@ module gracecg_base_constants
 
     !> s
     real(dp), parameter, public :: SECONDS_PER_DAY = 86400.0_dp
+    real(dp), parameter, public :: JULIAN_YEAR = 365.25_dp*SECONDS_PER_DAY      !! s
     !> In a Julian century, of time scales counted from J2000
     real(dp), parameter, public :: DAYS_PER_CENTURY = 36525.0_dp
     !> From a modified Julian day to a Julian date, days

@@ -9,7 +9,7 @@ module gracecg_base_quaternion
     private
     public :: rotation_matrix, quaternion_of_matrix, quaternion_product, conjugate_quaternion
     public :: normalised, quaternion_rate, rate_matrix, quaternion_from_axis_angle
-    public :: rotation_angle_between
+    public :: rotation_angle_between, rotation_between
 
 contains
 
@@ -126,4 +126,18 @@ contains
         d = quaternion_product(p, conjugate_quaternion(q))
         angle = 2*atan2(norm2(d(1:3)), abs(d(4)))
     end function rotation_angle_between
+
+    !> Axis times angle of the rotation that takes one attitude into another, at most half a turn; blind to the sign of q.
+    pure function rotation_between(from, to) result(phi)
+        real(dp), intent(in) :: from(4), to(4)  !! Unit quaternions
+        real(dp) :: phi(3)                      !! rad
+
+        real(dp) :: d(4), sine
+
+        d = quaternion_product(to, conjugate_quaternion(from))
+        if (d(4) < 0) d = -d
+        sine = norm2(d(1:3))
+        phi = 2*d(1:3)
+        if (sine > 1e-8_dp) phi = 2*atan2(sine, d(4))/sine*d(1:3)
+    end function rotation_between
 end module gracecg_base_quaternion

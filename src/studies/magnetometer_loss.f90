@@ -44,7 +44,6 @@ module gracecg_studies_magnetometer_loss
         logical :: with_model = .false.             !! Else the magnetometer measures the field
         integer, allocatable :: run(:)              !! Numbers of the runs
         real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), m
-        real(dp) :: true_offset(3) = 0              !! m
         real(dp) :: rms(3) = 0                      !! Of their errors, m
         real(dp) :: predicted(3) = 0                !! By theory, m
     end type field_study_t
@@ -159,7 +158,6 @@ contains
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         study%offset = results%offset
-        study%true_offset = simulator%case%satellite%offset
         study%rms = statistics%rms*MILLIMETRE
     end subroutine study_field
 

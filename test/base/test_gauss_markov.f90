@@ -1,6 +1,7 @@
 !> Gauss-Markov processes against their closed forms.
 module test_gauss_markov
     use gracecg_base_kinds, only: dp
+    use gracecg_base_vectors, only: identity
     use gracecg_base_gauss_markov
     use fixture, only: check
     use testdrive, only: new_unittest, unittest_type, error_type
@@ -36,23 +37,11 @@ contains
                     call check(error, maxval(abs(matmul(matmul(process%transition, p), transpose(process%transition)) + &
                                                  matmul(process%noise_root, transpose(process%noise_root)) - p)) < 1e-9_dp)
                     call check(error, maxval(abs(matmul(process%transition, process%inverse_transition) - &
-                                                 unit_matrix(3))) < 1e-10_dp, 'inverse')
+                                                 identity(3))) < 1e-10_dp, 'inverse')
                 end associate
             end do
         end do
     end subroutine test_stationary
-
-    pure function unit_matrix(n) result(m)
-        integer, intent(in) :: n
-        real(dp) :: m(n, n)
-
-        integer :: i
-
-        m = 0
-        do i = 1, n
-            m(i, i) = 1
-        end do
-    end function unit_matrix
 
     !> r(t) = sigma^2 exp(-zeta w t) (cos w' t + zeta/sqrt(1 - zeta^2) sin w' t), w' = w sqrt(1 - zeta^2)
     !> (Gelb 1974); for zeta = 1 sigma^2 exp(-w t) (1 + w t).

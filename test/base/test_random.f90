@@ -4,7 +4,7 @@ module test_random
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES
     use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32
-    use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
+    use statistics, only: Z_999, mean, correlation, chi_square_limits, ljung_box
     use fixture, only: check
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none

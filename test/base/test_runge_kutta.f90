@@ -2,26 +2,14 @@
 module test_runge_kutta
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI
-    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
+    use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_base_table_rkf78
+    use controlled_systems, only: power_t, kepler_t
     use fixture, only: check
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_runge_kutta
-
-    !> dy/dt = p t^(p-1): y = t^p. A method of order p integrates it exactly.
-    type, extends(ode_system_t) :: power_t
-        integer :: p = 1
-    contains
-        procedure :: rate => power_rate
-    end type power_t
-
-    !> Kepler's problem in a plane with mu = 1.
-    type, extends(ode_system_t) :: kepler_t
-    contains
-        procedure :: rate => kepler_rate
-    end type kepler_t
 
 contains
 
@@ -34,23 +22,6 @@ contains
                     new_unittest('order-eight-on-kepler', test_order), &
                     new_unittest('error-estimate-is-order-seven', test_estimate)]
     end subroutine collect_runge_kutta
-
-    pure subroutine power_rate(self, t, y, dydt)
-        class(power_t), intent(in) :: self
-        real(dp), intent(in) :: t, y(:)
-        real(dp), intent(out) :: dydt(:)
-
-        dydt = self%p*t**(self%p - 1) + 0*y
-    end subroutine power_rate
-
-    pure subroutine kepler_rate(self, t, y, dydt)
-        class(kepler_t), intent(in) :: self
-        real(dp), intent(in) :: t, y(:)
-        real(dp), intent(out) :: dydt(:)
-
-        dydt(1:2) = y(3:4)
-        dydt(3:4) = -y(1:2)/norm2(y(1:2))**3
-    end subroutine kepler_rate
 
     !> Row sums equal the nodes; quadrature conditions sum b c^k = 1/(k+1).
     subroutine test_tableau(error)

@@ -8,7 +8,7 @@ module test_bound_command
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run, refused
+    use command_fixture, only: run
     use fixture, only: check, FOLDER, make_folder, make_file, check_fails
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none

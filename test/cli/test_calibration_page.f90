@@ -4,18 +4,18 @@ module test_calibration_page
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: split_words, string_t
+    use gracecg_base_text, only: string_t
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
     use gracecg_files_json, only: read_json_numbers
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED
+    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_verdict
     use gracecg_cli_calibration_advice, only: advice_of
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
+    use command_fixture, only: run
     use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: test_failed, check, FOLDER, make_file, check_passes
+    use fixture, only: check, FOLDER, make_file, read_content, check_passes
     implicit none
     private
     public :: collect_calibration_page
@@ -51,21 +51,6 @@ contains
                     new_unittest('refused-fit', test_refused)]
     end subroutine collect_calibration_page
 
-    subroutine run(line, status, output, messages)
-        character(*), intent(in) :: line
-        integer, intent(out) :: status
-        character(:), allocatable, intent(out) :: output, messages
-
-        type(console_t) :: console
-
-        console%captured = .true.
-        call run_command_line(split_words(line), console, status)
-        output = ''
-        messages = ''
-        if (allocated(console%output)) output = console%output
-        if (allocated(console%messages)) messages = console%messages
-    end subroutine run
-
     !> The line must succeed.
     subroutine succeeds(error, line, output, messages)
         type(error_type), allocatable, intent(inout) :: error
@@ -90,21 +75,6 @@ contains
 
         call succeeds(error, 'simulate front-3 --out '//name, output, messages)
     end subroutine observe
-
-    subroutine read_page(error, name, html)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: name
-        character(:), allocatable, intent(out) :: html
-
-        type(text_file_t) :: file
-        type(error_t), allocatable :: failure
-
-        html = ''
-        if (allocated(error)) return
-        call read_text_file(name, file, failure)
-        call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) html = file%text
-    end subroutine read_page
 
     subroutine has(error, html, part)
         type(error_type), allocatable, intent(inout) :: error
@@ -157,7 +127,7 @@ contains
             name = trim(ESTIMATOR_NAMES(i))
             call succeeds(error, 'estimate '//RUN_1//' --algorithm '//name//' --format json --report '//FOLDER// &
                           'page.html', output, messages)
-            call read_page(error, FOLDER//'page.html', json)
+            call read_content(error, FOLDER//'page.html', json)
             do k = 1, size(MEMBERS)
                 call has(error, json, '"'//trim(MEMBERS(k))//'": ')
             end do
@@ -180,7 +150,7 @@ contains
 
         call observe(error, RUN_1)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm assest-rde --report '//FOLDER//'page.html', output, messages)
-        call read_page(error, page_folder(FOLDER//'page.html')//'/'//RESULT_FILE, json)
+        call read_content(error, page_folder(FOLDER//'page.html')//'/'//RESULT_FILE, json)
         call take('tables.residuals.y_m_s2', residuals)
         call take('tables.spectrum.frequency_hz', frequency)
         call take('tables.spectrum.y_m_s2_sqrt_hz', spectrum)
@@ -261,7 +231,7 @@ contains
                       output, messages)
         if (allocated(error)) return
         call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs') > 0, messages)
-        call read_page(error, FOLDER//'lost.html', html)
+        call read_content(error, FOLDER//'lost.html', html)
         call has(error, html, 'magnetometer: no samples for 60 epochs')
         call has(error, html, 'the observations gave reason for warnings')
         call has(error, html, '"remarks": [')
@@ -271,23 +241,20 @@ contains
     subroutine test_no_convergence(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: KEY = 'guess_angular_velocity = '
-        type(text_file_t) :: knowledge
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: html, output, messages
+        character(:), allocatable :: knowledge, html, output, messages
         integer :: status, place
 
         call observe(error, FOLDER//'page-astray')
-        call read_text_file(FOLDER//'page-astray/options.nml', knowledge, failure)
-        call check_passes(error, message_of(failure))
+        call read_content(error, FOLDER//'page-astray/options.nml', knowledge)
         if (allocated(error)) return
-        place = index(knowledge%text, KEY) + len(KEY)
-        call make_file(error, 'page-astray/options.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge%text(place:))
+        place = index(knowledge, KEY) + len(KEY)
+        call make_file(error, 'page-astray/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
         call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --options '//FOLDER// &
                  'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
         call check(error, index(messages, 'did not converge') > 0, messages)
-        call read_page(error, FOLDER//'astray.html', html)
+        call read_content(error, FOLDER//'astray.html', html)
         call has(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
         call has_not(error, html, '"offset_m"')
         call has(error, html, '"tables": ')
@@ -342,7 +309,7 @@ contains
         call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
                    .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)
         if (allocated(error)) return
-        call read_page(error, FOLDER//'bad.html', html)
+        call read_content(error, FOLDER//'bad.html', html)
         call has(error, html, '"refusal": "')
         call has(error, html, 'accelerometer.csv:20')
         call has_not(error, html, '"samples"')
@@ -354,17 +321,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-fde', 'ascfest', 'optimal', 'sequential']
         character(*), parameter :: KEY = 'amplitude = '
-        type(text_file_t) :: setup
-        type(error_t), allocatable :: failure
         character(:), allocatable :: text, html, output, messages
         integer :: status, place, i
 
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'page-refused', output, messages)
         if (allocated(error)) return
-        call read_text_file(FOLDER//'page-refused/setup.nml', setup, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        text = setup%text
+        call read_content(error, FOLDER//'page-refused/setup.nml', text)
         place = index(text, KEY//'30')
         do while (place > 0)        ! the rods fired with more than twice what the setup says
             text = text(:place - 1)//KEY//'14'//text(place + len(KEY//'30'):)
@@ -377,7 +339,7 @@ contains
                      'refused.html', status, output, messages)
             call check(error, status == STATUS_FAILED .and. output == '' .and. &
                        index(messages, 'did the rods fire') > 0, trim(ALGORITHMS(i))//': '//messages)
-            call read_page(error, FOLDER//'refused.html', html)
+            call read_content(error, FOLDER//'refused.html', html)
             call has(error, html, 'did the rods fire as the setup says?')
             call has(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
             call has(error, html, '"residuals": {')

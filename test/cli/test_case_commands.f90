@@ -1,13 +1,12 @@
 !> Cases on the command line: the list, files of them, whole and broken, edited ones, and what refuses a case.
 module test_case_commands
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, split, split_words
-    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists
+    use gracecg_files_file, only: text_file_t, text_file_of, file_exists
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
     use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_file, make_folder, check_passes
+    use fixture, only: check, FOLDER, make_file, make_folder, check_same_files
     implicit none
     private
     public :: collect_case_commands
@@ -76,23 +75,10 @@ contains
                 call succeeds(error, 'simulate '//FOLDER//'case.nml --out '//FOLDER//'filed', output)
             end associate
             do k = 1, size(FILES)
-                call same_file(error, 'named/', 'filed/', trim(FILES(k)))
+                call check_same_files(error, 'named/'//trim(FILES(k)), 'filed/'//trim(FILES(k)))
             end do
         end do
     end subroutine test_case_files
-
-    subroutine same_file(error, first, second, name)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: first, second, name
-        type(text_file_t) :: a, b
-        type(error_t), allocatable :: failure
-
-        if (allocated(error)) return
-        call read_text_file(FOLDER//first//name, a, failure)
-        if (.not. allocated(failure)) call read_text_file(FOLDER//second//name, b, failure)
-        call check_passes(error, message_of(failure))
-        call check(error, a%text == b%text, name//' differs')
-    end subroutine same_file
 
     !> The columns of montecarlo give way to a long name.
     subroutine test_long_names(error)

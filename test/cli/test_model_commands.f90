@@ -54,7 +54,6 @@ contains
         do i = 1, size(values)
             call parse_real(fields(i)%text, values(i), ok)
             call check(error, ok, fields(i)%text)
-            if (allocated(error)) return
         end do
     end subroutine row_of
 

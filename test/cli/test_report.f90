@@ -3,14 +3,14 @@
 module test_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: split_words, real_text, share_text, pick_text
-    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
+    use gracecg_base_text, only: real_text, share_text, pick_text
+    use gracecg_files_file, only: file_exists, make_directory, remove_file
     use gracecg_studies_table_report_rms, only: RMS_VALUES
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_cli_number_text, only: fixed_text, decimal_exponent, percent_text
+    use command_fixture, only: run, refused
     use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, make_file, check_passes
+    use fixture, only: check, FOLDER, make_folder, make_file, read_content, check_passes
     implicit none
     private
     public :: collect_report
@@ -26,21 +26,6 @@ contains
                     new_unittest('stopped', test_stopped), &
                     new_unittest('tables', test_tables)]
     end subroutine collect_report
-
-    subroutine run(line, status, output, messages)
-        character(*), intent(in) :: line
-        integer, intent(out) :: status
-        character(:), allocatable, intent(out) :: output, messages
-
-        type(console_t) :: console
-
-        console%captured = .true.
-        call run_command_line(split_words(line), console, status)
-        output = ''
-        messages = ''
-        if (allocated(console%output)) output = console%output
-        if (allocated(console%messages)) messages = console%messages
-    end subroutine run
 
     subroutine test_numbers(error)
         type(error_type), allocatable, intent(out) :: error
@@ -72,28 +57,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call make_file(error, 'in-the-way', 'a file')
-        call refused('report', STATUS_MISUSED, '--out')
-        call refused('report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, '--runs')
-        call refused('report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, '--threads')
-        call refused('report --out '//FOLDER//'in-the-way', STATUS_FAILED, 'a file of that name is in the way')
-        call refused('report --out /proc/gracecg', STATUS_FAILED, '/proc/gracecg')
+        call refused(error, 'report', STATUS_MISUSED, ['--out'])
+        call refused(error, 'report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, ['--runs'])
+        call refused(error, 'report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, ['--threads'])
+        call refused(error, 'report --out '//FOLDER//'in-the-way', STATUS_FAILED, ['a file of that name is in the way'])
+        call refused(error, 'report --out /proc/gracecg', STATUS_FAILED, ['/proc/gracecg'])
         if (allocated(error)) return
         call check(error,.not. file_exists(FOLDER//'page/index.html'))
-
-    contains
-
-        subroutine refused(line, expected, part)
-            character(*), intent(in) :: line, part
-            integer, intent(in) :: expected
-
-            character(:), allocatable :: output, messages
-            integer :: status
-
-            if (allocated(error)) return
-            call run(line, status, output, messages)
-            call check(error, status, expected, line//': '//messages)
-            call check(error, index(messages, part) > 0, messages)
-        end subroutine refused
     end subroutine test_wrong_usage
 
     !> A report that fails on its way leaves no page and no result.json of an earlier one beside its new tables.
@@ -143,9 +113,7 @@ contains
             'design.csv', 'case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm', &
             'designed_manoeuvres.csv', 'satellite,rod,waveform,amplitude_a_m2,frequency_hz,phase_deg,start_s,stop_s', &
             'manoeuvre_map_back.csv', 'time_s,latitude_deg,longitude_deg,report_x_mm'], [2, 23])
-        character(:), allocatable :: output, messages, path
-        type(text_file_t) :: page, file
-        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages, path, page, file
         real(dp) :: value
         integer :: status, i
 
@@ -154,22 +122,20 @@ contains
         call remove_file(path//'index.html')
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)
         call check(error, status == STATUS_DONE .and. messages == '', messages)
-        call read_text_file(path//'index.html', page, failure)      ! which is result.json here
-        call check_passes(error, message_of(failure))
-        call check(error, index(page%text, '"allowed": 71') > 0, page%text)
+        call read_content(error, path//'index.html', page)      ! which is result.json here
+        call check(error, index(page, '"allowed": 71') > 0, page)
         do i = 1, size(FILES, 2)
             if (allocated(error)) return
-            call read_text_file(path//trim(FILES(1, i)), file, failure)
-            call check_passes(error, message_of(failure))
-            call check(error, index(file%text, trim(FILES(2, i))) == 1 .and. &
-                                                   index(page%text, '"'//trim(FILES(1, i))//'"') > 0, trim(FILES(1, i)))
+            call read_content(error, path//trim(FILES(1, i)), file)
+            call check(error, index(file, trim(FILES(2, i))) == 1 .and. &
+                                                   index(page, '"'//trim(FILES(1, i))//'"') > 0, trim(FILES(1, i)))
         end do
-        call read_text_file(path//'montecarlo.csv', file, failure)
+        call read_content(error, path//'montecarlo.csv', file)
         do i = 1, size(RMS_VALUES)
             if (allocated(error)) return
             value = RMS_VALUES(i)
             if (abs(value - 0.01112_dp) < 1e-9_dp) value = 0.1112_dp
-            call check(error, index(file%text, ','//real_text(value)//new_line('a')) > 0, 'published value '//real_text(value))
+            call check(error, index(file, ','//real_text(value)//new_line('a')) > 0, 'published value '//real_text(value))
         end do
     end subroutine test_tables
 end module test_report

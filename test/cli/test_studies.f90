@@ -10,11 +10,11 @@ module test_studies
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, disturbance_at
+    use gracecg_simulation_simulator, only: simulator_t, observe, disturbance_at
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_switches, only: new_switched_simulator
     use gracecg_studies_error_sources, only: study_switches, STUDY_NAMES
     use gracecg_studies_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
     use gracecg_estimation_report_options, only: report_options

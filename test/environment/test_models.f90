@@ -17,7 +17,7 @@ module test_models
     use gracecg_environment_wind_models, only: new_wind_model, WIND_MODELS
     use gracecg_simulation_case, only: case_t, case_from_text, case_text
     use gracecg_simulation_case_library, only: find_case
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t
     use fixture, only: check, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type

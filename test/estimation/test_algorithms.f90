@@ -3,10 +3,9 @@
 module test_algorithms
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross_matrix, identity, unit
+    use gracecg_base_vectors, only: cross_matrix, identity
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
-        quaternion_from_axis_angle, rotation_angle_between
-    use gracecg_base_random, only: random_stream_t, new_stream
+        rotation_angle_between
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess

@@ -9,7 +9,6 @@ module test_faults
     use gracecg_base_constants, only: DEGREE, AXES
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
-    use statistics, only: chi_square_limits
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_plus
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t

@@ -3,10 +3,9 @@ module test_fit_diagnostics
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, append
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_quaternion, only: normalised, rotation_matrix
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_estimation_options, only: estimation_options_t

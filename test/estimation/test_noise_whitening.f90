@@ -3,7 +3,7 @@
 module test_noise_whitening
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: inverse_3x3, unit
+    use gracecg_base_vectors, only: unit
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED

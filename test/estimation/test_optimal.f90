@@ -2,7 +2,7 @@
 !> known dynamics, noise drawn here.
 module test_optimal
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: ARCSECOND, TWO_PI
+    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_lapack, only: solve_normal_equations
@@ -19,7 +19,7 @@ module test_optimal
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_variance_components, only: estimate_spectrum
     use test_estimators, only: example, OFFSET
-    use fixture, only: check, test_failed, check_fails, check_passes
+    use fixture, only: check, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private

@@ -17,7 +17,7 @@ module test_options
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
-    use fixture, only: check, test_failed, FOLDER, make_file, check_fails, check_passes
+    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private

@@ -4,10 +4,9 @@ module test_sequential
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of, number_text
-    use gracecg_base_text, only: string_t
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
+    use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance

@@ -1,13 +1,13 @@
 !> What the tests of the C interface have in common.
 module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg, only: dp, error_t, case_t, simulator_t, observation_set_t, find_case, new_simulator, observe
     use c_library
     use fixture, only: check
     use testdrive, only: error_type
     implicit none
     private
-    public :: check_ok, check_refused, check_equal, check_answer, simulate
+    public :: check_ok, check_refused, check_equal, check_answer, simulate, simulated_set
     public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
 
     integer(c_int), parameter :: OK = 0, NULL_POINTER = 1, BAD_HANDLE = 2, BAD_SIZE = 3, BAD_VALUE = 4
@@ -81,4 +81,19 @@ contains
         ignored = gracecg_free(simulator)
         ignored = gracecg_free(handle)
     end subroutine simulate
+
+    !> The observations of a run, by the Fortran API.
+    function simulated_set(name, seed, run) result(set)
+        character(*), intent(in) :: name        !! Of a case
+        integer, intent(in) :: seed, run
+        type(observation_set_t) :: set
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call find_case(name, case, failure)
+        call new_simulator(case, simulator, failure)
+        call observe(simulator, seed, run, set, failure)
+    end function simulated_set
 end module c_checks

@@ -2,10 +2,9 @@
 module test_c_estimates
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg, only: dp, error_t, case_t, find_case, simulator_t, new_simulator, observe, observation_set_t, solution_t, &
-        estimate_offset, report_options, ESTIMATOR_NAMES, moment_series_t, new_moment_series, take_measured_moments, &
-        dipole_moment, joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs, arc_chain_t, &
-        estimate_chain
+    use gracecg, only: dp, error_t, observation_set_t, solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, &
+        moment_series_t, new_moment_series, take_measured_moments, dipole_moment, joint_run_t, joint_solution_t, &
+        joint_options_t, run_from_observations, estimate_runs, arc_chain_t, estimate_chain
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
     use c_library
@@ -94,8 +93,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: set
         type(solution_t) :: expected
         type(error_t), allocatable :: problem
@@ -107,9 +104,7 @@ contains
         call simulate('front-3', 5, 2, observations, status, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_case('front-3', case, problem)
-        call new_simulator(case, simulator, problem)
-        call observe(simulator, 5, 2, set, problem)
+        set = simulated_set('front-3', 5, 2)
         do i = 1, size(ESTIMATOR_NAMES)
             status = gracecg_estimate(c_string(trim(ESTIMATOR_NAMES(i))), observations, fit, failure)
             call check_ok(error, status, failure)
@@ -141,8 +136,6 @@ contains
         type(error_struct) :: failure
         type(joint_run_t) :: runs(2)
         type(joint_solution_t) :: expected
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: set
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: observations(2), joint
@@ -153,9 +146,7 @@ contains
             call simulate(NAMES(i), 5, 2, observations(i), status, failure)
             call check_ok(error, status, failure)
             if (allocated(error)) return
-            call find_case(NAMES(i), case, problem)
-            call new_simulator(case, simulator, problem)
-            call observe(simulator, 5, 2, set, problem)
+            set = simulated_set(NAMES(i), 5, 2)
             call run_from_observations(set, report_options(NAMES(i)), runs(i), problem)
         end do
         call estimate_runs(runs, joint_options_t(), expected, problem)
@@ -183,8 +174,6 @@ contains
 
         type(error_struct) :: failure
         type(arc_chain_t) :: expected
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: set
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: observations, chain
@@ -193,9 +182,7 @@ contains
         call simulate('front-3', 5, 2, observations, status, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_case('front-3', case, problem)
-        call new_simulator(case, simulator, problem)
-        call observe(simulator, 5, 2, set, problem)
+        set = simulated_set('front-3', 5, 2)
         call estimate_chain(set, report_options('front-3'), joint_options_t(), 20.0_dp, 1, expected, problem)
         status = gracecg_estimate_chain(observations, 20.0_dp, 2, chain, failure)
         call check_ok(error, status, failure)
@@ -221,8 +208,6 @@ contains
 
         type(error_struct) :: failure
         type(samples_t) :: samples, fewer
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: set
         type(solution_t) :: expected
         type(moment_series_t) :: series
@@ -256,9 +241,7 @@ contains
         if (allocated(error)) return
 
         ! measured moments: the numbers of the Fortran API
-        call find_case('front-3', case, problem)
-        call new_simulator(case, simulator, problem)
-        call observe(simulator, 1, 1, set, problem)
+        set = simulated_set('front-3', 1, 1)
         time = [(0.5_dp*k, k=0, 120)]
         do k = 1, size(time)
             moment(:, k) = 1.02_dp*dipole_moment(set%knowledge%rods, time(k))
@@ -424,8 +407,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: set
         type(solution_t) :: expected
         type(fit_record_t) :: record
@@ -438,9 +419,7 @@ contains
         character(10), parameter :: NAMES_OF(3) = [character(10) :: 'optimal', 'sequential', 'ascfest']
         integer :: i, j, k
 
-        call find_case('front-3', case, problem)
-        call new_simulator(case, simulator, problem)
-        call observe(simulator, 1, 1, set, problem)
+        set = simulated_set('front-3', 1, 1)
         call simulate('front-3', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
         do i = 1, size(NAMES_OF)

@@ -116,7 +116,6 @@ contains
                                  item(planned, 'evaluations', 1), item(planned, 'start', 1)], &
                          [expected%sigma, expected%wave, expected%force, expected%worst, expected%rate, &
                           expected%excursion, real(expected%evaluations, dp), 1400.0_dp], 'design')
-        if (allocated(error)) return
         call check(error, expected%rate <= settings(8) .and. planned_case%case%name == 'back-1-design', 'limits, name')
         if (allocated(error)) return
 
@@ -151,7 +150,6 @@ contains
                          [(points(i)%latitude, points(i)%longitude, i=1, 2), (points(i)%quality%sigma, i=1, 2), &
                           (points(i)%worst_sigma, points(i)%worst_direction, i=1, 2), (points(i)%quality%wave, i=1, 2), &
                           (points(i)%quality%force, i=1, 2)], 'map')
-        if (allocated(error)) return
         call check(error, maxval(abs(sigma(:3)/item(planned, 'sigma', 3) - 1)) < 1e-5_dp, 'the map at the place of the design')
         status = gracecg_free(places)
         status = gracecg_map(planned, NONE, threads=1, places=places, error=failure)

@@ -14,7 +14,7 @@ module test_f77
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_interface_general, only: INTERFACE_VERSION
     use gracecg_interface_handles, only: live_objects
-    use c_checks, only: check_answer
+    use c_checks, only: check_answer, simulated_set
     use f77_interfaces
     use fixture, only: check, check_passes, FOLDER, make_folder
     use testdrive, only: new_unittest, unittest_type, error_type
@@ -257,8 +257,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(200) :: msg
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: set
         type(solution_t) :: expected
         type(error_t), allocatable :: failure
@@ -269,9 +267,7 @@ contains
 
         call make_folder(error)
         if (allocated(error)) return
-        call find_case('front-3', case, failure)
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, 3, 4, set, failure)
+        set = simulated_set('front-3', 3, 4)
         call gccase('front-3', icas, istats(1), msg)
         call gcsimo(icas, isim, istats(2), msg)
         call gcsimu(isim, 3, 4, iobs, istats(3), msg)

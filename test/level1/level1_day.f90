@@ -14,8 +14,8 @@ module level1_day
     use gracecg_level1_all_sources, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_sources, only: LEVEL1_SOURCES
-    use testdrive, only: error_type, check
-    use fixture, only: FOLDER, make_file, check_passes
+    use testdrive, only: error_type
+    use fixture, only: FOLDER, make_file, check, check_passes
     implicit none
     private
     public :: flaws_t, setup_said, current_at, start_of, write_day, copy_day, estimate_day, says, check_offsets, make_setup
@@ -317,14 +317,13 @@ contains
     subroutine check_offsets(estimate, near, error)
         type(level1_estimate_t), intent(in) :: estimate
         real(dp), intent(in) :: near(:)         ! By source, m
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         integer :: i
 
         do i = 1, size(estimate%solutions)
             call check(error, maxval(abs(estimate%solutions(i)%offset - OFFSET)) < near(i), 'offset by '// &
                        estimate%solutions(i)%source)
-            if (allocated(error)) return
         end do
     end subroutine check_offsets
 
@@ -334,7 +333,7 @@ contains
         character(*), intent(in) :: from, to, date  ! Folders; YYYY-MM-DD
         real(dp), intent(in) :: first, last         ! s from the epoch
         integer, intent(in) :: shift                ! s
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         character(5), parameter :: PRODUCTS(6) = ['ACC1A', 'MAG1B', 'SCA1B', 'GNV1B', 'GNI1B', 'CLK1B']
         type(text_file_t) :: file
@@ -371,7 +370,7 @@ contains
 
     !> The file l1_setup.nml with what setup_said gives.
     subroutine make_setup(error)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         call make_file(error, 'l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
                        ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)//'/'// &

@@ -4,21 +4,18 @@ module test_level1_days
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: split_words
-    use gracecg_cli_command_line, only: run_command_line
-    use gracecg_cli_console, only: console_t
     use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
     use f77_interfaces, only: gcl1dy
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_all_sources, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_level1_spans, only: find_spans
-    use testdrive, only: unittest_type, error_type, check, new_unittest
-    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    use command_fixture, only: run
+    use testdrive, only: unittest_type, error_type, new_unittest
+    use fixture, only: FOLDER, make_file, check, check_fails, check_passes
     use level1_day, only: flaws_t, setup_said, start_of, write_day, copy_day, estimate_day, says, make_setup, EPOCH, DURATION
     implicit none
     private
@@ -45,34 +42,28 @@ contains
         type(level1_calibration_t) :: whole, parted
         type(level1_estimate_t) :: expected, found
         type(error_t), allocatable :: failure
-        type(console_t) :: console
-        character(:), allocatable :: text
+        character(:), allocatable :: output, messages
         real(dp) :: middle
         integer :: status, i
 
         call estimate_day('l1_whole', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected, failure)
         call check_passes(error, message_of(failure))
         middle = start_of(0) + DURATION/2
-        if (.not. allocated(error)) &
-            call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-01', -1e4_dp, middle + 3, 0, error)
-        if (.not. allocated(error)) call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-02', middle, 1e4_dp, 0, error)
+        call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-01', -1e4_dp, middle + 3, 0, error)
+        call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-02', middle, 1e4_dp, 0, error)
         if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', parted, failure)
         if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), LEVEL1_SOURCES, 'estimate', found, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, says(parted%notes, 'files of 2 days are joined, 2020-02-01 to 2020-02-02'), 'days are told')
-        if (allocated(error)) return
         call check(error, says(parted%notes, 'ACC1A: 30 records have an epoch that came before'), 'records that are there twice')
-        if (allocated(error)) return
         call check(error, says(parted%notes, 'MAG1B: 1 records came before an earlier one'), 'order')
-        if (allocated(error)) return
         ! No SOE file: the spans are those of the currents.
         call check(error, parted%spans_from == 'the currents' .and. size(parted%spans) == 2, 'spans')
         if (allocated(error)) return
         call check(error, maxval(abs(parted%spans%start - whole%spans%start)) < 0.6_dp .and. &
                    maxval(abs(parted%spans%stop - whole%spans%stop)) < 0.6_dp, 'begin and end')
-        if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', &
                                 reshape([(EPOCH + start_of(i), DURATION, i=0, 1)], [2, 2]), 'model', parted, failure)
         if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), LEVEL1_SOURCES, 'estimate', found, failure)
@@ -81,15 +72,12 @@ contains
         do i = 1, size(found%solutions)
             call check(error, maxval(abs(found%solutions(i)%offset - expected%solutions(i)%offset)) < 1e-6_dp*MICROMETRE, &
                        found%solutions(i)%source)
-            if (allocated(error)) return
             call check(error, all(abs(found%solutions(i)%covariance - expected%solutions(i)%covariance) < &
                                   1e-6_dp*maxval(abs(expected%solutions(i)%covariance))), 'covariance')
-            if (allocated(error)) return
         end do
-        console%captured = .true.
-        call run_command_line(split_words('level1 list '//FOLDER//'l1_parted'), console, status, level1_commands())
-        text = console%output//console%messages
-        call check(error, status == 0 .and. index(text, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, text)
+        call run('level1 list '//FOLDER//'l1_parted', status, output, messages)
+        call check(error, status == 0 .and. index(output//messages, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, &
+                   output//messages)
     end subroutine test_midnight
 
     !> Two manoeuvres three days apart in one folder: which is meant has to be said, by its day, and is then taken.
@@ -103,27 +91,23 @@ contains
 
         call write_day('l1_first', flaws_t(spans=1), path)
         call copy_day(path, FOLDER//'l1_days', '2020-02-01', -1e4_dp, 1e4_dp, 0, error)
-        if (.not. allocated(error)) call copy_day(path, FOLDER//'l1_days', '2020-02-04', -1e4_dp, 1e4_dp, 3*86400, error)
+        call copy_day(path, FOLDER//'l1_days', '2020-02-04', -1e4_dp, 1e4_dp, 3*86400, error)
         if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure)
         call check_fails(error, message_of(failure), [character(40) :: '2 manoeuvres', '2020-02-01T03:01 (1 spans)', &
                                                       '2020-02-04T03:01 (1 spans)', '--day'])
-        if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-04')
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, calibration%date, '2020-02-04')
-        if (allocated(error)) return
         call check(error, size(calibration%spans) == 1 .and. calibration%epoch >= EPOCH + 3*86400 .and. &
                    calibration%spans(1)%used, 'its span')
-        if (.not. allocated(error)) call check_day_from_c(error)
+        call check_day_from_c(error)
         if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-03')
         call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of 2020-02-03'])
-        if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-30')
         call check_fails(error, message_of(failure), [character(40) :: '"2020-02-30" is no date'])
-        if (allocated(error)) return
         ! Days that follow one another: the next one has no manoeuvre, which is said with where there is one.
         call copy_day(path, FOLDER//'l1_days', '2020-02-05', -1e4_dp, start_of(0) - 10, 4*86400, error)
         if (allocated(error)) return
@@ -133,7 +117,7 @@ contains
 
     !> The same through the interfaces of C and Fortran 77.
     subroutine check_day_from_c(error)
-        type(error_type), allocatable, intent(out) :: error
+        type(error_type), allocatable, intent(inout) :: error
 
         character(*), parameter :: DAYS = FOLDER//'l1_days'//c_null_char, SETUP = FOLDER//'l1_setup.nml'//c_null_char
         type(error_struct) :: failure
@@ -148,17 +132,13 @@ contains
         status = gracecg_level1_estimate(DAYS, SETUP, n_spans=0_c_size_t, offset=first, &
                                          error=failure)
         call check(error, status /= 0, 'without a day')
-        if (allocated(error)) return
         status = gracecg_level1_estimate(DAYS, SETUP, day='2020-02-01'//c_null_char, n_spans=0_c_size_t, offset=first, &
                                          error=failure)
         call check(error, status, 0, 'the first day')
-        if (allocated(error)) return
         status = gracecg_level1_estimate(DAYS, SETUP, day='2020-02-04'//c_null_char, n_spans=0_c_size_t, offset=last, &
                                          error=failure)
         call check(error, status, 0, 'the last day')
-        if (allocated(error)) return
         call check(error, abs(sum(item(last, 'time', 1)) - sum(item(first, 'time', 1)) - 3*86400) < 1, 'three days apart')
-        if (allocated(error)) return
         call gcl1dy(FOLDER//'l1_days', FOLDER//'l1_setup.nml', ' ', '2020-02-04', ' ', d, covariance, gain, delay, flag, istat, &
                     message)
         call check(error, istat == 0 .and. all(abs(d - item(last, 'offset', 3)) <= 0) .and. &
@@ -181,9 +161,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, calibration%spans(1)%used .and. .not. calibration%spans(2)%used, 'which are used')
-        if (allocated(error)) return
         call check(error, trim(calibration%spans(2)%reason), 'longer than 900 s: give its sub-manoeuvres')
-        if (allocated(error)) return
         ! One of 900 s is left out too, but because the files have only a part of it.
         call gather_calibration(path, setup_said(), '', '', reshape([EPOCH + start_of(1) - 850, 900.0_dp], [2, 1]), 'model', &
                                 calibration, failure)
@@ -214,7 +192,6 @@ contains
         call check(error, size(spans, 2), 2, 'two spans')
         if (allocated(error)) return
         call check(error, all(abs(spans - reshape([100, 160, 250, 310], [2, 2])) < 1.1_dp), 'begin and end')
-        if (allocated(error)) return
         currents(2, :) = 30*sin(times**2/7)*cos(times**2/3)     ! irregular
         call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
         call check(error, size(spans, 2) == 0, 'what no line explains is no manoeuvre')
@@ -240,7 +217,6 @@ contains
         call check(error, size(spans, 2), 2, 'spans')
         if (allocated(error)) return
         call check(error, maxval(abs(spans - reshape([100.0_dp, 160.0_dp, 300.0_dp, 400.5_dp], [2, 2]))) <= 0, 'times')
-        if (allocated(error)) return
         call check(error, maxval(abs(events(size(events))%values - [1e-4_dp, -2e-4_dp, 3e-4_dp])) <= 0, 'values')
         if (allocated(error)) return
         call make_file(error, 'soe_bad.txt', '100 GRACEC CMCAL 2 1'//LF)

@@ -7,7 +7,7 @@ module test_level1_fuzz
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_text, only: string_t, parse_real, parse_integer, integer_text, lower_case
+    use gracecg_base_text, only: parse_real, integer_text, lower_case
     use gracecg_files_file, only: file_exists, text_file_t, read_text_file
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, KIND_F4, KIND_F8, KIND_LETTER, &

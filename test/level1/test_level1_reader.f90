@@ -3,7 +3,7 @@ module test_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, join, padded
+    use gracecg_base_text, only: join, padded
     use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
     use gracecg_level1_records, only: level1_records_t, read_level1

@@ -1,7 +1,7 @@
 !> Time and frames of Level-1 data: identities, and official files where they are at hand.
 module test_level1_time
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: ARCSECOND, DEGREE
+    use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_from_axis_angle, &
         rotation_angle_between, conjugate_quaternion, quaternion_product

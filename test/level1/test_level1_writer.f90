@@ -6,11 +6,10 @@ module test_level1_writer
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_text, only: string_t, padded, join, parse_real
-    use gracecg_files_file, only: file_exists, text_file_t, read_text_file
+    use gracecg_files_file, only: file_exists
     use gracecg_level1_header, only: level1_header_t
-    use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names, &
-        KIND_I1, KIND_I2, KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_F8, KIND_LETTER, KIND_NUMERAL, &
-        KIND_FLAG8, KIND_FLAG32
+    use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names, KIND_I1, KIND_I2, &
+        KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_LETTER, KIND_NUMERAL, KIND_FLAG8, KIND_FLAG32
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
     use gracecg_level1_text_form, only: general_text
     use gracecg_level1_writer, only: level1_writer_t
@@ -219,7 +218,6 @@ contains
         do i = 1, size(NUMBERS)
             call parse_real(trim(NUMBERS(i)), value, ok)
             call check(error, trim(general_text(value, .false.)), trim(NUMBERS(i)))
-            if (allocated(error)) return
         end do
         call check(error, trim(general_text(real(221.8955993652344_real32, dp), .true.)), '221.8955993652344')
         call check(error, trim(general_text(ieee_value(1.0_dp, ieee_quiet_nan), .false.)), 'nan')

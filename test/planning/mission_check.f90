@@ -2,13 +2,14 @@
 !> knows the offset at any time, and whether it knows how well.
 module mission_check
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: YEAR => JULIAN_YEAR
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between
     use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_offset_change, only: offset_change_t
-    use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, offset_history_t, trace_offset, YEAR
+    use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, offset_history_t, trace_offset
     use gracecg_estimation_saved_estimate, only: dated_offset_t
     implicit none
     private

@@ -10,7 +10,7 @@ module test_orbit_scan
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use gracecg_planning_nominal_orbit

@@ -3,7 +3,6 @@ module test_programme
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, shortest_programme, &

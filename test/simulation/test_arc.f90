@@ -37,7 +37,7 @@ module test_truth_arc
     use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
     use gracecg_simulation_case, only: case_t, flies_under_control
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use test_equations_of_motion, only: full_dynamics
     use constant_fields, only: constant_field_t
     use fixture, only: check, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type
@@ -63,20 +63,6 @@ contains
                     new_unittest('ground-is-refused', test_ground)]
     end subroutine collect_truth_arc
 
-    subroutine example(dynamics, state, error)
-        type(satellite_dynamics_t), intent(out) :: dynamics
-        real(dp), intent(out) :: state(STATE_SIZE)
-        type(error_type), allocatable, intent(inout) :: error
-
-        type(case_t) :: case
-        type(error_t), allocatable :: failure
-
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        call check_passes(error, message_of(failure))
-        state = initial_state(case)
-    end subroutine example
-
     !> The arc starts with the initial state; at every epoch the loads and the angular acceleration
     !> are those of the state.
     subroutine test_epochs(error)
@@ -88,7 +74,7 @@ contains
         real(dp) :: start(STATE_SIZE), rate(STATE_SIZE), next(STATE_SIZE)
         integer :: k
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.5_dp, 10, arc, failure)
         if (failed(error, message_of(failure))) return
@@ -118,7 +104,7 @@ contains
         real(dp) :: start(STATE_SIZE), next(STATE_SIZE)
         integer :: k
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.5_dp, 40, arc, failure, 1e-12_dp)
         if (.not. allocated(failure)) call fly_densely(dynamics, start, 0.0_dp, 20.0_dp, 1e-12_dp, dense, failure)
@@ -145,7 +131,7 @@ contains
         real(dp) :: start(STATE_SIZE), largest(STATE_SIZE)
         integer :: i, k
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         do i = 1, size(WAVEFORMS)
             call drive(dynamics, WAVEFORMS(i), 0.0_dp, error)
@@ -191,7 +177,7 @@ contains
         real(dp) :: start(STATE_SIZE), expected, t
         integer :: k
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         call drive(dynamics, COSINE, 0.0_dp, error)
         if (allocated(error)) return
@@ -225,7 +211,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         dynamics%control%acts = .true.
         call dynamics%control%hold(start)
@@ -255,7 +241,7 @@ contains
         logical :: stopped(4)
         integer :: i, way
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         call drive(dynamics, SQUARE, 0.5_dp, error)
         if (allocated(error)) return
@@ -334,7 +320,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE), deviation
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         dynamics%with_rods = .false.
         start(OMEGA) = [0.05_dp, 0.1_dp, -0.02_dp]
@@ -355,7 +341,7 @@ contains
         real(dp) :: start(STATE_SIZE), poisoned(STATE_SIZE)
         integer :: i
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         do i = 1, STATE_SIZE
             poisoned = start
@@ -378,7 +364,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
 
-        call example(dynamics, start, error)
+        call full_dynamics(dynamics, start, error)
         if (allocated(error)) return
         start(VELOCITY) = [-5000.0_dp, 0.0_dp, 5000.0_dp]
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)

@@ -20,7 +20,7 @@ module test_equations_of_motion
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
-    public :: collect_equations_of_motion
+    public :: collect_equations_of_motion, full_dynamics
 
     real(dp), parameter :: PERIOD = 5627.0_dp       !! Of the orbit, about, s
     !> A low orbit of eccentricity 0.02 and an attitude that turns about all axes

@@ -11,7 +11,7 @@ module test_campaign
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: merge_campaigns
     use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes
+    use fixture, only: check, FOLDER, make_folder, make_file, check_same_files, check_fails, check_passes
     implicit none
     private
     public :: collect_campaign
@@ -120,21 +120,9 @@ contains
         if (.not. allocated(failure)) call write_table(FOLDER//'merged_table.csv', whole, 'test', failure)
         call check_passes(error, message_of(failure))
         call check(error, missing, 0)
-        if (.not. allocated(error)) call same_file(error, 'whole_runs.csv', 'merged_runs.csv')
-        if (.not. allocated(error)) call same_file(error, 'whole_table.csv', 'merged_table.csv')
+        call check_same_files(error, 'whole_runs.csv', 'merged_runs.csv')
+        call check_same_files(error, 'whole_table.csv', 'merged_table.csv')
     end subroutine test_merged
-
-    subroutine same_file(error, first, second)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: first, second
-        type(text_file_t) :: a, b
-        type(error_t), allocatable :: failure
-
-        call read_text_file(FOLDER//first, a, failure)
-        if (.not. allocated(failure)) call read_text_file(FOLDER//second, b, failure)
-        call check_passes(error, message_of(failure))
-        call check(error, a%text == b%text, first//' differs from '//second)
-    end subroutine same_file
 
     subroutine test_missing(error)
         type(error_type), allocatable, intent(out) :: error
@@ -281,7 +269,7 @@ contains
             if (.not. allocated(failure)) call run_entry(kept, 1, 1, simulator, options, 2, failure)
             if (.not. allocated(failure)) call write_runs(FOLDER//'kept.csv', kept, 'test', failure)
             call check_passes(error, message_of(failure))
-            if (.not. allocated(error)) call same_file(error, 'whole.csv', 'kept.csv')
+            call check_same_files(error, 'whole.csv', 'kept.csv')
             call check(error, abs(kept%entries(1, 1)%mean_normalised - whole%entries(1, 1)%mean_normalised) <= 0)
         end do
     end subroutine test_journal

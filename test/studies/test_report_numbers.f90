@@ -2,14 +2,13 @@
 !> axes; and the gravity gradient of its Figure 3.1.
 module test_report_numbers
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE
+    use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_base_vectors, only: rotation_z, identity
+    use gracecg_base_vectors, only: identity
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
-    use gracecg_environment_geopotential, only: point_mass_gravity_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit

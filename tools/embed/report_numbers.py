@@ -37,7 +37,6 @@ def generate(data):
     values = [table.real(r[a]) for a in algorithms for r in rows]
     body = (
         text_array("RMS_CASE", [f"{r['satellite']}-{r['case']}" for r in rows], "Case of each row")
-        + text_array("RMS_AXIS", [r["axis"] for r in rows], "Body axis of each row")
         + text_array("RMS_ALGORITHM", [a.replace("_", "-") for a in algorithms], "Algorithm of each column")
         + table.parameter_array("RMS_VALUES", values, comment="RMS column after column, mm")
         + f"    !> RMS of the CG offset, mm: rows x algorithms\n    real(dp), parameter, public :: RMS_PUBLISHED"

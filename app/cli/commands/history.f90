@@ -1,7 +1,7 @@
 !> gracecg history: the offset over months and years, and when to calibrate next.
 module gracecg_cli_history
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE, MICROMETRE, SECONDS_PER_DAY, JULIAN_YEAR
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_environment_time, only: utc_t, utc_text, parse_utc
@@ -10,7 +10,7 @@ module gracecg_cli_history
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
-        history_point_t, trace_offset, YEAR, LONGEST_FUTURE, DEFAULT_WALK
+        history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -22,7 +22,6 @@ module gracecg_cli_history
     public :: declare_history, run_history
 
     integer, parameter :: MOST_FILES = 1000
-    real(dp), parameter :: DAY = 86400, MICROMETRE = 1e-6_dp
     character(11), parameter :: TANK_COLUMNS(3) = [character(11) :: 'time_utc', 'tank_1_kg', 'tank_2_kg']
 
     real(dp), parameter :: LATE = 0.84_dp       !! Part of the futures that have left at the last of the dates told
@@ -119,7 +118,7 @@ contains
         call arguments%get('--step', settings%step, misuse, low=0.1_dp, high=365.0_dp, unit='days')
         settings%walk = walk*MICROMETRE
         settings%limit = settings%limit*MILLIMETRE
-        settings%step = settings%step*DAY
+        settings%step = settings%step*SECONDS_PER_DAY
     end subroutine read_settings
 
     subroutine read_all_offsets(arguments, offsets, error)
@@ -207,7 +206,7 @@ contains
             text = 'it will leave '//text//' on '//date_of(history%leaving(2))//' (68 %: '//date_of(history%leaving(1))// &
                    ' to '//last//')'
         else
-            text = 'it will hardly leave '//text//' within '//integer_text(nint(LONGEST_FUTURE/YEAR))// &
+            text = 'it will hardly leave '//text//' within '//integer_text(nint(LONGEST_FUTURE/JULIAN_YEAR))// &
                    ' years (probability '//rounded_text(history%left_in_the_end, 3)//')'
         end if
         if (history%left_already <= 0.5_dp .and. history%left_in_the_end >= settings%risk) &
@@ -291,7 +290,7 @@ contains
         if (history%left_in_the_end >= settings%risk) &
             call results%member('calibrate_by_utc', utc_text(history%calibrate_by))
         call results%member('part_that_leaves', history%left_in_the_end)
-        call results%member('outlook_years', nint(LONGEST_FUTURE/YEAR))
+        call results%member('outlook_years', nint(LONGEST_FUTURE/JULIAN_YEAR))
         call results%member('outside_already', history%left_already > 0.5_dp)
         call results%member('futures', settings%futures)
         call results%publish(points_table(history%points, short=.false.), console, error, out, 'offset in body axes', json)

@@ -167,20 +167,13 @@ contains
 
         integer :: bit
 
-        call table%add(name_of(summary%path))
-        call table%add(summary%layout%product)
-        call table%add(summary%satellite)
-        call table%add(form_of(summary))
-        call table%add(summary%records)
+        call begin_row(table, summary)
         if (summary%records > 0) then
-            call table%add(time_text(summary%first_seconds, summary%first_fraction))
-            call table%add(time_text(summary%last_seconds, summary%last_fraction))
             call table%add(gps_date_text(summary%first_seconds, summary%first_fraction))
             call table%add(gps_date_text(summary%last_seconds, summary%last_fraction))
         else
-            do bit = 1, 4
-                call table%add_nothing()
-            end do
+            call table%add_nothing()
+            call table%add_nothing()
         end if
         if (summary%interval > 0) then
             call table%add(summary%interval)
@@ -196,6 +189,25 @@ contains
         call table%add(flags_text(summary%flags))
         call table%add(join(padded(summary%warnings), '; '))
     end subroutine add_row
+
+    !> What a row of a file begins with: file, product, satellite, format, records, first and last time.
+    subroutine begin_row(table, summary)
+        type(data_table_t), intent(inout) :: table
+        type(level1_summary_t), intent(in) :: summary
+
+        call table%add(name_of(summary%path))
+        call table%add(summary%layout%product)
+        call table%add(summary%satellite)
+        call table%add(form_of(summary))
+        call table%add(summary%records)
+        if (summary%records > 0) then
+            call table%add(time_text(summary%first_seconds, summary%first_fraction))
+            call table%add(time_text(summary%last_seconds, summary%last_fraction))
+        else
+            call table%add_nothing()
+            call table%add_nothing()
+        end if
+    end subroutine begin_row
 
     !> Which bits are set in how many records: 2:100 3:100
     pure function flags_text(flags) result(text)
@@ -276,18 +288,7 @@ contains
         do i = 1, size(summary%fields)
             associate (field => summary%layout%fields(i))
                 if (field%channel > 0 .and. summary%fields(i)%count == 0) cycle
-                call table%add(name_of(path))
-                call table%add(summary%layout%product)
-                call table%add(summary%satellite)
-                call table%add(form_of(summary))
-                call table%add(summary%records)
-                if (summary%records > 0) then
-                    call table%add(time_text(summary%first_seconds, summary%first_fraction))
-                    call table%add(time_text(summary%last_seconds, summary%last_fraction))
-                else
-                    call table%add_nothing()
-                    call table%add_nothing()
-                end if
+                call begin_row(table, summary)
                 call table%add(trim(field%name))
                 call add_statistics(table, summary%fields(i), field%kind)
             end associate

@@ -1,7 +1,7 @@
 !> gracecg level1 trend: offsets from Level-1 data of several dates.
 module gracecg_level1_command_trend
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE
+    use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE, JULIAN_YEAR
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_files_data_table, only: data_table_t
@@ -10,7 +10,7 @@ module gracecg_level1_command_trend
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_time, only: gps_date_text
-    use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
+    use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page

@@ -8,8 +8,7 @@ module gracecg_level1_angular
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_attitude, only: rod_calibration_t, rod_accelerations, known_acceleration, slow_quantities
-    use gracecg_level1_basis, only: band_basis, orthonormalise, orthonormalise_with, polynomial_columns, &
-        polynomial_curvature
+    use gracecg_level1_basis, only: band_basis, orthonormalise, polynomial_columns, polynomial_curvature
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
     use gracecg_level1_drive, only: level1_drive_t, join
     implicit none
@@ -367,7 +366,7 @@ contains
             patterns(:, column + 2*k - 1) = cos(omega*inside)
             patterns(:, column + 2*k) = sin(omega*inside)
         end do
-        call orthonormalise_with(columns, patterns)
+        call orthonormalise(columns, patterns)
         do axis = 1, 3
             amplitudes = matmul(angles(axis, :), columns)
             acceleration(axis, :) = matmul(patterns, amplitudes)

@@ -5,7 +5,7 @@ module gracecg_level1_attitude_reading
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
-    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
+    use gracecg_base_quaternion, only: rotation_matrix, rotation_between
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
     use gracecg_environment_time, only: utc_of_gps, decimal_year
@@ -16,7 +16,7 @@ module gracecg_level1_attitude_reading
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: level1_clock_t
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN
-    use gracecg_level1_heads, only: combine_heads, rotation_vector
+    use gracecg_level1_heads, only: combine_heads
     use gracecg_level1_product_reading, only: find_files, read_product, without_bits
     implicit none
     private
@@ -185,7 +185,7 @@ contains
         class(geomagnetic_model_t), intent(in) :: model
 
         integer, allocatable :: wanted(:)
-        real(dp) :: turn(4), c(3, 3), r(3), v(3), rf(3), vf(3), b(3), to_body(3, 3)
+        real(dp) :: c(3, 3), r(3), v(3), rf(3), vf(3), b(3), to_body(3, 3)
         integer :: n, i, first, last
         integer(i8) :: second
 
@@ -200,9 +200,7 @@ contains
         end if
         span%angle(:, 1) = 0
         do i = 2, n
-            turn = quaternion_product(q(:, wanted(i)), conjugate_quaternion(q(:, wanted(i - 1))))
-            if (turn(4) < 0) turn = -turn
-            span%angle(:, i) = span%angle(:, i - 1) + rotation_vector(turn)
+            span%angle(:, i) = span%angle(:, i - 1) + rotation_between(q(:, wanted(i - 1)), q(:, wanted(i)))
         end do
         do i = 1, n
             first = max(1, i - 1)

@@ -4,50 +4,28 @@ module gracecg_level1_basis
     use gracecg_base_constants, only: TWO_PI
     implicit none
     private
-    public :: orthonormalise, orthonormalise_with, remove_space, band_basis, polynomial_columns, polynomial_curvature
+    public :: orthonormalise, remove_space, band_basis, polynomial_basis, polynomial_columns, polynomial_curvature
 
     real(dp), parameter :: DEPENDENT = 1e-9_dp      !! A column of which less is left is one of the others
 
 contains
 
-    !> Makes columns orthonormal (Gram-Schmidt, twice); those that depend on the others are dropped.
-    pure subroutine orthonormalise(columns)
-        real(dp), allocatable, intent(inout) :: columns(:, :)   !! Sample, column
-
-        real(dp) :: length, left
-        integer :: i, k, round, kept
-
-        kept = 0
-        do i = 1, size(columns, 2)
-            length = norm2(columns(:, i))
-            if (.not. length > 0) cycle
-            columns(:, i) = columns(:, i)/length
-            do round = 1, 2
-                do k = 1, kept
-                    columns(:, i) = columns(:, i) - dot_product(columns(:, k), columns(:, i))*columns(:, k)
-                end do
-            end do
-            left = norm2(columns(:, i))
-            if (left < DEPENDENT) cycle
-            kept = kept + 1
-            columns(:, kept) = columns(:, i)/left
-        end do
-        columns = columns(:, :kept)
-    end subroutine orthonormalise
-
-    !> The same, and of each column what belongs to it elsewhere is combined alike.
-    pure subroutine orthonormalise_with(columns, others)
-        real(dp), allocatable, intent(inout) :: columns(:, :)   !! Sample, column
-        real(dp), allocatable, intent(inout) :: others(:, :)    !! Anything, column
+    !> Makes columns orthonormal (Gram-Schmidt, twice); those that depend on the others are dropped. What belongs to each
+    !> column elsewhere is combined alike.
+    pure subroutine orthonormalise(columns, elsewhere)
+        real(dp), allocatable, intent(inout) :: columns(:, :)               !! Sample, column
+        real(dp), allocatable, intent(inout), optional :: elsewhere(:, :)   !! Anything, column
 
         real(dp), allocatable :: joined(:, :)
-        real(dp) :: length, part, left
-        integer :: i, k, n, round, kept
+        real(dp) :: length, left
+        integer :: i, k, n, m, round, kept
 
         n = size(columns, 1)
-        allocate (joined(n + size(others, 1), size(columns, 2)))
+        m = 0
+        if (present(elsewhere)) m = size(elsewhere, 1)
+        allocate (joined(n + m, size(columns, 2)))
         joined(:n, :) = columns
-        joined(n + 1:, :) = others
+        if (present(elsewhere)) joined(n + 1:, :) = elsewhere
         kept = 0
         do i = 1, size(joined, 2)
             length = norm2(joined(:n, i))
@@ -55,8 +33,7 @@ contains
             joined(:, i) = joined(:, i)/length
             do round = 1, 2
                 do k = 1, kept
-                    part = dot_product(joined(:n, k), joined(:n, i))
-                    joined(:, i) = joined(:, i) - part*joined(:, k)
+                    joined(:, i) = joined(:, i) - dot_product(joined(:n, k), joined(:n, i))*joined(:, k)
                 end do
             end do
             left = norm2(joined(:n, i))
@@ -65,8 +42,8 @@ contains
             joined(:, kept) = joined(:, i)/left
         end do
         columns = joined(:n, :kept)
-        others = joined(n + 1:, :kept)
-    end subroutine orthonormalise_with
+        if (present(elsewhere)) elsewhere = joined(n + 1:, :kept)
+    end subroutine orthonormalise
 
     !> What of a column is outside of the space of an orthonormal basis.
     pure subroutine remove_space(basis, column)
@@ -99,6 +76,17 @@ contains
         end do
         call orthonormalise(basis)
     end subroutine band_basis
+
+    !> An orthonormal basis of the polynomials.
+    pure subroutine polynomial_basis(times, degree, basis)
+        real(dp), intent(in) :: times(:)            !! Rising, s; at least two
+        integer, intent(in) :: degree               !! The highest
+        real(dp), allocatable, intent(out) :: basis(:, :)   !! Sample, column
+
+        allocate (basis(size(times), degree + 1))
+        call polynomial_columns(times, degree, basis)
+        call orthonormalise(basis)
+    end subroutine polynomial_basis
 
     !> 1, u, u^2, ... with u from -1 to 1 over the samples (as Legendre polynomials, not normalised).
     pure subroutine polynomial_columns(times, degree, columns)

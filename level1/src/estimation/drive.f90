@@ -4,10 +4,11 @@
 !> sides meet between the two samples, the current has a kink there; where they do not, it jumps, nobody knows when.
 module gracecg_level1_drive
     use gracecg_base_kinds, only: dp
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_statistics, only: median_of
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples
     use gracecg_level1_firings, only: SAMPLE
-    use gracecg_level1_series, only: interpolate, hold, node_before
+    use gracecg_level1_series, only: interpolate, hold
     implicit none
     private
     public :: level1_drive_t, new_drive, mark_breaks, drop_jumps, join_at_steps, join
@@ -72,7 +73,7 @@ contains
         integer :: rod, first, last, middle
 
         if (.not. self%steps) then
-            middle = node_before(self%time, time)
+            middle = last_not_after(self%time, time)
             call samples_at(0, first, last)
             call interpolate(self%time(first:last), self%current(:, first:last), time, current, rate)
             if (.not. any(abs(self%breaks%before - middle) <= POINTS)) return
@@ -123,7 +124,7 @@ contains
 
         integer :: k
 
-        k = max(1, node_before(self%time, time))
+        k = max(1, last_not_after(self%time, time))
         charge = self%charge(:, k) + (time - self%time(k))*self%current(:, k)
     end function charge_at
 
@@ -160,8 +161,8 @@ contains
         real(dp) :: predicted(1), usual, squares, lowest
         integer :: low, high, first, last, i
 
-        low = node_before(drive%time, from)
-        high = node_before(drive%time, to)
+        low = last_not_after(drive%time, from)
+        high = last_not_after(drive%time, to)
         first = max(POINTS + 1, low - BESIDE)
         last = min(size(drive%time), high + BESIDE + POINTS)
         if (high - low < POINTS .or. low - first < POINTS .or. last - high < 2*POINTS) return
@@ -312,7 +313,7 @@ contains
             integer :: step
 
             is_step = .false.
-            step = node_before(drive%time, time - delay + around)
+            step = last_not_after(drive%time, time - delay + around)
             if (step <= 1) return
             if (drive%time(step) < time - delay - around) return
             is_step = any(abs(drive%current(:, step) - drive%current(:, step - 1)) >= LEAST)

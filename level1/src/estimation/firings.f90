@@ -6,7 +6,7 @@
 !> angles, and that of the accelerometer.
 module gracecg_level1_firings
     use gracecg_base_kinds, only: dp
-    use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_columns
+    use gracecg_level1_basis, only: remove_space, polynomial_basis
     use gracecg_level1_calibration, only: level1_firing_t
     implicit none
     private
@@ -70,9 +70,7 @@ contains
             associate (f => firings(i))
                 wanted = pack([(k, k=1, size(f%sample_time))], abs(f%sample_time - f%time - centre) < half)
                 if (size(wanted) < 5) cycle
-                allocate (basis(size(wanted), 2))
-                call polynomial_columns(f%sample_time(wanted), 1, basis)
-                call orthonormalise(basis)
+                call polynomial_basis(f%sample_time(wanted), 1, basis)
                 start = f%time + lag
                 column = max(0.0_dp, min(f%sample_time(wanted) + SAMPLE/2, start + f%duration) - &
                              max(f%sample_time(wanted) - SAMPLE/2, start))
@@ -85,7 +83,6 @@ contains
                     left(axis) = left(axis) + sum(values**2) - dot_product(column, values)**2
                 end do
                 free = free + size(wanted) - 3
-                deallocate (basis)
             end associate
         end do
         squares = free*sum(log(max(left, tiny(1.0_dp))))
@@ -138,9 +135,7 @@ contains
             do k = 1, size(gyros)
                 associate (time => firings(i)%gyros(gyros(k))%time, f => firings(i))
                     if (size(time) < 5*DEGREE) cycle
-                    allocate (basis(size(time), DEGREE + 1))
-                    call polynomial_columns(time, DEGREE, basis)
-                    call orthonormalise(basis)
+                    call polynomial_basis(time, DEGREE, basis)
                     column = max(0.0_dp, time - f%time - lag - f%duration/2)
                     call remove_space(basis, column)
                     if (norm2(column) > 0) column = column/norm2(column)
@@ -148,7 +143,6 @@ contains
                     call remove_space(basis, values)
                     left = left + sum(values**2) - dot_product(column, values)**2
                     free = free + size(time) - DEGREE - 2
-                    deallocate (basis)
                 end associate
             end do
         end do

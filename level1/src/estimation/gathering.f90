@@ -3,6 +3,7 @@ module gracecg_level1_gathering
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, integer_text
@@ -15,7 +16,7 @@ module gracecg_level1_gathering
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
     use gracecg_level1_product_reading, only: find_files
-    use gracecg_level1_series, only: interpolate, node_before
+    use gracecg_level1_series, only: interpolate
     use gracecg_level1_spans, only: said_spans, choose_spans
     implicit none
     private
@@ -203,7 +204,7 @@ contains
         do span = 1, size(calibration%spans)
             associate (s => calibration%spans(span))
                 do i = 1, size(s%attitude_time)
-                    k = node_before(good_time(:n), s%attitude_time(i))
+                    k = last_not_after(good_time(:n), s%attitude_time(i))
                     if (k < 1 .or. k >= n) cycle
                     if (good_time(k + 1) - good_time(k) > STUCK) then
                         if (s%attitude_time(i) > s%start .and. s%attitude_time(i) < s%stop .and. since < s%start) then
@@ -241,7 +242,7 @@ contains
                 end do
                 span%vetoed = count(.not. stays)
                 do k = 1, size(span%time)
-                    before = node_before(calibration%current_time, span%time(k))
+                    before = last_not_after(calibration%current_time, span%time(k))
                     if (before < 1 .or. before >= n) then
                         stays(k) = .false.
                     else

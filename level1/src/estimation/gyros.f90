@@ -5,7 +5,7 @@ module gracecg_level1_gyros
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
     use gracecg_base_statistics, only: median_of
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
-    use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_columns
+    use gracecg_level1_basis, only: remove_space, polynomial_basis
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
     use gracecg_level1_series, only: interpolate
     implicit none
@@ -109,30 +109,16 @@ contains
                 end do
                 ! Bias and drift of the gyros; the mean rate of the satellite goes with them but where spans differ, so that
                 ! only the offset is taken away.
-                allocate (basis(size(wanted), 1))
-                call polynomial_columns(span%attitude_time(wanted), 0, basis)
+                call polynomial_basis(span%attitude_time(wanted), 0, basis)
             end associate
-            call orthonormalise(basis)
             do j = 1, size(angles, 1)
-                call remove_row(basis, angles, j)
+                call remove_space(basis, angles(j, :))
             end do
             rows = reshape([rows, angles(:3, :)], [3, size(rows, 2) + size(angles, 2)])
             gyros = reshape([gyros, angles(4:, :)], [size(list), size(gyros, 2) + size(angles, 2)])
-            deallocate (angles, basis)
+            deallocate (angles)
         end do
     end subroutine common_angles
-
-    subroutine remove_row(basis, rows, k)
-        real(dp), intent(in) :: basis(:, :)
-        real(dp), intent(inout) :: rows(:, :)
-        integer, intent(in) :: k
-
-        real(dp) :: row(size(rows, 2))
-
-        row = rows(k, :)
-        call remove_space(basis, row)
-        rows(k, :) = row
-    end subroutine remove_row
 
     !> The rotation of the satellite by the gyros in a span, least squares at the times of the first.
     subroutine gyro_attitude(span, axes, times, angles)

@@ -2,11 +2,11 @@
 !> it, and one that comes or goes must not turn the satellite.
 module gracecg_level1_heads
     use gracecg_base_kinds, only: dp
-    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix, normalised
+    use gracecg_base_quaternion, only: quaternion_product, rotation_matrix, normalised, rotation_between
     use gracecg_base_vectors, only: inverse_3x3
     implicit none
     private
-    public :: combine_heads, rotation_vector
+    public :: combine_heads
 
     !> Of a head across its boresight and about it; their ratio alone counts (GRACE-FO C and D at 2 Hz: 1 to 4 and 20 to
     !> 42 arcsec)
@@ -90,30 +90,6 @@ contains
             end do
         end function last_of_equal
     end subroutine combine_heads
-
-    !> The rotation vector that takes one attitude to another, rad.
-    pure function rotation_between(from, to) result(phi)
-        real(dp), intent(in) :: from(4), to(4)
-        real(dp) :: phi(3)
-
-        real(dp) :: turn(4)
-
-        turn = quaternion_product(to, conjugate_quaternion(from))
-        if (turn(4) < 0) turn = -turn
-        phi = rotation_vector(turn)
-    end function rotation_between
-
-    !> The rotation vector of a quaternion with scalar part not negative.
-    pure function rotation_vector(q) result(phi)
-        real(dp), intent(in) :: q(4)    !! Scalar last
-        real(dp) :: phi(3)              !! rad
-
-        real(dp) :: s
-
-        s = norm2(q(1:3))
-        phi = 2*q(1:3)
-        if (s > 1e-8_dp) phi = 2*atan2(s, q(4))/s*q(1:3)
-    end function rotation_vector
 
     !> The quaternion of a small rotation vector, to its third power.
     pure function small_turn(phi) result(q)

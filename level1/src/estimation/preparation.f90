@@ -5,6 +5,7 @@ module gracecg_level1_preparation
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_coloured_noise, only: ONE_SIDED
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
@@ -12,7 +13,7 @@ module gracecg_level1_preparation
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_series, only: interpolate, node_before
+    use gracecg_level1_series, only: interpolate
     use gracecg_environment_time, only: utc_of_gps
     implicit none
     private
@@ -99,7 +100,7 @@ contains
 
         do i = 1, size(all_times)
             all_times(i) = (i - 1)/SAMPLES_A_SECOND
-            k = node_before(time, all_times(i))
+            k = last_not_after(time, all_times(i))
             there(i) = k >= 1 .and. k < size(time)
             if (there(i)) there(i) = time(k + 1) - time(k) < LONGEST_STEP
             values(:, i) = 0

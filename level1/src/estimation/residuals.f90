@@ -4,7 +4,7 @@ module gracecg_level1_residuals
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
     use gracecg_base_statistics, only: median_of
     use gracecg_level1_angular, only: level1_motion_t, NUISANCE_DEGREE
-    use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_columns
+    use gracecg_level1_basis, only: remove_space, polynomial_basis
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
     use gracecg_level1_offset, only: modelled_acceleration
     use gracecg_level1_offset_solution, only: level1_solution_t
@@ -42,9 +42,7 @@ contains
         real(dp), allocatable :: parabola(:, :), modelled(:, :)
         integer :: axis
 
-        allocate (parabola(size(span%time), NUISANCE_DEGREE + 1))
-        call polynomial_columns(span%time, NUISANCE_DEGREE, parabola)
-        call orthonormalise(parabola)
+        call polynomial_basis(span%time, NUISANCE_DEGREE, parabola)
         call modelled_acceleration(motion, solution%series(number), solution, modelled)
         residuals%time = span%time - span%start
         residuals%observed = span%linear

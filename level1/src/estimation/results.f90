@@ -75,7 +75,6 @@ contains
         header%records = 1
         header%first_time = values(1)
         header%last_time = values(1)
-        header%version = '04'
         call writer%open(path, layout, .false., header, error)
         if (allocated(error)) return
         call writer%record(values)

@@ -1,30 +1,12 @@
 !> Series of samples in order of time: interpolation, and integrals.
 module gracecg_level1_series
     use gracecg_base_kinds, only: dp
+    use gracecg_base_increasing_numbers, only: last_not_after
     implicit none
     private
-    public :: node_before, interpolate, hold, integrate_twice
+    public :: interpolate, hold, integrate_twice
 
 contains
-
-    !> The number of the last of some rising times that is at or before a time; 0: all are later.
-    pure integer function node_before(times, time) result(k)
-        real(dp), intent(in) :: times(:)    !! s
-        real(dp), intent(in) :: time        !! s
-
-        integer :: above, middle
-
-        k = 0
-        above = size(times) + 1
-        do while (above - k > 1)
-            middle = k + (above - k)/2
-            if (times(middle) <= time) then
-                k = middle
-            else
-                above = middle
-            end if
-        end do
-    end function node_before
 
     !> Vectors between their samples, by the cubic through the four nearest (fewer where there are not so many), and
     !> their rate. Beyond the ends the same polynomials go on.
@@ -38,7 +20,7 @@ contains
         real(dp) :: weight, slope, term
         integer :: first, last, i, j, k
 
-        first = max(1, min(node_before(times, time) - 1, size(times) - 3))
+        first = max(1, min(last_not_after(times, time) - 1, size(times) - 3))
         last = min(size(times), first + 3)
         value = 0
         if (present(rate)) rate = 0
@@ -69,7 +51,7 @@ contains
         real(dp), intent(in) :: time            !! s
         real(dp) :: value(size(values, 1))
 
-        value = values(:, max(1, node_before(times, time)))
+        value = values(:, max(1, last_not_after(times, time)))
     end function hold
 
     !> The double integral of samples at equal steps by trapezoids; it and its rate begin at 0.

@@ -10,7 +10,7 @@ module gracecg_level1_spans
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: gps_date_text
-    use gracecg_level1_basis, only: orthonormalise, remove_space
+    use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_basis
     use gracecg_level1_calibration, only: level1_calibration_t, note
     implicit none
     private
@@ -378,8 +378,7 @@ contains
                 end if
             end do
         end do
-        allocate (basis(size(times), 1), source=1.0_dp)
-        call orthonormalise(basis)
+        call polynomial_basis(times, 0, basis)
         call remove_space(basis, samples)
         rest = sin(TWO_PI*frequency*u)
         normal(1, 1) = sum(rest**2)

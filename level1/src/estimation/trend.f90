@@ -2,16 +2,14 @@
 !> step at every change of the trim, beside what the gas used lets expect.
 module gracecg_level1_trend
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: SECONDS_PER_DAY
+    use gracecg_base_constants, only: SECONDS_PER_DAY, JULIAN_YEAR
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_text, only: integer_text
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
-    public :: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
-
-    real(dp), parameter :: JULIAN_YEAR = 365.25_dp*SECONDS_PER_DAY      !! s
+    public :: trend_point_t, level1_trend_t, fit_trend, predicted_change
 
     type :: trend_point_t
         !! The result of one calibration
@@ -25,7 +23,7 @@ module gracecg_level1_trend
     type :: level1_trend_t
         !! The lines
         real(dp) :: reference = 0                   !! Weighted mean time, GPS s
-        real(dp) :: level(3) = 0, level_sigma(3) = 0    !! d at that time, behind all steps before it, m
+        real(dp) :: level(3) = 0                    !! d at that time, behind all steps before it, m
         real(dp) :: rate(3) = 0, rate_sigma(3) = 0  !! m/s
         real(dp), allocatable :: step_time(:)       !! Of the steps that the dates see, GPS s
         real(dp), allocatable :: step(:, :), step_sigma(:, :)   !! (3, steps), m
@@ -83,7 +81,6 @@ contains
             call solve_normal_equations(normal, rhs, x, covariance, condition, error)
             if (allocated(error)) return
             trend%level(axis) = x(1)
-            trend%level_sigma(axis) = sqrt(covariance(1, 1))
             trend%rate(axis) = x(2)/JULIAN_YEAR
             trend%rate_sigma(axis) = sqrt(covariance(2, 2))/JULIAN_YEAR
             trend%step(axis, :) = x(3:)

@@ -1,12 +1,12 @@
 !> Orbit and attitude between the records of GNV1B, GNI1B and SCA1B.
 module gracecg_level1_between_records
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: utc_of_gps
     use gracecg_level1_frames, only: gracecg_quaternion, continuous_quaternions, inertial_of_earth_fixed, &
         inertial_of_earth_fixed_by_states, inertial_velocity
     use gracecg_level1_records, only: level1_records_t
-    use gracecg_level1_time, only: last_before
     implicit none
     private
     public :: orbit_at, attitude_at
@@ -46,7 +46,7 @@ contains
         type(level1_records_t), intent(in) :: records
         integer(i8), intent(in) :: seconds
 
-        k = last_before(records%seconds, seconds)
+        k = last_not_after(records%seconds, seconds)
         if (k == records%count) k = 0
         if (k > 0) then
             if (records%seconds(k + 1) - records%seconds(k) > LONGEST_STEP) k = 0

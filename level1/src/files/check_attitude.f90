@@ -8,7 +8,7 @@ module gracecg_level1_check_attitude
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion
+    use gracecg_base_quaternion, only: rotation_matrix, rotation_between
     use gracecg_base_text, only: integer_text
     use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_environment_geomagnetic_field, only: igrf, igrf_t
@@ -86,7 +86,7 @@ contains
         type(level1_records_t), intent(in) :: sca1b
         real(dp), allocatable, intent(out) :: rates(:, :)
 
-        real(dp) :: turn(4), step, usual
+        real(dp) :: step, usual
         real(dp), allocatable :: times(:), q(:, :)
         integer :: i, n, first
 
@@ -105,9 +105,8 @@ contains
         do i = 1, sca1b%count - 1
             step = times(i + 1) - times(i)
             if (step > 1.5_dp*usual) cycle
-            turn = quaternion_product(q(:, i + 1), conjugate_quaternion(q(:, i)))
             n = n + 1
-            rates(:, n) = rotation_vector(turn)/step
+            rates(:, n) = rotation_between(q(:, i), q(:, i + 1))/step
         end do
     end subroutine rates_of
 
@@ -120,18 +119,6 @@ contains
         n = size(rates, 2)
         noise = sqrt(sum((rates(:, 2:) - rates(:, :n - 1))**2, 2)/(6*(n - 1)))
     end function noise_of
-
-    !> Axis times angle of a rotation by less than half a turn, rad.
-    pure function rotation_vector(q) result(phi)
-        real(dp), intent(in) :: q(4)        !! Scalar last, positive
-        real(dp) :: phi(3)
-
-        real(dp) :: sine
-
-        sine = norm2(q(:3))
-        phi = 2*q(:3)
-        if (sine > 0) phi = 2*atan2(sine, q(4))/sine*q(:3)
-    end function rotation_vector
 
     !> MAG1B: fields that are new, the difference to the IGRF, the currents, and the gain of the rods.
     subroutine check_magnetometer(products, check)

@@ -10,12 +10,13 @@ module gracecg_level1_time
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: GPS_EPOCH, calendar_date
     use gracecg_level1_records, only: level1_records_t
     implicit none
     private
-    public :: level1_clock_t, new_level1_clock, gps_date_text, to_gps_time, last_before
+    public :: level1_clock_t, new_level1_clock, gps_date_text, to_gps_time
 
     integer(i8), parameter :: DAY = 86400, NOON = 43200
 
@@ -72,25 +73,6 @@ contains
                       'record '//integer_text(findloc(abs(clock%receiver_offset) < 1, .false., 1)))
     end subroutine new_level1_clock
 
-    !> The last of some times in order that is at or before a time; 0 when all are later.
-    pure integer function last_before(times, seconds) result(k)
-        integer(i8), intent(in) :: times(:)     !! Whole s
-        integer(i8), intent(in) :: seconds      !! Whole seconds of the time
-
-        integer :: above, middle
-
-        k = 0
-        above = size(times) + 1
-        do while (above - k > 1)
-            middle = k + (above - k)/2
-            if (times(middle) <= seconds) then
-                k = middle
-            else
-                above = middle
-            end if
-        end do
-    end function last_before
-
     !> Makes 0 <= fraction < 1.
     elemental subroutine carry_fraction(seconds, fraction)
         integer(i8), intent(inout) :: seconds   !! s
@@ -118,7 +100,7 @@ contains
 
         n = size(self%obc_seconds)
         if (n == 0) return
-        k = last_before(self%obc_seconds, seconds)
+        k = last_not_after(self%obc_seconds, seconds)
         if (k == 0 .or. k == n) then
             fraction = fraction + self%receiver_offset(max(1, min(k, n)))
         else
@@ -138,7 +120,7 @@ contains
         integer :: k
 
         call self%receiver_time(seconds, fraction)
-        k = max(1, last_before(self%receiver_seconds, seconds))
+        k = max(1, last_not_after(self%receiver_seconds, seconds))
         fraction = fraction + self%eps_time(k) + &
             self%eps_drift(k)*(real(seconds - self%receiver_seconds(k), dp) + fraction)
         call carry_fraction(seconds, fraction)
@@ -174,7 +156,7 @@ contains
 
         integer :: k
 
-        k = last_before(self%receiver_seconds, seconds)
+        k = last_not_after(self%receiver_seconds, seconds)
         is_extrapolated = k == 0
         if (k > 0) is_extrapolated = real(seconds - self%receiver_seconds(k), dp) > self%longest_reach
     end function is_extrapolated

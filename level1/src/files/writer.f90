@@ -54,7 +54,7 @@ contains
         character(*), intent(in) :: path                !! Of the file to write; an existing one is replaced
         type(level1_layout_t), intent(in) :: layout     !! Of the product
         logical, intent(in) :: binary                   !! Binary, not text
-        type(level1_header_t), intent(in) :: header     !! Satellite, number of records, first and last time, version
+        type(level1_header_t), intent(in) :: header     !! Satellite, number of records, first and last time
         type(error_t), allocatable, intent(out) :: error
 
         if (allocated(self%failure)) deallocate (self%failure)

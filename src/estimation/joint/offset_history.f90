@@ -8,6 +8,7 @@
 !> is found from many futures that are drawn.
 module gracecg_estimation_offset_history
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: JULIAN_YEAR, SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -19,15 +20,14 @@ module gracecg_estimation_offset_history
     implicit none
     private
     public :: history_settings_t, tank_series_t, new_tank_series, offset_history_t, history_point_t, trace_offset
-    public :: YEAR, LONGEST_FUTURE, DEFAULT_WALK
+    public :: LONGEST_FUTURE, DEFAULT_WALK
 
-    real(dp), parameter :: DAY = 86400, YEAR = 365.25_dp*DAY    !! s
     real(dp), parameter :: DEFAULT_WALK = 10e-6_dp
     !! What the offset changes by in a year for reasons that nobody knows, standard deviation of each axis, m: in half a
     !! year 7 um, ten times the 0.7 um that CSR-TM-00-01 Table 1.2 has for the decrease of all mass, and a seventh of the
     !! 46 um that it has for unequal tanks, which is known where the tanks' masses are
     character(3), parameter :: NAMES(3) = ['d_x', 'd_y', 'd_z']     !! In messages
-    real(dp), parameter :: LONGEST_FUTURE = 20*YEAR
+    real(dp), parameter :: LONGEST_FUTURE = 20*JULIAN_YEAR
     integer, parameter :: STREAM_FUTURES = 31       !! Random numbers of the futures
 
     !> How to trace the offset.
@@ -35,7 +35,7 @@ module gracecg_estimation_offset_history
         real(dp) :: walk(3) = DEFAULT_WALK      !! Standard deviation of the random walk in a year, m
         real(dp) :: limit = 0.1e-3_dp           !! Of every component, m: CSR-TM-00-01 section 1.2, per half year
         real(dp) :: risk = 0.05_dp              !! Of having left the limit, that calls for a calibration
-        real(dp) :: step = 10*DAY               !! Between the points that are given, s
+        real(dp) :: step = 10*SECONDS_PER_DAY   !! Between the points that are given, s
         integer :: futures = 2000               !! That are drawn
     end type history_settings_t
 
@@ -265,7 +265,7 @@ contains
             real(dp) :: step(3), variance(3)
 
             step = 0
-            variance = settings%walk**2*(nodes(i)%t - nodes(i - 1)%t)/YEAR
+            variance = settings%walk**2*(nodes(i)%t - nodes(i - 1)%t)/JULIAN_YEAR
             if (nodes(i)%change > 0) then
                 step = direction*changes(nodes(i)%change)%change
                 variance = variance + changes(nodes(i)%change)%sigma**2
@@ -323,7 +323,7 @@ contains
                 if (has_left(i)) cycle
                 if (k > 0) then
                     call stream%normals(noise)
-                    y(:, i) = y(:, i) + settings%walk*sqrt(settings%step/YEAR)*noise
+                    y(:, i) = y(:, i) + settings%walk*sqrt(settings%step/JULIAN_YEAR)*noise
                 end if
                 has_left(i) = any(abs(y(:, i) + shift) > settings%limit)
             end do

@@ -13,10 +13,6 @@ module gracecg_studies_table_report_rms
         character(7) :: 'front-1', 'front-1', 'front-1', 'front-2', 'front-2', 'front-2', &
         'front-3', 'front-3', 'front-3', 'back-1', 'back-1', 'back-1', 'back-2', 'back-2', &
         'back-2', 'back-3', 'back-3', 'back-3']
-    !> Body axis of each row
-    character(1), parameter, public :: RMS_AXIS(18) = [ &
-        character(1) :: 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', &
-        'z', 'x', 'y', 'z']
     !> Algorithm of each column
     character(10), parameter, public :: RMS_ALGORITHM(4) = [ &
         character(10) :: 'assest-fde', 'assest-rde', 'ascfest', 'ascrest']

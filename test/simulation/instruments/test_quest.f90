@@ -9,7 +9,7 @@ module test_quest
         quaternion_from_axis_angle, normalised
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_quest, only: quest, q_method
-    use statistics, only: Z_999, mean, chi_square_limits
+    use statistics, only: Z_999, chi_square_limits
     use fixture, only: check, check_fails, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none

@@ -9,7 +9,7 @@ module fixture
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, test_failed, FOLDER, make_folder, make_file, check_fails, check_passes, failed
+    public :: check, test_failed, FOLDER, make_folder, make_file, read_content, check_same_files, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
 
@@ -95,6 +95,34 @@ contains
         write (unit) content
         close (unit)
     end subroutine make_file
+
+    !> Reads a file that has to be there.
+    subroutine read_content(error, path, content)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: path
+        character(:), allocatable, intent(out) :: content   !! Empty after a failure
+        integer :: unit, length, status
+
+        content = ''
+        open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
+        call check(error, status, 0, path//' cannot be read')
+        if (status /= 0) return
+        inquire (unit, size=length)
+        content = repeat(' ', length)
+        read (unit) content
+        close (unit)
+    end subroutine read_content
+
+    !> Two files below FOLDER must have the same content.
+    subroutine check_same_files(error, first, second)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: first, second
+        character(:), allocatable :: one, other
+
+        call read_content(error, FOLDER//first, one)
+        call read_content(error, FOLDER//second, other)
+        call check(error, one == other, first//' differs from '//second)
+    end subroutine check_same_files
 
     !> There must be a failure, and its message must have every one of the parts.
     subroutine check_fails(error, message, parts)
