@@ -6,6 +6,10 @@ module test_level1_days
     use gracecg_base_error, only: error_t, message_of
     use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
     use f77_interfaces, only: gcl1dy
+    use gracecg_base_text, only: split_words
+    use gracecg_cli_command_line, only: run_command_line
+    use gracecg_cli_console, only: console_t
+    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
@@ -13,7 +17,6 @@ module test_level1_days
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_level1_spans, only: find_spans
-    use command_fixture, only: run
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: FOLDER, make_file, check, check_fails, check_passes
     use level1_day, only: flaws_t, setup_said, start_of, write_day, copy_day, estimate_day, says, make_setup, EPOCH, DURATION
@@ -42,7 +45,8 @@ contains
         type(level1_calibration_t) :: whole, parted
         type(level1_estimate_t) :: expected, found
         type(error_t), allocatable :: failure
-        character(:), allocatable :: output, messages
+        type(console_t) :: console
+        character(:), allocatable :: text
         real(dp) :: middle
         integer :: status, i
 
@@ -75,9 +79,10 @@ contains
             call check(error, all(abs(found%solutions(i)%covariance - expected%solutions(i)%covariance) < &
                                   1e-6_dp*maxval(abs(expected%solutions(i)%covariance))), 'covariance')
         end do
-        call run('level1 list '//FOLDER//'l1_parted', status, output, messages)
-        call check(error, status == 0 .and. index(output//messages, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, &
-                   output//messages)
+        console%captured = .true.
+        call run_command_line(split_words('level1 list '//FOLDER//'l1_parted'), console, status, level1_commands())
+        text = console%output//console%messages
+        call check(error, status == 0 .and. index(text, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, text)
     end subroutine test_midnight
 
     !> Two manoeuvres three days apart in one folder: which is meant has to be said, by its day, and is then taken.

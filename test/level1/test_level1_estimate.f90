@@ -4,8 +4,10 @@ module test_level1_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MICROMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: integer_text, real_text
-    use gracecg_cli_command_line, only: STATUS_FAILED
+    use gracecg_base_text, only: integer_text, real_text, split_words
+    use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
+    use gracecg_cli_console, only: console_t
+    use gracecg_level1_commands, only: level1_commands
     use gracecg_files_file, only: file_exists
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_angular, only: calibrate_angular_channels, gains_by_channels
@@ -23,7 +25,6 @@ module test_level1_estimate
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
-    use command_fixture, only: run
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: FOLDER, check, check_fails, check_passes
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, says, check_offsets, &
@@ -249,7 +250,7 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        character(:), allocatable :: output, messages
+        type(console_t) :: console
         integer :: status
 
         call estimate_day('l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), calibration, estimate, &
@@ -266,10 +267,11 @@ contains
         ! And what is not to be used is not filed.
         call make_setup(error)
         if (allocated(error)) return
-        call run('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_setup.nml --vcm '//FOLDER//'l1_phase/vcm', status, &
-                 output, messages)
-        call check(error, status == STATUS_FAILED .and. index(messages, 'vcm: not written') > 0 .and. &
-                   index(output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), messages)
+        console%captured = .true.
+        call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_setup.nml --vcm '// &
+                                          FOLDER//'l1_phase/vcm'), console, status, level1_commands())
+        call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
+                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), console%messages)
     end subroutine test_one_place
 
     subroutine test_wrong_rod(error)

@@ -9,6 +9,7 @@ module test_level1_simulation
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
+    use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_simulated_files, only: write_level1_folder
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t, new_level1_truth
@@ -17,7 +18,7 @@ module test_level1_simulation
     use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes, failed
     implicit none
     private
-    public :: collect_level1_simulation, clean, fly, write_files, prepare, START
+    public :: collect_level1_simulation, clean, fly, write_files, prepare, read_product, START
 
     integer(i8), parameter :: SEED = 5
     integer, parameter :: RUN = 1
@@ -321,4 +322,21 @@ contains
             call check_fails(error, message_of(failure), [character(40) :: 'l1s_bad.nml', parts])
         end subroutine refused
     end subroutine test_settings
+
+    !> The records of a product.
+    subroutine read_product(path, product, records, error, ending)
+        character(*), intent(in) :: path, product
+        type(level1_records_t), intent(out) :: records
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in), optional :: ending
+
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: end_of_name
+
+        if (allocated(error)) return
+        end_of_name = '_2020-02-01_C_04.txt'
+        if (present(ending)) end_of_name = ending
+        call read_level1(path//'/'//product//end_of_name, records, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine read_product
 end module test_level1_simulation

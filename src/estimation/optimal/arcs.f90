@@ -65,7 +65,7 @@ module gracecg_estimation_arcs
         real(dp), allocatable :: arc_covariance(:, :, :)    !! Of these, m^2; 0 where an arc alone does not tell
         real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
         integer :: degrees = 0                      !! Of freedom of it
-        real(dp) :: rms(3) = 0                      !! Of the accelerometer's residuals, m/s^2
+        real(dp) :: rms(3) = 0                      !! Of the accelerometer's noise, m/s^2
         real(dp), allocatable :: arc_rms(:, :)      !! Of each arc, (3, arcs), m/s^2
         type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
         integer :: samples = 0                      !! Of the accelerometer that count
