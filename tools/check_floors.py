@@ -19,6 +19,7 @@ The rules:
   of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
 - Below cli nothing stops the program or writes to the terminal.
 - LAPACK and BLAS are called in gracecg_base_lapack only.
+- A test uses modules of its own folder of test/, those in folders below it, and no others of test/: fpm sees no more.
 """
 import collections
 import pathlib
@@ -237,8 +238,20 @@ def other_files(root):
                 yield f"{file.relative_to(root)}:1: is no Fortran file (.f90)"
 
 
+def check_tests(root):
+    """Uses of modules of other folders of tests."""
+    files = {file: file.read_text(encoding="utf-8") for file in sorted((root / "test").rglob("*.f90"))}
+    folder = {match.group(1): file.parent for file, text in files.items()
+              for _, statement in statements(text) if (match := MODULE.match(statement))}
+    for file, text in files.items():
+        for number, statement in statements(text):
+            if (match := USE.match(statement)) and not folder.get(match.group(1), file).is_relative_to(file.parent):
+                yield f"{file.relative_to(root)}:{number}: uses {match.group(1)} of another folder of tests"
+
+
 def violations(root):
     yield from other_files(root)
+    yield from check_tests(root)
     sources = list(read_sources(root))
     home = {name: source for source in sources for name in source.module}
     for source in sources:
@@ -283,10 +296,13 @@ def plant_clean_house(root):
     plant(root, "level1/src/simulation/truth.f90", "use gracecg_simulation_dynamics")
     plant(root, "level1/src/commands/list.f90", "use gracecg_level1_reader", "use gracecg_cli_table")
     plant(root, "app/main.f90", "use gracecg_cli_table", "use gracecg_level1_list", "stop")
+    plant(root, "test/files/made.f90", "use gracecg")
+    plant(root, "test/main.f90", "use gracecg_files_made")
 
 
 # (what is planted, where it must be found, a word of the message)
 PLANTED = (
+    (("test/base/a.f90", "use gracecg_files_made"), "a.f90:2:", "another folder"),
     (("src/base/up.f90", "", "use :: gracecg_environment_time"), "up.f90:3:", "above"),
     (("src/gracecg.f90", "use gracecg_interface_handles"), "gracecg.f90:2:", "above"),
     (("src/environment/tables/table_wind.f90", "use gracecg_environment_wind"),
