@@ -26,7 +26,8 @@ module gracecg_level1_optimal_source
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
     real(dp), parameter :: ANY_CHANNEL = 1          !! Of a scale of the channels
     real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-6_dp    !! rad/s^2 by A m^2, or A m^2/s
-    real(dp), parameter :: ALIGNED = 5e-4_dp        !! Of axes on ground, rad: some 2 arc minutes
+    real(dp), parameter :: ALIGNED = 5e-4_dp        !! Of the instruments' axes, rad: some 2 arc minutes
+    real(dp), parameter :: RODS_ALIGNED = 1e-3_dp   !! Of the moments of the rods, rad
     real(dp), parameter :: TOGETHER = 1e-3_dp       !! Of the delays of rods, and of axes of the accelerometer, s
     real(dp), parameter :: FREE = 100               !! Times the a-priori leakage: weighs nothing
 
@@ -91,7 +92,7 @@ contains
         real(dp) :: sigmas(PARAMETERS)
 
         sigmas = 0
-        sigmas(ROD_TURNS) = ALIGNED
+        sigmas(ROD_TURNS) = RODS_ALIGNED
         sigmas(ACCELEROMETER_TURN) = ALIGNED
         sigmas(MOUNTING_1) = ALIGNED
         sigmas(FIELD_TURN) = ALIGNED
