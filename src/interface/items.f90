@@ -16,7 +16,7 @@ module gracecg_interface_items
 
     !> An item that is wanted.
     type :: wanted_t
-        character(NAME_LENGTH) :: name = ''             !! LIST: all names
+        character(NAME_LENGTH) :: name = ''             !! LIST stands for all names
         real(dp), allocatable :: numbers(:)             !! Allocated once they are told
     end type wanted_t
 
@@ -55,7 +55,7 @@ contains
 
     subroutine want_text(self, name)
         class(items_t), intent(inout) :: self
-        character(*), intent(in) :: name        !! LIST: of all names
+        character(*), intent(in) :: name        !! Of the item; LIST stands for all names
 
         allocate (self%wanted(1))
         self%wanted(1)%name = name

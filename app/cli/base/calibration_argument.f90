@@ -109,8 +109,8 @@ contains
 
     !> Puts the number of the shard where a path has SHARD_MARK.
     subroutine put_shard(shard, path)
-        integer, intent(in) :: shard
-        character(:), allocatable, intent(inout) :: path
+        integer, intent(in) :: shard        !! Its number
+        character(:), allocatable, intent(inout) :: path    !! Of a file
 
         integer :: at
 

@@ -76,8 +76,10 @@ contains
                                     parameter_names(estimated))
         if (allocated(error)) return
         call begin_report(fitted%state%value(OFFSET), options%wanted_accuracy, knowledge%a_priori%signs_known, report)
-        if (any(fitted%model%estimated == WAVE_SINE)) &
-            report%wave_frequency = fitted%model%wave_frequency + fitted%state%value(WAVE_FREQUENCY)
+        associate (values => fitted%state%value)        ! gfortran 12 without optimisation fails on its element
+            if (any(fitted%model%estimated == WAVE_SINE)) &
+                report%wave_frequency = fitted%model%wave_frequency + values(WAVE_FREQUENCY)
+        end associate
         call test_values(problem%model%estimated, n, information, rhs, covariance, sigma, &
                          fitted%state%value(estimated), report)
         call test_noise(fitted, residuals, report)

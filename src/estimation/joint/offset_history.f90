@@ -27,7 +27,7 @@ module gracecg_estimation_offset_history
     !! year 7 um, ten times the 0.7 um that CSR-TM-00-01 Table 1.2 has for the decrease of all mass, and a seventh of the
     !! 46 um that it has for unequal tanks, which is known where the tanks' masses are
     character(3), parameter :: NAMES(3) = ['d_x', 'd_y', 'd_z']     !! In messages
-    real(dp), parameter :: LONGEST_FUTURE = 20*JULIAN_YEAR
+    real(dp), parameter :: LONGEST_FUTURE = 20*JULIAN_YEAR  !! That is looked at, s
     integer, parameter :: STREAM_FUTURES = 31       !! Random numbers of the futures
 
     !> How to trace the offset.

@@ -44,7 +44,7 @@ module gracecg_simulation_case
     !> How the truth is integrated, all by Runge-Kutta-Fehlberg 7(8): in one step an interval up to LONG_ARC and in
     !> steps under control beyond; in one step an interval; in steps under control
     character(16), parameter :: INTEGRATORS(3) = [character(16) :: 'rkf78', 'rkf78-fixed', 'rkf78-controlled']
-    real(dp), parameter :: LONG_ARC = 600               !! s: ten times the report's; beyond, steps under control save much time
+    real(dp), parameter :: LONG_ARC = 600               !! In s, ten times the report's; beyond, steps under control save much time
 
     !> A calibration with everything that a simulation must know: one namelist file.
     type :: case_t
