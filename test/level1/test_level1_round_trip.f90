@@ -30,16 +30,18 @@ contains
                     new_unittest('estimate-of-held-currents', test_held_currents), &
                     new_unittest('in-phase', test_in_phase), &
                     new_unittest('wrong-inertia', test_wrong_inertia), &
+                    new_unittest('exactly-known', test_exactly_known), &
                     new_unittest('faults', test_faults)]
     end subroutine collect_level1_round_trip
 
     !> Gathers and estimates from a folder with what its operator says.
-    subroutine estimate_folder(path, calibration, estimate, error, more_xy)
+    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact)
         character(*), intent(in) :: path
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: more_xy       !! Product of inertia that is said besides, kg m^2
+        logical, intent(in), optional :: exact          !! Leakage, scales, gains and the air's force have sigma 0
 
         type(level1_setup_t) :: setup
 
@@ -48,6 +50,12 @@ contains
         if (present(more_xy)) then
             setup%inertia(1, 2) = setup%inertia(1, 2) + more_xy
             setup%inertia(2, 1) = setup%inertia(1, 2)
+        end if
+        if (present(exact)) then
+            setup%leakage_prior = 0
+            setup%scale_sigma = 0
+            setup%gain_sigma = 0
+            setup%lift_sigma = 0
         end if
         call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
         if (allocated(error)) return
@@ -167,6 +175,38 @@ contains
             end associate
         end associate
     end subroutine test_wrong_inertia
+
+    !> What has an a-priori sigma of 0 is known, not unknown: every source gives an offset, with no larger sigma.
+    subroutine test_exactly_known(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: usual, exact
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        integer :: i, k
+
+        settings%leakage = 0
+        settings%scale_error = 0
+        settings%rod_gain_error = 0
+        call fly(settings, truth, error)
+        call write_files(truth, 'l1s_exact', path, error)
+        if (allocated(error)) return
+        call estimate_folder(path, calibration, usual, failure)
+        if (failed(error, message_of(failure))) return
+        call estimate_folder(path, calibration, exact, failure, exact=.true.)
+        if (failed(error, message_of(failure))) return
+        call check(error, size(exact%solutions), size(usual%solutions), 'all sources')
+        if (allocated(error)) return
+        do i = 1, size(usual%solutions)
+            associate (less => exact%solutions(i)%covariance, more => usual%solutions(i)%covariance)
+                call check(error, all([(less(k, k) > 0 .and. less(k, k) < 1.01_dp*more(k, k), k=1, 3)]), &
+                           usual%solutions(i)%source)
+            end associate
+        end do
+    end subroutine test_exactly_known
 
     !> The report's rods, y and z in phase, at one place: no confident number.
     subroutine test_in_phase(error)

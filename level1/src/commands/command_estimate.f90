@@ -44,7 +44,8 @@ contains
                                 'the attitude (torque+cal, recommended) or as said (torque), the accelerometer''s angular '// &
                                 'channels calibrated by the torque (acc-cal) or raw (acc-raw), star cameras (sca), gyros '// &
                                 '(imu). The source optimal is one fit of all of them and of all spans, with residuals at '// &
-                                'all frequencies, not in a band; it takes no currents that are held.', &
+                                'all frequencies, not in a band, and tests what the setup says; it takes no currents that '// &
+                                'are held.', &
                                 'gracecg level1 estimate day --setup setup.nml')
         call declare_data_options(arguments)
         call arguments%add_option('--source', 'SOURCE', 'one of the sources, or all (default); the first is the result', &

@@ -5,7 +5,7 @@ module gracecg_level1_drive_fit
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_text, only: append
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
     use gracecg_level1_angular, only: rod_motion, calibrate_angular_channels, gains_by_channels, band_columns
     use gracecg_level1_attitude, only: calibrate_rods, relative
     use gracecg_level1_calibration, only: level1_calibration_t, field_sigma
@@ -348,7 +348,7 @@ contains
                 columns = columns + size(estimate%motion(k)%band, 2)
             end do
             call solve_offset(calibration, estimate%motion, series, nothing, estimate%rods%driven, 'prior', &
-                              setup%leakage_prior, setup%scale_sigma, solution, error)
+                              leakage_sigmas(setup), setup%scale_sigma, solution, error)
             squares = 2*columns*sum(log(max(solution%rms, tiny(1.0_dp))))
             if (allocated(error) .or. .not. drive%sharp) return
             call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)

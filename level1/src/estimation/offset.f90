@@ -49,7 +49,7 @@ contains
         type(consider_t), intent(in) :: considered(:)
         logical, intent(in) :: driven(3)                        !! Rods
         character(*), intent(in) :: leakage                     !! One of LEAKAGE_CHOICES
-        real(dp), intent(in) :: prior(2)                        !! Sigma of L and K
+        real(dp), intent(in) :: prior(2)                        !! Sigma of L and K, positive
         real(dp), intent(in) :: scale_sigma                     !! Of the accelerometer, considered
         type(level1_solution_t), intent(inout) :: solution      !! Its source is kept
         type(error_t), allocatable, intent(out) :: error
@@ -80,8 +80,8 @@ contains
                   priors(parameters))
         priors = 0
         do a = 1, 3
-            priors(3 + (a - 1)*2*r + 1:3 + (a - 1)*2*r + r) = 1/max(prior(1), tiny(1.0_dp))**2
-            priors(3 + (a - 1)*2*r + r + 1:3 + a*2*r) = 1/max(prior(2), tiny(1.0_dp))**2
+            priors(3 + (a - 1)*2*r + 1:3 + (a - 1)*2*r + r) = 1/prior(1)**2
+            priors(3 + (a - 1)*2*r + r + 1:3 + a*2*r) = 1/prior(2)**2
         end do
         weight = 0
         do i = 1, size(blocks)

@@ -39,7 +39,7 @@ module gracecg_level1_offset_solution
         integer :: samples = 0, spans = 0    !! That are used
         real(dp), allocatable :: span_offset(:, :)      !! By each span alone with the leakage of all, m
         real(dp), allocatable :: span_sigma(:, :)       !! m; negative: not determined
-        real(dp), allocatable :: span_rms(:, :)         !! Likewise, of each span; `optimal`: of all, for each
+        real(dp), allocatable :: span_rms(:, :)         !! Likewise, of each span
         real(dp) :: chi_square = 0                      !! Of the spans about the combined offset
         integer :: degrees = 0                          !! Of freedom of it
         real(dp) :: whiteness = 0                       !! Mean squares of residuals in the lower half of the band over those in

@@ -13,7 +13,7 @@ module gracecg_level1_optimal_source
     use gracecg_level1_gyros, only: gyro_axes_t
     use gracecg_level1_offset_errors, only: judge_leakage
     use gracecg_level1_offset_solution, only: level1_solution_t
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
     use gracecg_level1_to_observations, only: arcs_of_spans
     implicit none
     private
@@ -21,13 +21,12 @@ module gracecg_level1_optimal_source
 
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]
-    integer, parameter :: OF_ALL(*) = [OFFSET, SCALE_FACTORS, ROD_GAINS, ALL_RODS_DELAY, LIFT]
-    integer, parameter :: OF_CHANNELS(*) = [SAMPLING_DELAY, CHANNEL_SCALES, CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE]
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
     real(dp), parameter :: ANY_CHANNEL = 1          !! Of a scale of the channels
     real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-6_dp    !! rad/s^2 by A m^2, or A m^2/s
-    real(dp), parameter :: ALIGNED = 5e-4_dp        !! Of the instruments' axes, rad: some 2 arc minutes
-    real(dp), parameter :: RODS_ALIGNED = 1e-3_dp   !! Of the moments of the rods, rad
+    !> To which axes of instruments and of the rods' moments are as said, rad: no document tells; chosen so that sound simulated
+    !> days (four60, jumps) are hardly contradicted, which exact axes were in 2 of 34
+    real(dp), parameter :: ALIGNED = 5e-4_dp, RODS_ALIGNED = 1e-3_dp
     real(dp), parameter :: TOGETHER = 1e-3_dp       !! Of the delays of rods, and of axes of the accelerometer, s
     real(dp), parameter :: FREE = 100               !! Times the a-priori leakage: weighs nothing
 
@@ -109,13 +108,18 @@ contains
         type(choice_t) :: choice
 
         integer, allocatable :: places(:)
+        real(dp) :: leaks(2)        ! A priori
         integer :: axis, k
 
+        leaks = leakage_sigmas(setup)
         choice%rods = pack([1, 2, 3], driven)
         choice%own = OF_ARC
-        choice%shared = OF_ALL
-        choice%prior = [spread(0.0_dp, 1, 3), spread(setup%scale_sigma, 1, 3), spread(setup%gain_sigma, 1, 3), ANY_DELAY, &
-                        spread(setup%lift_sigma, 1, 2)]
+        choice%shared = OFFSET
+        choice%prior = [0.0_dp, 0.0_dp, 0.0_dp]
+        call add(SCALE_FACTORS, setup%scale_sigma)
+        call add(ROD_GAINS, setup%gain_sigma)
+        call add([ALL_RODS_DELAY], ANY_DELAY)
+        call add(LIFT, setup%lift_sigma)
         allocate (choice%leaks(0), choice%by_current(0))
         do axis = 1, 3
             places = 3*axis - 3 + choice%rods
@@ -123,20 +127,31 @@ contains
                 choice%leaks = [choice%leaks, (n + k, k=1, 2*size(places))]
                 choice%by_current = [choice%by_current, kappa, kappa]
                 choice%shared = [choice%shared, LEAKAGE(places), LEAKAGE_RATE(places)]
-                choice%prior = [choice%prior, max(setup%leakage_prior(1), tiny(1.0_dp))/abs(kappa), &
-                                max(setup%leakage_prior(2), tiny(1.0_dp))/abs(kappa)]
+                choice%prior = [choice%prior, leaks(1)/abs(kappa), leaks(2)/abs(kappa)]
             end associate
         end do
         if (with_channels) then
             choice%own = [choice%own, CHANNEL_BIAS, CHANNEL_DRIFT]
-            choice%shared = [choice%shared, OF_CHANNELS]
-            choice%prior = [choice%prior, ANY_DELAY, spread(ANY_CHANNEL, 1, 9), spread(ANY_CHANNEL_LEAKAGE, 1, 18)]
+            call add([SAMPLING_DELAY], ANY_DELAY)
+            call add(CHANNEL_SCALES, ANY_CHANNEL)
+            call add([CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE], ANY_CHANNEL_LEAKAGE)
         end if
         if (with_gyros) then
             choice%own = [choice%own, MOUNTING_2, HEAD_DRIFT]
-            choice%shared = [choice%shared, HEAD_DELAY]
-            choice%prior = [choice%prior, ANY_DELAY]
+            call add([HEAD_DELAY], ANY_DELAY)
         end if
+
+    contains
+
+        !> Parameters of all arcs; what is known exactly is none.
+        pure subroutine add(kind, sigma)
+            integer, intent(in) :: kind(:)          !! Their places
+            real(dp), intent(in) :: sigma           !! A priori, SI units
+
+            if (.not. sigma > 0) return
+            choice%shared = [choice%shared, kind]
+            choice%prior = [choice%prior, spread(sigma, 1, size(kind))]
+        end subroutine add
     end function chosen
 
     !> Whether the samples separate the offset from the leakage, all else eliminated. Fails where that is not determined.

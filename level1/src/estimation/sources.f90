@@ -4,7 +4,7 @@ module gracecg_level1_sources
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_statistics, only: median_of
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
     use gracecg_level1_angular, only: calibrate_angular_channels, channels_at, differentiate_attitude
     use gracecg_level1_attitude, only: relative
     use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_columns
@@ -103,7 +103,7 @@ contains
         end if
         call list_considered(calibration, setup, estimate, source, series, considered)
         call solve_offset(calibration, estimate%motion, series, considered, estimate%rods%driven, leakage, &
-                          setup%leakage_prior, setup%scale_sigma, solution, error, &
+                          leakage_sigmas(setup), setup%scale_sigma, solution, error, &
                           [setup%proportional_leakage, setup%lift_sigma])
         call move_alloc(series, solution%series)
     end subroutine solve_by_source

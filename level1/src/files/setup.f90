@@ -10,7 +10,7 @@ module gracecg_level1_setup
     use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
     implicit none
     private
-    public :: level1_setup_t, read_level1_setup, describe_level1
+    public :: level1_setup_t, read_level1_setup, describe_level1, leakage_sigmas
 
     type :: level1_setup_t
         !! Knowledge of the satellite, and limits for the data
@@ -66,6 +66,15 @@ contains
         call describe_level1(settings, setup)
         call settings%finish(error, only=[character(16) :: 'mass_properties', 'level1'])
     end subroutine read_level1_setup
+
+    !> What is known of the leakage beforehand: sigma of L, m/s^2/mA, and of K, m/s^2/(mA/s). One of 0 counts as a millionth of
+    !> the usual one, so that its inverse square is a number.
+    pure function leakage_sigmas(setup) result(sigmas)
+        type(level1_setup_t), intent(in) :: setup
+        real(dp) :: sigmas(2)
+
+        sigmas = max(setup%leakage_prior, 1e-6_dp*USUAL_LEAKAGE)
+    end function leakage_sigmas
 
     !> The settings, for reading and writing.
     subroutine describe_level1(settings, setup)
