@@ -1,18 +1,52 @@
 !> Noise of any spectrum as an autoregressive sequence: of each sample the part that its predecessors predict, and a white
 !> rest. Predictors of all orders by N. Levinson's recursion (J. Math. Phys. 25 (1947) 261-278) from autocovariances, so
-!> that the first samples behind a gap are predicted by as many as there are.
+!> that the first samples are predicted by as many as there are. Samples that are missing get the values that the others on
+!> both sides let expect: then the innovations of all have the squares that those that are there have alone.
 module gracecg_base_autoregression
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: autoregression_t, autocovariances_t, predictors_of
+    public :: autoregression_t, autocovariances_t, predictors_of, bridge_t, new_bridge
 
     !> The predictors of a sequence.
     type :: autoregression_t
         integer :: order = 0                        !! Highest
         real(dp), allocatable :: predictor(:, :)    !! (k, order): weight of the sample k before
         real(dp), allocatable :: deviation(:)       !! (0:order): of what is left, unit of the sequence
+    contains
+        procedure :: innovations                    !! What is left of some series, in standard deviations
+        procedure, private :: part                  !! Of a sample in the innovation of another one
     end type autoregression_t
+
+    !> The way over samples that are missing.
+    type :: bridge_t
+        type(autoregression_t) :: model
+        integer, allocatable :: missing(:)          !! Their places, increasing
+        real(dp), allocatable, private :: factor(:, :)  !! Cholesky's, of their inverse covariance by all others; by bands
+    contains
+        procedure :: fill                           !! Puts what is expected in their places
+        procedure :: whiten                         !! Innovations with what is expected in their places
+        procedure :: covariance => bridge_covariance    !! Of the missing about what is expected
+    end type bridge_t
+
+    interface
+        pure subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, kd, ldab
+            real(dp), intent(inout) :: ab(ldab, *)
+            integer, intent(out) :: info
+        end subroutine dpbtrf
+
+        pure subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, kd, nrhs, ldab, ldb
+            real(dp), intent(in) :: ab(ldab, *)
+            real(dp), intent(inout) :: b(ldb, *)
+            integer, intent(out) :: info
+        end subroutine dpbtrs
+    end interface
 
     !> Sums of products of samples some steps apart, over any number of series.
     type :: autocovariances_t
@@ -22,6 +56,7 @@ module gracecg_base_autoregression
         procedure :: begin                          !! Of an order
         procedure :: add                            !! A series
         procedure :: add_errors                     !! What errors of estimated parameters have taken out of a series
+        procedure :: add_missing                    !! What a series lacks whose missing samples were filled
     end type autocovariances_t
 
 contains
@@ -37,48 +72,174 @@ contains
     end subroutine begin
 
     !> Adds a series.
-    pure subroutine add(self, epoch, series, kept)
+    pure subroutine add(self, series)
         class(autocovariances_t), intent(inout) :: self
-        integer, intent(in) :: epoch(:)             !! Of the samples, increasing
-        real(dp), intent(in) :: series(:)    !! The samples, of mean 0, any unit
-        logical, intent(in) :: kept(:)              !! A sample that does not count has false
+        real(dp), intent(in) :: series(:)           !! The samples, of mean 0, any unit
 
-        real(dp) :: there(epoch(1):epoch(size(epoch)))
-        integer :: k, last
+        integer :: k
 
-        there = 0
-        there(epoch) = merge(series, 0.0_dp, kept)
-        last = ubound(there, 1)
-        do k = 0, min(ubound(self%sums, 1), last - epoch(1))
-            self%sums(k) = self%sums(k) + dot_product(there(epoch(1):last - k), there(epoch(1) + k:last))
+        do k = 0, min(ubound(self%sums, 1), size(series) - 1)
+            self%sums(k) = self%sums(k) + dot_product(series(:size(series) - k), series(1 + k:))
         end do
-        self%count = self%count + count(kept)
+        self%count = self%count + size(series)
     end subroutine add
 
     !> Adds what the residuals of a fit lack: with partials A and the covariance C of its parameters, the noise has the
     !> covariance that is expected of the residuals, and A C A^T (the expectation of A. P. Dempster, N. M. Laird, D. B. Rubin,
     !> J. Roy. Stat. Soc. B 39 (1977) 1-38; C has to be that by this noise).
-    pure subroutine add_errors(self, epoch, partials, covariance, kept)
+    pure subroutine add_errors(self, partials, covariance)
         class(autocovariances_t), intent(inout) :: self
-        integer, intent(in) :: epoch(:)             !! Of the samples, increasing
         real(dp), intent(in) :: partials(:, :)      !! (parameters, samples)
         real(dp), intent(in) :: covariance(:, :)    !! Of the parameters
-        logical, intent(in) :: kept(:)              !! A sample that does not count has false
 
-        real(dp) :: there(size(partials, 1), epoch(1):epoch(size(epoch)))
-        real(dp) :: errors(size(partials, 1), epoch(1):epoch(size(epoch)))
-        integer :: i, k, last
+        real(dp) :: errors(size(partials, 1), size(partials, 2))
+        integer :: k, n
 
-        there = 0
-        do i = 1, size(epoch)
-            if (kept(i)) there(:, epoch(i)) = partials(:, i)
-        end do
-        errors = matmul(covariance, there)
-        last = ubound(there, 2)
-        do k = 0, min(ubound(self%sums, 1), last - epoch(1))
-            self%sums(k) = self%sums(k) + sum(there(:, epoch(1):last - k)*errors(:, epoch(1) + k:last))
+        errors = matmul(covariance, partials)
+        n = size(partials, 2)
+        do k = 0, min(ubound(self%sums, 1), n - 1)
+            self%sums(k) = self%sums(k) + sum(partials(:, :n - k)*errors(:, 1 + k:))
         end do
     end subroutine add_errors
+
+    !> Adds what a series lacks in which missing samples are what is expected.
+    pure subroutine add_missing(self, bridge)
+        class(autocovariances_t), intent(inout) :: self
+        type(bridge_t), intent(in) :: bridge
+
+        real(dp) :: covariance(size(bridge%missing), size(bridge%missing))
+        integer :: i, k, apart
+
+        covariance = bridge%covariance()
+        do i = 1, size(bridge%missing)
+            do k = i, size(bridge%missing)
+                apart = bridge%missing(k) - bridge%missing(i)
+                if (apart > ubound(self%sums, 1)) exit
+                self%sums(apart) = self%sums(apart) + covariance(k, i)
+            end do
+        end do
+    end subroutine add_missing
+
+    !> What is left of every sample behind what those before it let expect, in standard deviations.
+    pure function innovations(self, series) result(left)
+        class(autoregression_t), intent(in) :: self
+        real(dp), intent(in) :: series(:, :)        !! (series, samples)
+        real(dp) :: left(size(series, 1), size(series, 2))
+
+        integer :: i, k, n
+
+        do i = 1, size(series, 2)
+            n = min(self%order, i - 1)
+            left(:, i) = series(:, i)
+            do k = 1, n
+                left(:, i) = left(:, i) - self%predictor(k, n)*series(:, i - k)
+            end do
+            left(:, i) = left(:, i)/self%deviation(n)
+        end do
+    end function innovations
+
+    !> By what a sample counts in the innovation of sample i.
+    pure real(dp) function part(self, i, sample)
+        class(autoregression_t), intent(in) :: self
+        integer, intent(in) :: i, sample            !! Not later than i, at most `order` earlier
+
+        integer :: n
+
+        n = min(self%order, i - 1)
+        part = 1/self%deviation(n)
+        if (sample < i) part = -self%predictor(i - sample, n)*part
+    end function part
+
+    !> The way over missing samples of a sequence.
+    pure function new_bridge(model, there) result(bridge)
+        type(autoregression_t), intent(in) :: model
+        logical, intent(in) :: there(:)             !! Which samples are
+        type(bridge_t) :: bridge
+
+        integer :: i, k, l, n, m, info
+
+        n = size(there)
+        bridge%model = model
+        bridge%missing = pack([(i, i=1, n)], .not. there)
+        m = size(bridge%missing)
+        allocate (bridge%factor(min(m, model%order + 1), m), source=0.0_dp)
+        associate (missing => bridge%missing)
+            do i = 1, m
+                do k = i, min(m, i + model%order)
+                    do l = missing(k), min(n, missing(i) + model%order)
+                        bridge%factor(1 + k - i, i) = bridge%factor(1 + k - i, i) + model%part(l, missing(i))* &
+                            model%part(l, missing(k))
+                    end do
+                end do
+            end do
+        end associate
+        if (m > 0) call dpbtrf('L', m, size(bridge%factor, 1) - 1, bridge%factor, size(bridge%factor, 1), info)
+    end function new_bridge
+
+    !> Puts what the samples that are there let expect in the places of those that are missing.
+    pure subroutine fill(self, series)
+        class(bridge_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:, :)     !! (series, samples)
+
+        if (size(self%missing) == 0) return
+        series(:, self%missing) = 0
+        series(:, self%missing) = expected(self, self%model%innovations(series))
+    end subroutine fill
+
+    !> The innovations of series whose missing samples are what is expected.
+    pure subroutine whiten(self, series)
+        class(bridge_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:, :)     !! (series, samples)
+
+        real(dp) :: filled(size(series, 1), size(self%missing))
+        integer :: i, l
+
+        series(:, self%missing) = 0
+        series = self%model%innovations(series)
+        if (size(self%missing) == 0) return
+        filled = expected(self, series)
+        do i = 1, size(self%missing)
+            do l = self%missing(i), min(size(series, 2), self%missing(i) + self%model%order)
+                series(:, l) = series(:, l) + self%model%part(l, self%missing(i))*filled(:, i)
+            end do
+        end do
+    end subroutine whiten
+
+    !> What is expected of the missing samples, by innovations of series where they are zero: (series, missing).
+    pure function expected(self, left) result(values)
+        class(bridge_t), intent(in) :: self
+        real(dp), intent(in) :: left(:, :)          !! (series, samples)
+        real(dp) :: values(size(left, 1), size(self%missing))
+
+        real(dp) :: right(size(self%missing), size(left, 1)), sums(size(left, 1))
+        integer :: i, l, m, info
+
+        m = size(self%missing)
+        do i = 1, m
+            sums = 0
+            do l = self%missing(i), min(size(left, 2), self%missing(i) + self%model%order)
+                sums = sums - self%model%part(l, self%missing(i))*left(:, l)
+            end do
+            right(i, :) = sums
+        end do
+        call dpbtrs('L', m, size(self%factor, 1) - 1, size(right, 2), self%factor, size(self%factor, 1), right, m, info)
+        values = transpose(right)
+    end function expected
+
+    !> The covariance of the missing samples about what is expected, (missing, missing).
+    pure function bridge_covariance(self) result(covariance)
+        class(bridge_t), intent(in) :: self
+        real(dp) :: covariance(size(self%missing), size(self%missing))
+
+        integer :: i, m, info
+
+        m = size(self%missing)
+        covariance = 0
+        do i = 1, m
+            covariance(i, i) = 1
+        end do
+        if (m > 0) call dpbtrs('L', m, size(self%factor, 1) - 1, m, self%factor, size(self%factor, 1), covariance, m, info)
+    end function bridge_covariance
 
     !> The predictors from autocovariances. Without noise all predict 0, and deviations are tiny.
     pure function predictors_of(sums, redundancy) result(model)

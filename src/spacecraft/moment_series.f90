@@ -4,15 +4,18 @@
 !> polynomial through the five nearest ones: continuous with its first derivative, and for a smooth moment
 !> with an error of h^4/384 times its fourth derivative, h the spacing (a sine of 0.1 Hz: 4e-8 of its
 !> amplitude at 10 samples a second, 7e-4 at one).
+!>
+!> Moments may be held from sample to sample, too: then they are steps.
 module gracecg_spacecraft_moment_series
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: moment_series_t, new_moment_series, has_moments, series_moments, check_moments_cover, median_spacing
+    public :: moment_series_t, new_moment_series, has_moments, series_moments, held_moments, check_moments_cover, median_spacing
     public :: FEWEST_MOMENTS, interchange_series, part_of_series
 
     integer, parameter :: FEWEST_MOMENTS = 5            !! Samples, for a slope
@@ -23,23 +26,26 @@ module gracecg_spacecraft_moment_series
     type :: moment_series_t
         real(dp), allocatable :: time(:)        !! (n), increasing, s from the epoch
         real(dp), allocatable :: moment(:, :)   !! (3, n), along the rods x, y, z, A m^2
+        logical :: held = .false.               !! From sample to sample; else smooth
         real(dp), allocatable, private :: slope(:, :)   !! (3, n), A m^2/s
     end type moment_series_t
 
 contains
 
-    !> A series of samples. Fails when there are too few, when times do not increase or leave a gap, and when
+    !> A series of samples, smooth or held. Fails when there are too few, when times do not increase or leave a gap, and when
     !> a number is not finite or too large for a moment in A m^2.
-    subroutine new_moment_series(self, time, moment, error)
+    subroutine new_moment_series(self, time, moment, error, held)
         type(moment_series_t), intent(out) :: self
         real(dp), intent(in) :: time(:)         !! s
         real(dp), intent(in) :: moment(:, :)    !! (3, size(time)), A m^2
         type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: held   !! From sample to sample; absent: smooth
 
         integer :: i
 
         call check_samples(time, moment, error)
         if (allocated(error)) return
+        if (present(held)) self%held = held
         self%time = time
         self%moment = moment
         allocate (self%slope(3, size(time)))
@@ -72,6 +78,7 @@ contains
         ! as many on either side as make a series, too, at an end of it or where samples are missing
         first = max(1, interval_before(self%time, from - reach) - FEWEST_MOMENTS)
         last = min(size(self%time), interval_before(self%time, to + reach) + 1 + FEWEST_MOMENTS)
+        part%held = self%held
         part%time = self%time(first:last) - from
         part%moment = self%moment(:, first:last)
         part%slope = self%slope(:, first:last)
@@ -162,21 +169,39 @@ contains
     end function has_moments
 
     !> The moments along the rods x, y, z at a time, A m^2. Before the first sample and after the last one the
-    !> cubic goes on for one spacing; further out the moments stay.
+    !> cubic goes on for one spacing; further out the moments stay. Those that are held as what is to be integrated: a step is
+    !> half a wave of a cosine, STEP_LENGTH long. That has nothing at the frequency of which Runge-Kutta steps of half its
+    !> length, with their weights 1, 4, 1, would make a torque.
     pure function series_moments(self, t) result(moment)
         type(moment_series_t), intent(in) :: self   !! That has samples
         real(dp), intent(in) :: t                   !! s
         real(dp) :: moment(3)
 
+        real(dp), parameter :: STEP_LENGTH = 0.2_dp     ! s
         real(dp) :: h, u
         integer :: low
 
+        if (self%held) then
+            low = max(2, last_not_after(self%time, t + STEP_LENGTH/2))
+            u = min(1.0_dp, (t - self%time(low))/STEP_LENGTH + 0.5_dp)
+            moment = self%moment(:, low - 1) + (1 - cos(PI*u))/2*(self%moment(:, low) - self%moment(:, low - 1))
+            return
+        end if
         low = interval_before(self%time, t)
         h = self%time(low + 1) - self%time(low)
         u = min(2.0_dp, max(-1.0_dp, (t - self%time(low))/h))
         moment = self%moment(:, low) + u**2*(3 - 2*u)*(self%moment(:, low + 1) - self%moment(:, low)) + &
                  h*u*(u - 1)*((u - 1)*self%slope(:, low) + u*self%slope(:, low + 1))
     end function series_moments
+
+    !> Held moments as they are, A m^2.
+    pure function held_moments(self, t) result(moment)
+        type(moment_series_t), intent(in) :: self   !! That has samples
+        real(dp), intent(in) :: t                   !! s
+        real(dp) :: moment(3)
+
+        moment = self%moment(:, max(1, last_not_after(self%time, t)))
+    end function held_moments
 
     !> Fails unless a series reaches, to one spacing, from 0 to the end of an arc.
     subroutine check_moments_cover(self, duration, error)

@@ -6,7 +6,7 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, interchange_series, &
+    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, held_moments, interchange_series, &
         part_of_series
     implicit none
     private
@@ -202,15 +202,16 @@ contains
     end subroutine check_total_moment
 
     !> Dipole moment of all rods at a time, body axes, A m^2.
-    pure function dipole_moment(self, time) result(moment)
+    pure function dipole_moment(self, time, at_once) result(moment)
         type(torque_rods_t), intent(in) :: self
         real(dp), intent(in) :: time        !! s
+        logical, intent(in), optional :: at_once    !! As for rod_moments
         real(dp) :: moment(3)
 
         real(dp) :: along(3)
         integer :: axis
 
-        along = rod_moments(self, time)
+        along = rod_moments(self, time, at_once)
         moment = 0
         do axis = 1, 3
             if (any(abs(self%misalignment(2*axis - 1:2*axis)) > 0)) then
@@ -274,18 +275,26 @@ contains
 
     !> The moments of the rods along themselves at a time, x, y, z, A m^2: measured, or else commanded, times the
     !> gain, after the delay.
-    pure function rod_moments(self, time) result(along)
+    pure function rod_moments(self, time, at_once) result(along)
         type(torque_rods_t), intent(in) :: self
         real(dp), intent(in) :: time        !! s
+        logical, intent(in), optional :: at_once    !! Held moments jump; absent: as they are to be integrated
         real(dp) :: along(3)
 
         real(dp) :: t, measured(3), value
         integer :: i, last
+        logical :: jumps
 
         along = 0
         if (has_moments(self%measured)) then
+            jumps = .false.
+            if (present(at_once)) jumps = at_once .and. self%measured%held
             do i = 1, 3
-                measured = series_moments(self%measured, time - self%delay(i))
+                if (jumps) then
+                    measured = held_moments(self%measured, time - self%delay(i))
+                else
+                    measured = series_moments(self%measured, time - self%delay(i))
+                end if
                 along(i) = self%gain(i)*measured(i)
             end do
             return

@@ -8,14 +8,13 @@ module gracecg_level1_command_estimate
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_all_sources, only: estimate_level1
+    use gracecg_level1_estimate, only: estimate_level1
     use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
-    use gracecg_level1_offset, only: LEAKAGE_CHOICES
-    use gracecg_level1_offset_solution, only: sigma_of
+    use gracecg_level1_leakage, only: LEAKAGE_CHOICES
+    use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
-    use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_files_file, only: check_writable
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -39,19 +38,15 @@ contains
         call arguments%describe('level1 estimate', 'DIR', 1, 1, &
                                 'Estimates the CG offset of a satellite from the Level-1 files of a calibration manoeuvre: '// &
                                 'rod currents, accelerometer, attitude, orbit, thrusters, clocks. The spans come from the '// &
-                                'SOE file in the folder (CMCAL), from --spans or --span, or from the currents. Angular '// &
-                                'acceleration comes from sources that check each other: the rods'' torque with gains from '// &
-                                'the attitude (torque+cal, recommended) or as said (torque), the accelerometer''s angular '// &
-                                'channels calibrated by the torque (acc-cal) or raw (acc-raw), star cameras (sca), gyros '// &
-                                '(imu). The source optimal is one fit of all of them and of all spans, with residuals at '// &
-                                'all frequencies, not in a band, and tests what the setup says; it takes no currents that '// &
-                                'are held.', &
+                                'SOE file in the folder (CMCAL), from --spans or --span, or from the currents. All spans '// &
+                                'are one fit, in which gains and delays of the rods, delay and angular channels of the '// &
+                                'accelerometer, and the leakage of the rods are estimated with the offset; what the setup '// &
+                                'says beside is tested. The same without the gyros, and without the angular channels, '// &
+                                'stands beside it.', &
                                 'gracecg level1 estimate day --setup setup.nml')
         call declare_data_options(arguments)
-        call arguments%add_option('--source', 'SOURCE', 'one of the sources, or all (default); the first is the result', &
-                                  choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (default; with the '// &
-                                  'a-priori sigma where the data do not decide), prior, none', choices=LEAKAGE_CHOICES)
+                                  'a-priori sigma where the data do not decide), or prior', choices=LEAKAGE_CHOICES)
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots (takes Python)')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
@@ -123,11 +118,9 @@ contains
         type(level1_setup_t) :: setup
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        character(10), allocatable :: sources(:)
-        character(:), allocatable :: source, leakage, page, vcm, soe
+        character(:), allocatable :: leakage, page, vcm, soe
         integer :: i
 
-        call arguments%get('--source', source, misuse, default='all', choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%get('--leakage', leakage, misuse, default='estimate', choices=LEAKAGE_CHOICES)
         call arguments%get('--report', page, misuse, default='')
         call arguments%get('--vcm', vcm, misuse, default='')
@@ -138,9 +131,7 @@ contains
         if (allocated(error)) return
         call take_calibration(arguments, setup, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        sources = [character(10) :: source]
-        if (source == 'all') sources = LEVEL1_SOURCES
-        call estimate_level1(calibration, setup, sources, leakage, estimate, error)
+        call estimate_level1(calibration, setup, leakage, estimate, error)
         if (allocated(error)) return
         do i = 1, size(calibration%notes)
             call console%warn(calibration%notes(i)%text)
@@ -343,14 +334,12 @@ contains
                                   trim(rounded_text(first%condition, 3))//'): at most '// &
                                   trim(rounded_text(maxval(abs(first%leak)), 3))//' m/s^2/mA and '// &
                                   trim(rounded_text(maxval(abs(first%leak_rate)), 3))//' m/s^2/(mA/s)')
-            case ('a priori')
+            case default
                 call console%paragraph('leakage of the rods and d are not separable with these spans: the sigma is that '// &
                                        'with the a-priori leakage (without leakage it would be '// &
                                        um(first%sigma_alone)//' um, with leakage left free '//um(first%sigma_free)// &
                                        ' um). The data determine least: '//trim(first%weakest)//'. Spans half a revolution '// &
                                        'apart, where the field is opposite, separate them.')
-            case default
-                call console%paragraph('leakage of the rods is not estimated; its a-priori sigma is in the sigma of d.')
             end select
             if (first%degrees > 0) call console%line('the spans about the result: chi square '// &
                 trim(rounded_text(first%chi_square, 3))//' with '//integer_text(first%degrees)//' degrees of freedom')

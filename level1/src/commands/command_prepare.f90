@@ -7,9 +7,8 @@ module gracecg_level1_command_prepare
     use gracecg_observations_observation_files, only: write_observations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_all_sources, only: estimate_level1
+    use gracecg_level1_estimate, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_level1_preparation, only: prepare_observations
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -28,9 +27,8 @@ contains
 
         call arguments%describe('level1 prepare', 'DIR', 1, 1, &
                                 'Makes an observation set, as `gracecg estimate` takes it, of one span of Level-1 files: '// &
-                                'GPS time, accelerations at whole tenths of a second, SRF axes, the field of the model '// &
-                                'or the corrected magnetometer, the rods as measured, with gains and delays from the '// &
-                                'attitude (rods.csv).', &
+                                'GPS time, SRF axes, the field of the model or the corrected magnetometer, the rods as '// &
+                                'measured, with gains and delays as estimated (rods.csv).', &
                                 'gracecg level1 prepare day --setup setup.nml --number 2 --out span2')
         call declare_data_options(arguments)
         call arguments%add_option('--number', 'N', 'of the span that is wanted (default 1)')
@@ -59,7 +57,7 @@ contains
         call refuse_if(number > size(calibration%spans), '--number '//integer_text(number)//': there are '// &
                        integer_text(size(calibration%spans))//' spans', misuse)
         if (allocated(misuse)) return
-        call estimate_level1(calibration, setup, LEVEL1_SOURCES(:1), 'estimate', estimate, error)
+        call estimate_level1(calibration, setup, 'estimate', estimate, error)
         if (.not. allocated(error)) call prepare_observations(calibration, setup, estimate, number, observations, error)
         if (allocated(error)) return
         do i = 1, size(calibration%notes)

@@ -8,7 +8,7 @@ module gracecg_level1_estimate_json
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
+    use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_cli_results, only: results_t, put_columns
     implicit none
     private
@@ -30,7 +30,6 @@ contains
         integer :: i
 
         call results%member('folder', folder)
-        call results%member('band_hz', setup%band)
         call results%member('limit_mm', REQUIREMENT/MILLIMETRE)
         call results%member('rod_driven', pack(AXES, estimate%rods%driven))
         call results%member('rod_gain_said', setup%rod_gain*setup%rod_sign)
@@ -84,10 +83,10 @@ contains
         type(level1_estimate_t), intent(in) :: estimate
         type(results_t), intent(inout) :: results
 
-        type(span_residuals_t) :: residuals
         type(residual_spectrum_t) :: spectrum
+        real(dp), allocatable :: time(:), observed(:, :), residual(:, :)
         integer, allocatable :: of_span(:), place(:)
-        integer :: i, k, number
+        integer :: i, k
 
         call results%begin('tables')
         allocate (of_span(0), place(0))
@@ -106,16 +105,14 @@ contains
         end associate
         call put_field(calibration, results)
 
-        number = findloc(calibration%spans%used, .true., 1)
-        call find_residuals(calibration%spans(number), estimate%motion(number), estimate%solutions(1), number, residuals)
+        call fitted_samples(estimate, 1, time, observed, residual)
         call results%begin('fit')
-        call results%member('time_s', residuals%time)
-        call put_columns(results, 'observed_', '_m_s2', residuals%observed)
-        call put_columns(results, 'band_', '_m_s2', residuals%observed_band)
-        call put_columns(results, 'model_', '_m_s2', residuals%modelled_band)
+        call results%member('time_s', time)
+        call put_columns(results, 'observed_', '_m_s2', observed)
+        call put_columns(results, 'residual_', '_m_s2', residual)
         call results%end()
 
-        call find_spectrum(calibration, estimate%motion, estimate%solutions(1), spectrum)
+        call find_spectrum(estimate, spectrum)
         call results%begin('spectrum')
         call results%member('frequency_hz', spectrum%frequency(2:))     ! 0 has no place on a logarithmic axis
         call put_columns(results, '', '_m_s2_sqrt_hz', spectrum%density(:, 2:))

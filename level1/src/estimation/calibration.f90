@@ -6,27 +6,16 @@ module gracecg_level1_calibration
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
-    public :: level1_calibration_t, level1_span_t, level1_gyro_t, level1_firing_t
-    public :: SPAN_MARGIN, FIRING_MARGIN, keep_samples, leave_out, note, middle_of, field_sigma
+    public :: level1_calibration_t, level1_span_t, level1_gyro_t
+    public :: SPAN_MARGIN, keep_samples, leave_out, note, middle_of, field_sigma
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
-
-    real(dp), parameter :: FIRING_MARGIN = 3    !! Samples and angles are used so long before and behind a firing, s
 
     type :: level1_gyro_t
         !! Angles of one gyro in a span and its margins
         real(dp), allocatable :: time(:)        !! s from the epoch
         real(dp), allocatable :: angle(:)       !! rad
     end type level1_gyro_t
-
-    type :: level1_firing_t
-        !! A firing of thrusters outside of the spans, with what instruments show of it
-        real(dp) :: time = 0                        !! Its tag, s from the epoch
-        real(dp) :: duration = 0                    !! s
-        real(dp), allocatable :: sample_time(:)     !! Of the accelerometer, s from the epoch
-        real(dp), allocatable :: linear(:, :)       !! m/s^2
-        type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
-    end type level1_firing_t
 
     type :: level1_span_t
         !! One sub-manoeuvre; times in s from the epoch of the calibration, vectors in SRF
@@ -36,7 +25,6 @@ module gracecg_level1_calibration
         real(dp), allocatable :: time(:)            !! Of the accelerometer's samples that are left
         real(dp), allocatable :: linear(:, :)       !! m/s^2
         real(dp), allocatable :: angular(:, :)      !! rad/s^2; NaN: none
-        logical, allocatable :: joined(:)           !! Of held currents: a sample has the mean of itself and the next one
         real(dp), allocatable :: attitude_time(:)   !! Of the attitude, with margins
         real(dp), allocatable :: quaternion(:, :)   !! Inertial to SRF, scalar last
         real(dp), allocatable :: position(:, :)     !! Inertial, m
@@ -47,7 +35,6 @@ module gracecg_level1_calibration
         real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
         type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
         real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
-        real(dp), allocatable :: breaks(:)          !! Times at its ends where the currents jump or have a kink
         integer :: expected = 0                     !! Samples of the accelerometer
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings
@@ -64,7 +51,6 @@ module gracecg_level1_calibration
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
         character(24) :: spans_from = ''                !! Where the spans come from
         type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
-        type(level1_firing_t), allocatable :: firings(:)    !! Thruster firings that tell of delays
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
         real(dp) :: largest_current = 0                 !! Of all files, mA
@@ -123,7 +109,6 @@ contains
         span%time = span%time(wanted)
         span%linear = span%linear(:, wanted)
         span%angular = span%angular(:, wanted)
-        if (allocated(span%joined)) span%joined = span%joined(wanted)
     end subroutine keep_samples
 
     !> Leaves a span out; the first reason stays.

@@ -5,7 +5,6 @@ module gracecg_level1_gyros
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
     use gracecg_base_statistics, only: median_of
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
-    use gracecg_level1_basis, only: remove_space, polynomial_basis
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
     use gracecg_level1_series, only: interpolate
     implicit none
@@ -84,7 +83,7 @@ contains
 
         integer, parameter :: FEWEST = 20
         integer, allocatable :: wanted(:)
-        real(dp), allocatable :: angles(:, :), basis(:, :)
+        real(dp), allocatable :: angles(:, :)
         real(dp) :: first, last, angle(1)
         integer :: i, j, k
 
@@ -109,10 +108,9 @@ contains
                 end do
                 ! Bias and drift of the gyros; the mean rate of the satellite goes with them but where spans differ, so that
                 ! only the offset is taken away.
-                call polynomial_basis(span%attitude_time(wanted), 0, basis)
             end associate
             do j = 1, size(angles, 1)
-                call remove_space(basis, angles(j, :))
+                angles(j, :) = angles(j, :) - sum(angles(j, :))/size(angles, 2)
             end do
             rows = reshape([rows, angles(:3, :)], [3, size(rows, 2) + size(angles, 2)])
             gyros = reshape([gyros, angles(4:, :)], [size(list), size(gyros, 2) + size(angles, 2)])

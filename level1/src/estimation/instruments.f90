@@ -11,7 +11,7 @@ module gracecg_level1_instruments
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: level1_clock_t
-    use gracecg_level1_calibration, only: level1_calibration_t, level1_firing_t, note, middle_of, SPAN_MARGIN, FIRING_MARGIN
+    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN
     use gracecg_level1_spans, only: find_spans
     use gracecg_level1_product_reading, only: find_files, read_product, without_bits
     implicit none
@@ -114,23 +114,19 @@ contains
                                    ', which is not the convention of this mission; the net current |A| - |B| does not use it')
     end subroutine take_currents
 
-    !> Thruster firings: those at the spans, and of the others outside of them the nearest, which tell of delays.
+    !> Thruster firings at the spans.
     subroutine read_firings(paths, clock, calibration, error)
         type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        integer, parameter :: MOST = 40
-        real(dp), parameter :: MILLISECOND = 1e-3_dp
         character(16) :: fields(14)
         type(level1_records_t) :: records
-        real(dp), allocatable :: times(:), away(:)
-        logical, allocatable :: alone(:)
+        real(dp), allocatable :: times(:)
         type(string_t), allocatable :: found(:)
-        integer :: i, n
+        integer :: i
 
-        allocate (calibration%firings(0))
         do i = 1, size(calibration%spans)
             allocate (calibration%spans(i)%firings(0))
         end do
@@ -145,42 +141,13 @@ contains
         if (records%count == 0) return
         call records%drop(.not. any(records%values > 0, 2))
         call records%times_since(calibration%epoch, times)
-        n = size(times)
-        allocate (alone(n), source=.true.)
-        alone(2:) = alone(2:) .and. times(2:) - times(:n - 1) > 2*FIRING_MARGIN
-        alone(:n - 1) = alone(:n - 1) .and. times(2:) - times(:n - 1) > 2*FIRING_MARGIN
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 span%firings = pack(times, times > span%start - SPAN_MARGIN - 2 .and. times < span%stop + SPAN_MARGIN)
                 span%firings_inside = count(span%firings > span%start .and. span%firings < span%stop)
-                alone = alone .and. (times < span%start - FIRING_MARGIN .or. times > span%stop + FIRING_MARGIN)
             end associate
         end do
-        away = abs(times + real(calibration%epoch, dp) - middle_of(calibration))
-        do while (size(calibration%firings) < MOST .and. any(alone))
-            i = minloc(away, 1, mask=alone)
-            alone(i) = .false.
-            calibration%firings = [calibration%firings, level1_firing_t(time=times(i), &
-                                                                        duration=maxval(records%values(i, :))*MILLISECOND)]
-        end do
     end subroutine read_firings
-
-    !> The times of firings with their margins, beside those of the spans.
-    pure function with_firings(windows, calibration) result(wider)
-        real(dp), intent(in) :: windows(:, :)       !! (2, n), s past 2000-01-01 12:00
-        type(level1_calibration_t), intent(in) :: calibration
-        real(dp), allocatable :: wider(:, :)
-
-        integer :: i, n
-
-        n = size(windows, 2)
-        allocate (wider(2, n + size(calibration%firings)))
-        wider(:, :n) = windows
-        do i = 1, size(calibration%firings)
-            wider(:, n + i) = real(calibration%epoch, dp) + calibration%firings(i)%time + &
-                (FIRING_MARGIN + 1)*[-1, 1]         ! tags are up to a second from GPS time
-        end do
-    end function with_firings
 
     !> Samples of ACC1A in SRF.
     subroutine read_accelerometer(paths, setup, clock, calibration, windows, error)
@@ -208,7 +175,7 @@ contains
         call clock%gps_time(second, fraction)
         calibration%clock_correction = real(second - calibration%epoch, dp) + fraction
         call find_files(paths, ['ACC1A'], found)
-        call read_product(found, clock, calibration, FIELDS, acc, error, with_firings(windows, calibration))
+        call read_product(found, clock, calibration, FIELDS, acc, error, windows)
         if (allocated(error)) return
         if (acc%count < 10) then
             call fail(error, acc%path//': no samples within the spans of the manoeuvre')
@@ -230,7 +197,7 @@ contains
         if (calibration%zero_angular) then
             call note(calibration, 'ACC1A: all angular accelerations are zero, as in transplanted data (ACT)')
         else if (.not. calibration%has_angular) then
-            call note(calibration, 'ACC1A has no angular accelerations: acc-cal and acc-raw are no sources')
+            call note(calibration, 'ACC1A has no angular accelerations')
         end if
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
@@ -243,17 +210,6 @@ contains
                     sample = acc%values(wanted(k), 1:6)
                     span%linear(:, k) = srf_of_accelerometer(sample(:3), setup%accelerometer_axes)
                     span%angular(:, k) = srf_of_accelerometer(sample(4:), setup%accelerometer_axes)
-                end do
-            end associate
-        end do
-        do i = 1, size(calibration%firings)
-            associate (firing => calibration%firings(i))
-                wanted = pack([(k, k=1, size(times))], abs(times - firing%time) < FIRING_MARGIN .and. good)
-                firing%sample_time = times(wanted)
-                allocate (firing%linear(3, size(wanted)))
-                do k = 1, size(wanted)
-                    sample(:3) = acc%values(wanted(k), 1:3)
-                    firing%linear(:, k) = srf_of_accelerometer(sample(:3), setup%accelerometer_axes)
                 end do
             end associate
         end do
@@ -282,15 +238,9 @@ contains
                 allocate (calibration%spans(i)%gyros(k)%time(0), calibration%spans(i)%gyros(k)%angle(0))
             end do
         end do
-        do i = 1, size(calibration%firings)
-            allocate (calibration%firings(i)%gyros(GYROS))
-            do k = 1, GYROS
-                allocate (calibration%firings(i)%gyros(k)%time(0), calibration%firings(i)%gyros(k)%angle(0))
-            end do
-        end do
         call find_files(paths, ['IMU1B', 'IMU1A'], found)
         if (size(found) == 0) return
-        call read_product(found, clock, calibration, FIELDS, imu, error, with_firings(windows, calibration))
+        call read_product(found, clock, calibration, FIELDS, imu, error, windows)
         if (allocated(error)) return
         if (imu%count == 0) return
         call imu%drop(.not. without_bits(imu, [0, 1, 6]))
@@ -307,15 +257,6 @@ contains
                 end do
                 calibration%has_gyros = calibration%has_gyros .and. &
                     count([(size(span%gyros(k)%time) > 0, k=1, GYROS)]) >= 3
-            end associate
-        end do
-        do i = 1, size(calibration%firings)
-            associate (firing => calibration%firings(i))
-                do k = 1, GYROS
-                    wanted = nint(imu%values(:, 1)) == k .and. abs(times - firing%time) < FIRING_MARGIN
-                    firing%gyros(k)%time = pack(times, wanted)
-                    firing%gyros(k)%angle = pack(imu%values(:, 2), wanted)*DEGREE
-                end do
             end associate
         end do
     end subroutine read_gyros

@@ -7,8 +7,11 @@ module gracecg_level1_judgement
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_offset_solution, only: sigma_of
+    use gracecg_level1_fit, only: rod_acceleration
+    use gracecg_level1_leakage, only: WORST_CONDITION
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
+    use gracecg_level1_solution, only: sigma_of
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
     public :: name_faults, judge, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
@@ -37,8 +40,9 @@ contains
                 ': the attitude gives it a gain of '//trim(rounded_text(estimate%rods%gain(k)*setup%rod_gain(k), 4))// &
                 ' A m^2/mA; check rod_sign, or the sign of its currents')
         end do
-        if (maxval(estimate%rods%explained) < HARDLY) call append(estimate%findings, 'the currents do not explain the '// &
-            'attitude: B currents with the wrong sign, currents or attitude of another satellite or another time')
+        if (all(abs(estimate%rods%gain) < HARDLY .or. .not. estimate%rods%driven)) call append(estimate%findings, 'the '// &
+            'currents do not explain the attitude: B currents with the wrong sign, currents or attitude of another '// &
+            'satellite or another time')
         associate (correction => calibration%clock_correction)
             if (abs(correction) > LEAST_CORRECTION .and. estimate%accelerometer_delay_sigma > 0 .and. &
                 estimate%accelerometer_delay_sigma < CERTAIN) then
@@ -61,7 +65,7 @@ contains
                         ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations are zero, and the linear ones may be those of the other satellite')
-        if (calibration%has_angular) call check_axes(calibration, setup, estimate)
+        if (calibration%has_angular) call check_axes(setup, estimate)
         if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
 
@@ -112,13 +116,13 @@ contains
     end function offset_remark
 
     !> Whether the angular channels follow the torque in the axes that the setup says.
-    subroutine check_axes(calibration, setup, estimate)
-        type(level1_calibration_t), intent(in) :: calibration
+    subroutine check_axes(setup, estimate)
         type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         integer, parameter :: PERMUTATIONS(3, 6) = reshape([1, 2, 3, 2, 3, 1, 3, 1, 2, 1, 3, 2, 2, 1, 3, 3, 2, 1], [3, 6])
         real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp
+        type(torque_rods_t) :: rods
         real(dp) :: correlation(3, 3), product(3, 3), seen(3), acted(3), best, given, score
         real(dp), allocatable :: angular(:, :), torque(:, :)
         integer :: i, k, axis, chosen, axes_found(3), signs(3)
@@ -126,13 +130,25 @@ contains
         product = 0
         seen = 0
         acted = 0
-        do i = 1, size(calibration%spans)
-            if (.not. calibration%spans(i)%used) cycle
-            angular = matmul(calibration%spans(i)%angular, estimate%motion(i)%band)
-            torque = matmul(estimate%motion(i)%torque, estimate%motion(i)%band)
+        do i = 1, size(estimate%arcs)
+            associate (arc => estimate%arcs(i))
+                rods = arc%knowledge%rods
+                rods%gain = estimate%rods%gain
+                rods%delay = estimate%rods%delay + estimate%accelerometer_delay
+                angular = arc%angular_acceleration
+                allocate (torque, mold=angular)
+                do k = 1, size(torque, 2)
+                    torque(:, k) = rod_acceleration(arc, rods, arc%accelerometer_time(k), .true.)
+                end do
+            end associate
+            do axis = 1, 3
+                angular(axis, :) = angular(axis, :) - sum(angular(axis, :))/size(angular, 2)
+                torque(axis, :) = torque(axis, :) - sum(torque(axis, :))/size(torque, 2)
+            end do
             product = product + matmul(torque, transpose(angular))
             seen = seen + sum(angular**2, 2)
             acted = acted + sum(torque**2, 2)
+            deallocate (torque)
         end do
         do axis = 1, 3
             correlation(:, axis) = product(:, axis)/sqrt(max(acted*seen(axis), tiny(1.0_dp)))
@@ -174,9 +190,7 @@ contains
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
-        real(dp), parameter :: WORST_CONDITION = 1e6_dp, SIGMAS = 3
-        ! Fitted to the simulated set four60: 5 flagged `sca`, which was 1 to 2 um off
-        real(dp), parameter :: MOST_COLOURED = 8
+        real(dp), parameter :: SIGMAS = 3
         real(dp) :: sigma(3), difference(3), allowed(3)
         logical :: mixed
         integer :: i, k
@@ -192,9 +206,8 @@ contains
                     call lower(2, 'sigma above 50 um')
                     if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
                 end if
-                if (solution%leakage == 'none') call lower(1, 'leakage is left out')
+                if (.not. estimate%settled) call lower(2, 'the fit does not settle')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
-                if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')
                 if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
                 do k = 1, 3
                     difference(k) = abs(solution%offset(k) - first%offset(k))
@@ -202,11 +215,8 @@ contains
                 end do
                 if (any(difference > allowed)) then
                     call lower(2, 'disagrees with '//trim(first%source))
-                    ! A scale that is only said, of rods or angular channels, does not speak against one that is measured.
-                    if (solution%source /= 'torque' .and. solution%source /= 'acc-raw') then
-                        first%flag = max(first%flag, 1)
-                        first%reason = trim(solution%source)//' disagrees'
-                    end if
+                    first%flag = max(first%flag, 1)
+                    first%reason = trim(solution%source)//' disagrees'
                 end if
                 if (solution%degrees > 0) then
                     if (solution%chi_square > solution%degrees + 5*sqrt(2.0_dp*solution%degrees)) &

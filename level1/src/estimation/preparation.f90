@@ -1,31 +1,29 @@
-!> One span of a calibration from Level-1 files as an ordinary observation set: GPS time from the span's beginning, SRF
-!> for body axes, the rods as they were measured, with gains and delays by the attitude, accelerations without the rods'
-!> leakage where the spans together determine it.
+!> One span of a calibration from Level-1 files as an ordinary observation set: GPS time, SRF for body axes, the rods as they
+!> were measured, with gains and delays by the estimate, accelerations without the rods' leakage where the spans together
+!> determine it.
 module gracecg_level1_preparation
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_coloured_noise, only: ONE_SIDED
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
-    use gracecg_spacecraft_torque_rods, only: take_measured_moments
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_measured_moments, rod_moments
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_gyros, only: gyro_axes_t
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_series, only: interpolate
-    use gracecg_environment_time, only: utc_of_gps
+    use gracecg_level1_to_observations, only: arcs_of_spans
     implicit none
     private
     public :: prepare_observations
 
     real(dp), parameter :: MOMENT_STEP = 0.1_dp     !! Of the moments, s
-    real(dp), parameter :: SAMPLES_A_SECOND = 10, SAMPLE_INTERVAL = 1/SAMPLES_A_SECOND      !! Of the set's accelerometer, s
     real(dp), parameter :: MOMENT_MARGIN = 1        !! Before and behind the arc, s
 
 contains
 
-    !> The observation set of a span. Fails when the span is not used, or no estimator could use the set.
+    !> The observation set of a span, of one that a firing cuts the longest piece. Fails when the span is not used, or no
+    !> estimator could use the set.
     subroutine prepare_observations(calibration, setup, estimate, number, observations, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
@@ -34,105 +32,69 @@ contains
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: IDENTITY_QUATERNION(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+        type(observation_set_t), allocatable :: arcs(:)
+        type(gyro_axes_t) :: no_gyros
+        type(torque_rods_t) :: rods
         type(moment_series_t) :: moments
-        real(dp) :: zero, length
-        integer, allocatable :: wanted(:)
-        real(dp), allocatable :: samples(:, :)
-        integer :: k
-
-        associate (span => calibration%spans(number))
-            if (.not. span%used) then
-                call fail(error, 'span '//integer_text(number)//' is not usable: '//trim(span%reason))
-                return
-            end if
-            zero = real(ceiling(span%start) + 1, dp)    ! a sample lies within an interval behind it
-            length = real(floor(span%stop - zero) - 1, dp)
-            associate (knowledge => observations%knowledge)
-                knowledge%name = 'GRACE-'//calibration%satellite//' '//calibration%date//' span '//integer_text(number)
-                knowledge%epoch = utc_of_gps(calibration%epoch + nint(zero, i8), 0.0_dp)
-                knowledge%duration = length
-                knowledge%mass = setup%mass
-                knowledge%inertia = setup%inertia
-                knowledge%accelerometer_interval = SAMPLE_INTERVAL
-                knowledge%star_camera_interval = 1
-                knowledge%magnetometer_interval = 1
-                knowledge%mounting = spread(IDENTITY_QUATERNION, 2, size(knowledge%mounting, 2))
-                knowledge%star_camera_sigma = estimate%rods%rms
-                knowledge%accelerometer_noise%sides = ONE_SIDED
-                knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*estimate%solutions(1)%rms**2
-                knowledge%a_priori%sigma_magnetometer_bias = setup%field_sigma
-                knowledge%a_priori%sigma_scale_factors = max(1e-6_dp, setup%scale_sigma)
-                knowledge%a_priori%sigma_rod_gain = max(1e-4_dp, maxval(estimate%rods%gain_sigma))
-                call measured_rods(calibration, setup, estimate, zero, length, moments, error)
-                if (allocated(error)) return
-                call take_measured_moments(moments, knowledge%rods)
-            end associate
-            samples = span%linear
-            if (estimate%solutions(1)%leakage == 'estimated') samples = samples - &
-                matmul(estimate%solutions(1)%leak, estimate%motion(number)%current) - &
-                matmul(estimate%solutions(1)%leak_rate, estimate%motion(number)%current_rate)
-            call resample(span%time - zero - estimate%accelerometer_delay, samples, length, observations)
-            wanted = pack([(k, k=1, size(span%attitude_time))], span%attitude_time >= zero .and. &
-                          span%attitude_time <= zero + length)
-            observations%star_camera_time = span%attitude_time(wanted) - zero
-            observations%star_camera_head = 0*wanted + 1
-            observations%quaternion = span%quaternion(:, wanted)
-            observations%magnetometer_time = observations%star_camera_time
-            observations%field = span%field(:, wanted)
-            observations%orbit_time = observations%star_camera_time
-            observations%orbit_position = span%position(:, wanted)
-        end associate
-        call check_observations(observations, error)
-    end subroutine prepare_observations
-
-    !> The accelerometer at whole tenths of a second, as estimators need it, by the cubic through the four nearest of its
-    !> samples (every 0.099991 s, at odd fractions); none where samples are missing.
-    subroutine resample(time, samples, length, observations)
-        real(dp), intent(in) :: time(:), samples(:, :)      !! s from the beginning of the arc; m/s^2
-        real(dp), intent(in) :: length                      !! Of the arc, s
-        type(observation_set_t), intent(inout) :: observations
-
-        real(dp), parameter :: LONGEST_STEP = 1.5_dp*SAMPLE_INTERVAL
-        real(dp) :: all_times(floor(length/SAMPLE_INTERVAL + 1e-6_dp) + 1), values(3, size(all_times))
-        logical :: there(size(all_times))
-        integer :: i, k
-
-        do i = 1, size(all_times)
-            all_times(i) = (i - 1)/SAMPLES_A_SECOND
-            k = last_not_after(time, all_times(i))
-            there(i) = k >= 1 .and. k < size(time)
-            if (there(i)) there(i) = time(k + 1) - time(k) < LONGEST_STEP
-            values(:, i) = 0
-            if (there(i)) call interpolate(time, samples, all_times(i), values(:, i))
-        end do
-        observations%accelerometer_time = pack(all_times, there)
-        observations%acceleration = values(:, pack([(k, k=1, size(there))], there))
-    end subroutine resample
-
-    !> The moments of the rods, kappa_k I_k(t - tau) with the gains by the attitude.
-    subroutine measured_rods(calibration, setup, estimate, zero, length, moments, error)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
-        type(level1_estimate_t), intent(in) :: estimate
-        real(dp), intent(in) :: zero, length        !! Begin of the arc from the epoch, and its length, s
-        type(moment_series_t), intent(out) :: moments
-        type(error_t), allocatable, intent(out) :: error
-
         real(dp), allocatable :: time(:), moment(:, :)
-        real(dp) :: current(3), first, last
+        real(dp) :: per_current(3), late
+        integer, allocatable :: span_of(:)
         integer :: i, n
 
-        ! Whatever lies beyond the currents that there are is left to the series' own ends.
-        first = max(-MOMENT_MARGIN, calibration%current_time(1) - zero)
-        last = min(length + MOMENT_MARGIN, calibration%current_time(size(calibration%current_time)) - zero)
-        n = floor((last - first)/MOMENT_STEP) + 1
-        allocate (time(n), moment(3, n))
-        do i = 1, n
-            time(i) = first + (i - 1)*MOMENT_STEP
-            call estimate%drive%at(zero + time(i) - estimate%rods%delay, current)
-            moment(:, i) = estimate%rods%gain*setup%rod_gain*setup%rod_sign*current
-        end do
-        call new_moment_series(moments, time, moment, error)
-    end subroutine measured_rods
+        if (.not. calibration%spans(number)%used) then
+            call fail(error, 'span '//integer_text(number)//' is not usable: '//trim(calibration%spans(number)%reason))
+            return
+        end if
+        call arcs_of_spans(calibration, setup, no_gyros, estimate%steps, arcs, span_of, error)
+        if (.not. allocated(error) .and. all(span_of /= number)) call fail(error, 'span '//integer_text(number)//' is too short')
+        if (allocated(error)) return
+        observations = arcs(maxloc([(merge(arcs(i)%knowledge%duration, 0.0_dp, span_of(i) == number), i=1, size(arcs))], 1))
+        if (allocated(observations%angular_acceleration)) deallocate (observations%angular_acceleration)
+        associate (knowledge => observations%knowledge)
+            knowledge%name = trim(knowledge%name)//' span '//integer_text(number)
+            knowledge%star_camera_sigma = estimate%head_sigma
+            knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*estimate%solutions(1)%rms**2
+            knowledge%accelerometer_delay = estimate%accelerometer_delay
+            knowledge%a_priori%sigma_magnetometer_bias = setup%field_sigma
+            knowledge%a_priori%sigma_scale_factors = max(1e-6_dp, setup%scale_sigma)
+            knowledge%a_priori%sigma_rod_gain = max(1e-4_dp, maxval(estimate%rods%gain_sigma))
+            rods = knowledge%rods
+            rods%gain = estimate%rods%gain
+            rods%delay = estimate%rods%delay
+            late = estimate%rods%delay + estimate%accelerometer_delay
+            per_current = setup%rod_gain*setup%rod_sign
+            if (estimate%solutions(1)%leakage == 'estimated') then
+                do i = 1, size(observations%accelerometer_time)
+                    associate (t => observations%accelerometer_time(i) - estimate%accelerometer_delay, &
+                               half => knowledge%accelerometer_interval/2, one => estimate%solutions(1))
+                        observations%acceleration(:, i) = observations%acceleration(:, i) - &
+                            matmul(one%leak, currents(t)) - matmul(one%leak_rate, currents(t + half) - currents(t - half))/(2*half)
+                    end associate
+                end do
+            end if
+            associate (measured => knowledge%rods%measured%time)
+                n = floor((min(knowledge%duration + MOMENT_MARGIN, measured(size(measured)) + late) - &
+                           max(-MOMENT_MARGIN, measured(1) + late))/MOMENT_STEP) + 1
+                time = [(max(-MOMENT_MARGIN, measured(1) + late) + (i - 1)*MOMENT_STEP, i=1, n)]
+            end associate
+            allocate (moment(3, n))
+            do i = 1, n
+                moment(:, i) = rod_moments(rods, time(i))
+            end do
+            call new_moment_series(moments, time, moment, error)
+            if (allocated(error)) return
+            call take_measured_moments(moments, knowledge%rods)
+        end associate
+        call check_observations(observations, error)
+
+    contains
+
+        !> The currents at a time, mA.
+        pure function currents(time) result(current)
+            real(dp), intent(in) :: time
+            real(dp) :: current(3)
+
+            current = rod_moments(rods, time, .true.)/(rods%gain*per_current)
+        end function currents
+    end subroutine prepare_observations
 end module gracecg_level1_preparation

@@ -2,27 +2,13 @@
 module gracecg_level1_residuals
     use gracecg_base_kinds, only: dp
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
-    use gracecg_base_statistics, only: median_of
-    use gracecg_level1_angular, only: level1_motion_t, NUISANCE_DEGREE
-    use gracecg_level1_basis, only: remove_space, polynomial_basis
-    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
-    use gracecg_level1_offset, only: modelled_acceleration
-    use gracecg_level1_offset_solution, only: level1_solution_t
+    use gracecg_level1_outcome, only: level1_estimate_t
     implicit none
     private
-    public :: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
-
-    type :: span_residuals_t
-        !! One span: accelerations in SRF, axis and sample, m/s^2
-        real(dp), allocatable :: time(:)            !! From the begin of the span, s
-        real(dp), allocatable :: observed(:, :)     !! Without bias and drift (a parabola)
-        real(dp), allocatable :: residual(:, :)     !! Of it less the model, without a parabola
-        real(dp), allocatable :: observed_band(:, :)    !! In the band of the estimate
-        real(dp), allocatable :: modelled_band(:, :)    !! The model there
-    end type span_residuals_t
+    public :: residual_spectrum_t, fitted_samples, find_spectrum
 
     type :: residual_spectrum_t
-        !! Mean of the spans, one-sided amplitude spectral densities
+        !! Mean of the arcs, one-sided amplitude spectral densities
         real(dp), allocatable :: frequency(:)       !! Hz, from 0 on
         real(dp), allocatable :: density(:, :)      !! Axis, frequency, m/s^2/sqrt(Hz)
         real(dp), allocatable :: band_frequency(:)  !! Hz, of means over thirds of octaves
@@ -31,61 +17,52 @@ module gracecg_level1_residuals
 
 contains
 
-    !> Observed and modelled accelerations of a span that is used.
-    subroutine find_residuals(span, motion, solution, number, residuals)
-        type(level1_span_t), intent(in) :: span
-        type(level1_motion_t), intent(in) :: motion     !! Of the span
-        type(level1_solution_t), intent(in) :: solution
-        integer, intent(in) :: number                   !! Of the span in the calibration
-        type(span_residuals_t), intent(out) :: residuals
+    !> Samples of an arc that the fit kept: their times, observed without bias and drift, and residuals.
+    pure subroutine fitted_samples(estimate, arc, time, observed, residual)
+        type(level1_estimate_t), intent(in) :: estimate
+        integer, intent(in) :: arc
+        real(dp), allocatable, intent(out) :: time(:)           !! s from the begin of the arc
+        real(dp), allocatable, intent(out) :: observed(:, :)    !! (3, n), m/s^2
+        real(dp), allocatable, intent(out) :: residual(:, :)    !! Likewise
 
-        real(dp), allocatable :: parabola(:, :), modelled(:, :)
-        integer :: axis
+        integer, allocatable :: place(:), kept(:)
+        integer :: axis, k
 
-        call polynomial_basis(span%time, NUISANCE_DEGREE, parabola)
-        call modelled_acceleration(motion, solution%series(number), solution, modelled)
-        residuals%time = span%time - span%start
-        residuals%observed = span%linear
-        residuals%residual = span%linear - modelled
-        do axis = 1, 3
-            call remove_space(parabola, residuals%observed(axis, :))
-            call remove_space(parabola, residuals%residual(axis, :))
-        end do
-        residuals%observed_band = matmul(matmul(span%linear, motion%band), transpose(motion%band))
-        residuals%modelled_band = matmul(matmul(modelled, motion%band), transpose(motion%band))
-    end subroutine find_residuals
+        associate (set => estimate%arcs(arc), left => estimate%residuals(arc))
+            place = nint(set%accelerometer_time/set%knowledge%accelerometer_interval) + 1
+            kept = pack([(k, k=1, size(place))], left%kept(place))
+            time = set%accelerometer_time(kept)
+            observed = set%acceleration(:, kept)
+            residual = left%linear(:, place(kept))
+        end associate
+        associate (t => time - sum(time)/size(time))
+            do axis = 1, 3
+                observed(axis, :) = observed(axis, :) - sum(observed(axis, :))/size(time)
+                observed(axis, :) = observed(axis, :) - dot_product(observed(axis, :), t)/max(sum(t**2), tiny(1.0_dp))*t
+            end do
+        end associate
+    end subroutine fitted_samples
 
-    !> The spectrum of the residuals of all spans that are used, in segments as long as the shortest.
-    subroutine find_spectrum(calibration, motion, solution, spectrum)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(level1_motion_t), intent(in) :: motion(:)      !! Of each span
-        type(level1_solution_t), intent(in) :: solution
+    !> The spectrum of the residuals of all arcs, in segments as long as the shortest.
+    subroutine find_spectrum(estimate, spectrum)
+        type(level1_estimate_t), intent(in) :: estimate
         type(residual_spectrum_t), intent(out) :: spectrum
 
         real(dp), parameter :: BAND = 1/3.0_dp      ! Octaves
-        type(span_residuals_t) :: residuals
-        real(dp), allocatable :: density(:), means(:), power(:, :)
-        real(dp) :: interval
+        real(dp), allocatable :: time(:), observed(:, :), residual(:, :), density(:), means(:), power(:, :)
         integer :: i, axis, longest
 
-        longest = huge(longest)
-        interval = 0
-        do i = 1, size(calibration%spans)
-            if (.not. calibration%spans(i)%used) cycle
-            associate (t => calibration%spans(i)%time)
-                if (.not. interval > 0) interval = median_of(t(2:) - t(:size(t) - 1))
-                longest = min(longest, nint((t(size(t)) - t(1))/interval) + 1)
+        longest = minval([(size(estimate%residuals(i)%kept), i=1, size(estimate%arcs))])
+        do i = 1, size(estimate%arcs)
+            call fitted_samples(estimate, i, time, observed, residual)
+            associate (interval => estimate%arcs(i)%knowledge%accelerometer_interval)
+                do axis = 1, 3
+                    call power_spectrum(nint((time - time(1))/interval), residual(axis, :), interval, longest, HANN, &
+                                        spectrum%frequency, density)
+                    if (.not. allocated(power)) allocate (power(3, size(density)), source=0.0_dp)
+                    power(axis, :) = power(axis, :) + 2*density/size(estimate%arcs)
+                end do
             end associate
-        end do
-        do i = 1, size(calibration%spans)
-            if (.not. calibration%spans(i)%used) cycle
-            call find_residuals(calibration%spans(i), motion(i), solution, i, residuals)
-            do axis = 1, 3
-                call power_spectrum(nint((residuals%time - residuals%time(1))/interval), residuals%residual(axis, :), interval, &
-                                    longest, HANN, spectrum%frequency, density)
-                if (.not. allocated(power)) allocate (power(3, size(density)), source=0.0_dp)
-                power(axis, :) = power(axis, :) + 2*density/count(calibration%spans%used)
-            end do
         end do
         do axis = 1, 3
             call band_means(spectrum%frequency, power(axis, :), BAND, spectrum%band_frequency, means)

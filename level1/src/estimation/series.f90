@@ -1,10 +1,10 @@
-!> Series of samples in order of time: interpolation, and integrals.
+!> Series of samples in order of time: interpolation.
 module gracecg_level1_series
     use gracecg_base_kinds, only: dp
     use gracecg_base_increasing_numbers, only: last_not_after
     implicit none
     private
-    public :: interpolate, hold, integrate_twice
+    public :: interpolate
 
 contains
 
@@ -43,32 +43,4 @@ contains
             rate = rate + slope*values(:, i)
         end do
     end subroutine interpolate
-
-    !> The last sample at or before a time; before the first one that one.
-    pure function hold(times, values, time) result(value)
-        real(dp), intent(in) :: times(:)        !! Rising, s; at least one
-        real(dp), intent(in) :: values(:, :)    !! Component, sample
-        real(dp), intent(in) :: time            !! s
-        real(dp) :: value(size(values, 1))
-
-        value = values(:, max(1, last_not_after(times, time)))
-    end function hold
-
-    !> The double integral of samples at equal steps by trapezoids; it and its rate begin at 0.
-    pure subroutine integrate_twice(step, values, twice)
-        real(dp), intent(in) :: step            !! s
-        real(dp), intent(in) :: values(:)    !! At equal steps
-        real(dp), intent(out) :: twice(:)    !! Their integral of the integral, 0 at the first
-
-        real(dp) :: once, before
-        integer :: i
-
-        once = 0
-        twice(1) = 0
-        do i = 2, size(values)
-            before = once
-            once = once + step*(values(i - 1) + values(i))/2
-            twice(i) = twice(i - 1) + step*(before + once)/2
-        end do
-    end subroutine integrate_twice
 end module gracecg_level1_series

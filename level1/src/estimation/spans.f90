@@ -3,6 +3,7 @@ module gracecg_level1_spans
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_text, only: string_t, integer_text, lower_case, parse_real, real_text, split_words
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_folder, only: files_in_folder
@@ -10,7 +11,6 @@ module gracecg_level1_spans
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: gps_date_text
-    use gracecg_level1_basis, only: orthonormalise, remove_space, polynomial_basis
     use gracecg_level1_calibration, only: level1_calibration_t, note
     implicit none
     private
@@ -351,59 +351,54 @@ contains
         real(dp), intent(out) :: amplitude          !! Unit of the samples
         real(dp), intent(out) :: phase              !! rad
 
-        real(dp) :: best, explained, step, centre, u(size(times)), rest(size(times)), normal(2, 2), rhs(2), x(2)
-        real(dp), allocatable :: basis(:, :)
+        real(dp) :: best, explained, step, centre, x(3), rows(3, size(times))
         integer :: round, i
 
-        u = times - times(1)
-        step = 0.2_dp/max(WINDOW, u(size(u)))
+        step = 0.2_dp/max(WINDOW, times(size(times)) - times(1))
         centre = SLOWEST
         best = -1
         frequency = SLOWEST
         do i = 0, int((FASTEST - SLOWEST)/step)
-            explained = power(SLOWEST + i*step)
-            if (explained > best) then
-                best = explained
-                frequency = SLOWEST + i*step
-            end if
+            call try(SLOWEST + i*step)
         end do
         do round = 1, 3
             centre = frequency
             step = step/4
             do i = -4, 4
-                explained = power(centre + i*step)
-                if (explained > best) then
-                    best = explained
-                    frequency = centre + i*step
-                end if
+                call try(centre + i*step)
             end do
         end do
-        call polynomial_basis(times, 0, basis)
-        call remove_space(basis, samples)
-        rest = sin(TWO_PI*frequency*u)
-        normal(1, 1) = sum(rest**2)
-        normal(1, 2) = sum(rest*cos(TWO_PI*frequency*u))
-        normal(2, 2) = sum(cos(TWO_PI*frequency*u)**2)
-        rhs = [sum(rest*samples), sum(cos(TWO_PI*frequency*u)*samples)]
-        x(2) = (rhs(2)*normal(1, 1) - rhs(1)*normal(1, 2))/(normal(1, 1)*normal(2, 2) - normal(1, 2)**2)
-        x(1) = (rhs(1) - normal(1, 2)*x(2))/normal(1, 1)
-        amplitude = hypot(x(1), x(2))
-        phase = atan2(x(2), x(1))
-        samples = samples - x(1)*rest - x(2)*cos(TWO_PI*frequency*u)
+        call fit(frequency)
+        amplitude = hypot(x(2), x(3))
+        phase = atan2(x(3), x(2))
+        samples = samples - matmul(x, rows)
 
     contains
 
-        real(dp) function power(f)
+        !> Whether a line of a frequency explains more than the best so far.
+        subroutine try(f)
             real(dp), intent(in) :: f
 
-            real(dp), allocatable :: columns(:, :)
+            call fit(f)
+            if (.not. explained > best) return
+            best = explained
+            frequency = f
+        end subroutine try
 
-            allocate (columns(size(times), 3))
-            columns(:, 1) = 1
-            columns(:, 2) = sin(TWO_PI*f*u)
-            columns(:, 3) = cos(TWO_PI*f*u)
-            call orthonormalise(columns)
-            power = sum(matmul(samples, columns(:, 2:))**2)
-        end function power
+        !> A constant and a line of a frequency, and the squares that the line explains.
+        subroutine fit(f)
+            real(dp), intent(in) :: f
+
+            real(dp) :: normal(3, 3), rhs(3), covariance(3, 3), condition
+            type(error_t), allocatable :: failure
+
+            rows(1, :) = 1
+            rows(2, :) = sin(TWO_PI*f*(times - times(1)))
+            rows(3, :) = cos(TWO_PI*f*(times - times(1)))
+            call normal_equations(rows, samples, normal, rhs)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, failure)
+            explained = -1
+            if (.not. allocated(failure)) explained = dot_product(x, rhs) - rhs(1)**2/size(times)
+        end subroutine fit
     end subroutine strongest_line
 end module gracecg_level1_spans

@@ -3,6 +3,7 @@
 module gracecg_level1_to_observations
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_coloured_noise, only: ONE_SIDED
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: integer_text
@@ -24,15 +25,18 @@ module gracecg_level1_to_observations
     !> Left out about a firing, s: as much before it as by `veto_before`; behind it less than by `veto_after`, for attitude
     !> and rate begin anew there
     real(dp), parameter :: BEFORE = 0.3_dp, AFTER = 1.0_dp
+    real(dp), parameter :: SAMPLE = 0.1_dp          !! Of the accelerometer, nominally, s
+    real(dp), parameter :: UNSURE_DELAY = 4e-3_dp   !! By which delays may be off, s: two or three of their sigmas
     real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s: some samples
 
 contains
 
     !> The arcs of all spans that are used; a firing inside cuts a span in two. Fails as moments of rods do.
-    subroutine arcs_of_spans(calibration, setup, axes, sets, span_of, error)
+    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes       !! Of the gyros
+        logical, intent(in) :: held                 !! The currents are, from tag to tag
         type(observation_set_t), allocatable, intent(out) :: sets(:)
         integer, allocatable, intent(out) :: span_of(:)     !! The span of each arc
         type(error_t), allocatable, intent(out) :: error
@@ -49,7 +53,7 @@ contains
                                                         span%firings < span%stop), span%stop - ENDS + BEFORE]
                 do k = 1, size(cuts) - 1
                     if (cuts(k + 1) - cuts(k) < SHORTEST) cycle
-                    call make_arc(calibration, setup, axes, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, set, error)
+                    call make_arc(calibration, setup, axes, held, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, set, error)
                     call add_context(error, 'span '//integer_text(i))
                     if (allocated(error)) return
                     sets = [sets, set]
@@ -59,10 +63,11 @@ contains
         end do
     end subroutine arcs_of_spans
 
-    subroutine make_arc(calibration, setup, axes, span, from, to, set, error)
+    subroutine make_arc(calibration, setup, axes, held, span, from, to, set, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes
+        logical, intent(in) :: held
         type(level1_span_t), intent(in) :: span
         real(dp), intent(in) :: from, to            !! s from the epoch of the calibration
         type(observation_set_t), intent(out) :: set
@@ -76,6 +81,7 @@ contains
         integer :: k
 
         wanted = pack([(k, k=1, size(span%time))], span%time >= from .and. span%time <= to)
+        if (held) wanted = pack(wanted, .not. unsure(calibration, setup, span%time(wanted)))
         times = span%time(wanted)
         zero = times(1)
         interval = median_of(times(2:) - times(:size(times) - 1))
@@ -102,7 +108,7 @@ contains
             wanted = pack([(k, k=1, size(calibration%current_time))], &
                           calibration%current_time >= span%start .and. calibration%current_time <= span%stop)
             moment = spread(setup%rod_gain*setup%rod_sign, 2, size(wanted))*calibration%current(:, wanted)
-            call new_moment_series(moments, calibration%current_time(wanted) - zero, moment, error)
+            call new_moment_series(moments, calibration%current_time(wanted) - zero, moment, error, held)
             if (allocated(error)) return
             call take_measured_moments(moments, knowledge%rods)
             knowledge%rods%delay = setup%torque_delay
@@ -117,6 +123,31 @@ contains
         wanted = pack(wanted, span%attitude_time(wanted) >= from .and. span%attitude_time(wanted) <= to)
         call take_heads(span, axes, wanted, zero, from, to, set)
     end subroutine make_arc
+
+    !> Which samples of the accelerometer lie so near a step of held currents that they may show either side of it, or its rate
+    !> or not.
+    pure function unsure(calibration, setup, times)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: times(:)            !! s
+        logical :: unsure(size(times))
+
+        real(dp), parameter :: LEAST = 1            ! mA: a step that is one
+        real(dp) :: distance(2)                     ! to the steps before and behind, s
+        integer :: i, k
+
+        unsure = .false.
+        do i = 1, size(times)
+            associate (t => times(i) - setup%accelerometer_delay - setup%torque_delay, tag => calibration%current_time)
+                k = last_not_after(tag, t)
+                if (k < 2 .or. k >= size(tag)) cycle
+                distance = merge([t - tag(k), tag(k + 1) - t], 1.0_dp, &
+                                 [maxval(abs(calibration%current(:, k) - calibration%current(:, k - 1))), &
+                                  maxval(abs(calibration%current(:, k + 1) - calibration%current(:, k)))] > LEAST)
+            end associate
+            unsure(i) = any(distance < UNSURE_DELAY .or. abs(distance - SAMPLE/2) < UNSURE_DELAY)
+        end do
+    end function unsure
 
     !> Star cameras as head 1, and gyros, where their axes are known, as head 2: their angles from the first attitude on.
     subroutine take_heads(span, axes, wanted, zero, from, to, set)

@@ -28,20 +28,14 @@ module gracecg_level1_setup
         real(dp) :: sine_share = 0.9_dp         !! Of the variance that lines have to explain
         real(dp) :: veto_before = 0.3_dp        !! Samples before a firing's tag are not used, s
         real(dp) :: veto_after = 2              !! And behind it, s
-        real(dp) :: firing_delay = 0            !! Of a thruster's force behind the tag of its firing, s
-        real(dp) :: firing_delay_sigma = 3e-3_dp    !! s
         real(dp) :: least_share = 0.7_dp        !! Of a span's samples: with fewer it is left out
         real(dp) :: longest_attitude_gap = 3    !! s
-        real(dp) :: band(2) = [0.02_dp, 0.35_dp]        !! Used by the estimate, Hz
         real(dp) :: leakage_prior(2) = USUAL_LEAKAGE     !! Sigma of L, m/s^2/mA, and K, m/s^2/(mA/s)
         real(dp) :: scale_sigma = 0.004_dp      !! Of the accelerometer's scale
         real(dp) :: inertia_sigma = 0.01_dp     !! Relative, of the moments of inertia
         real(dp) :: gain_sigma = 0.1_dp         !! Relative, of rod_gain
-        real(dp) :: angular_scale_sigma = 0.03_dp       !! Of the angular channels
         real(dp) :: field_sigma = 150*NANOTESLA !! Of the field model by axis, T
         real(dp) :: lift_sigma = 3e-7_dp        !! Of the air's force along y and z by the angle of the flow, m/s^2
-        real(dp) :: proportional_leakage = 0    !! Acceleration that is considered, proportional to I and B, m/s^2 at 120 mA
-                                                !! and 30 000 nT
         real(dp) :: tank(3, 2) = reshape([-0.6_dp, 0.0_dp, 0.0_dp, 0.6_dp, 0.0_dp, 0.0_dp], [3, 2])    !! From the centre
                                                 !! of mass, SRF, m
         real(dp) :: trim_mass = 4.8_dp          !! Moved by a step, kg
@@ -109,25 +103,17 @@ contains
                                  'have to explain')
         call settings%real_value('veto_before', setup%veto_before, 0.0_dp, 60.0_dp, 's, before a firing', unit='s')
         call settings%real_value('veto_after', setup%veto_after, 0.0_dp, 60.0_dp, 's, behind a firing', unit='s')
-        call settings%real_value('firing_delay', setup%firing_delay, -2.0_dp, 2.0_dp, 's, of a thruster behind the tag of '// &
-                                 'its firing, unless the gyros show another', unit='s')
-        call settings%real_value('firing_delay_sigma', setup%firing_delay_sigma, 0.0_dp, 2.0_dp, 's', unit='s')
         call settings%real_value('least_share', setup%least_share, 0.1_dp, 1.0_dp, 'of the samples of a span')
         call settings%real_value('longest_attitude_gap', setup%longest_attitude_gap, 1.0_dp, 60.0_dp, 's', unit='s')
-        call settings%real_values('band_hz', setup%band, 1e-3_dp, 5.0_dp, 'Hz, lowest and highest frequency used', unit='Hz')
-        if (setup%band(2) <= setup%band(1)) call settings%reject('band_hz', 'has to rise')
         call settings%real_values('leakage_prior', setup%leakage_prior, 0.0_dp, 1.0_dp, 'sigma of L, m/s^2/mA, and of K, '// &
                                   'm/s^2/(mA/s)')
         call settings%real_value('scale_sigma', setup%scale_sigma, 0.0_dp, 1.0_dp, 'of the accelerometer')
         call settings%real_value('inertia_sigma', setup%inertia_sigma, 0.0_dp, 1.0_dp, 'relative')
         call settings%real_value('gain_sigma', setup%gain_sigma, 0.0_dp, 10.0_dp, 'relative, of rod_gain')
-        call settings%real_value('angular_scale_sigma', setup%angular_scale_sigma, 0.0_dp, 1.0_dp, 'of the angular channels')
         call settings%real_value('field_sigma_nt', setup%field_sigma, 0.0_dp, 1e5_dp, 'nT, of the field by axis', NANOTESLA, &
                                  'nT')
         call settings%real_value('lift_sigma', setup%lift_sigma, 0.0_dp, 1e-3_dp, 'm/s^2, of the air''s force along y and '// &
                                  'z by the angle of its flow', unit='m/s^2')
-        call settings%real_value('proportional_leakage', setup%proportional_leakage, 0.0_dp, 1.0_dp, 'm/s^2, considered: '// &
-                                 'sigma at 120 mA and 30000 nT, proportional to current and field', unit='m/s^2')
         call settings%real_values('tank_1', setup%tank(:, 1), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
         call settings%real_values('tank_2', setup%tank(:, 2), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
         call settings%real_value('trim_mass', setup%trim_mass, 1e-3_dp, FULL_RANGE, 'kg', unit='kg')

@@ -45,15 +45,14 @@ contains
     end function c_level1_open
 
     !> gracecg_level1_estimate
-    function c_level1_estimate(folder, setup, satellite, day, n_spans, spans, source, offset, error) result(status) &
-        bind(c, name='gracecg_level1_estimate')
+    function c_level1_estimate(folder, setup, satellite, day, n_spans, spans, offset, error) result(status) bind(c, &
+        name='gracecg_level1_estimate')
         character(kind=c_char), intent(in), optional :: folder(*)
         character(kind=c_char), intent(in), optional :: setup(*)
         character(kind=c_char), intent(in), optional :: satellite(*)
         character(kind=c_char), intent(in), optional :: day(*)
         integer(c_size_t), intent(in), value :: n_spans
         real(c_double), intent(in), optional :: spans(2, *)
-        character(kind=c_char), intent(in), optional :: source(*)
         integer(c_intptr_t), intent(inout), optional :: offset
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
@@ -63,7 +62,6 @@ contains
         character(:), allocatable :: setup_in
         character(:), allocatable :: satellite_in
         character(:), allocatable :: day_in
-        character(:), allocatable :: source_in
         type(level1_offset_object_t), pointer :: made
         class(object_t), pointer :: made_object
         integer :: memory
@@ -75,15 +73,13 @@ contains
         call take_text(day, LONGEST_NAME, 'day', .false., day_in, outcome)
         call check_count(n_spans, 'n_spans', 0, 1000, outcome)
         call check_numbers(spans, 2*n_spans, 'spans', .true., outcome)
-        call take_text(source, LONGEST_NAME, 'source', .false., source_in, outcome)
         made_object => null()
         if (outcome%good()) then
             allocate (made, stat=memory)
             call check_memory(memory, outcome)
             if (outcome%good()) then
                 made_object => made
-                call level1_estimate(folder_in, setup_in, satellite_in, day_in, int(n_spans), spans, source_in, &
-                    made, outcome)
+                call level1_estimate(folder_in, setup_in, satellite_in, day_in, int(n_spans), spans, made, outcome)
             end if
         end if
         call keep(made_object, offset, outcome)

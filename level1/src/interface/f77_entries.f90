@@ -27,10 +27,10 @@ subroutine gcl1op(file, ih, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcl1op
 
-!> Offset, m (SRF), from a folder of Level-1 files; blank SAT, SRC: the first satellite, torque+cal; gains in A
-!> m^2/mA, delays of torque and accelerometer in s, flag (0 good, 1 with care, 2 not to be used) and leakage (0 left
-!> out, 1 a priori, 2 estimated). MSG says why the flag is not 0.
-subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
+!> Offset, m (SRF), from a folder of Level-1 files; blank SAT: the first satellite; gains in A m^2/mA, delays of
+!> torque and accelerometer in s, flag (0 good, 1 with care, 2 not to be used) and leakage (1 a priori, 2 estimated).
+!> MSG says why the flag is not 0.
+subroutine gcl1es(dir, setup, sat, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg, only: dp
     use gracecg_interface_f77_support, only: c_text, discard, fetch, fetch_message, finish
@@ -43,8 +43,6 @@ subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     !! `setup` of gracecg_level1_estimate
     character(*), intent(in) :: sat
     !! `satellite` of gracecg_level1_estimate
-    character(*), intent(in) :: src
-    !! `source` of gracecg_level1_estimate
     real(dp), intent(inout) :: d(3)
     !! Item offset: from the centre of mass to the proof mass, SRF, m
     real(dp), intent(inout) :: cov(3, 3)
@@ -68,7 +66,7 @@ subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     handle = 0
     found_1 = 0
     status = c_level1_estimate(folder=c_text(dir), setup=c_text(setup), satellite=c_text(sat), n_spans=0_c_size_t, &
-        source=c_text(src), offset=handle, error=error)
+        offset=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
     call fetch(handle, 'gain', 3, gain, status, error)
@@ -81,7 +79,7 @@ subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
 end subroutine gcl1es
 
 !> The same of one day, as '2020-02-01'; blank: of all files.
-subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
+subroutine gcl1dy(dir, setup, sat, day, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg, only: dp
     use gracecg_interface_f77_support, only: c_text, discard, fetch, fetch_message, finish
@@ -96,8 +94,6 @@ subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, 
     !! `satellite` of gracecg_level1_estimate
     character(*), intent(in) :: day
     !! `day` of gracecg_level1_estimate
-    character(*), intent(in) :: src
-    !! `source` of gracecg_level1_estimate
     real(dp), intent(inout) :: d(3)
     !! Item offset: from the centre of mass to the proof mass, SRF, m
     real(dp), intent(inout) :: cov(3, 3)
@@ -121,7 +117,7 @@ subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, 
     handle = 0
     found_1 = 0
     status = c_level1_estimate(folder=c_text(dir), setup=c_text(setup), satellite=c_text(sat), day=c_text(day), &
-        n_spans=0_c_size_t, source=c_text(src), offset=handle, error=error)
+        n_spans=0_c_size_t, offset=handle, error=error)
     call fetch(handle, 'offset', 3, d, status, error)
     call fetch(handle, 'covariance', 3*3, cov, status, error)
     call fetch(handle, 'gain', 3, gain, status, error)

@@ -2,8 +2,7 @@
 module gracecg_level1_objects
     use gracecg, only: dp, error_t
     use gracecg_level1, only: level1_records_t, read_level1, level1_setup_t, read_level1_setup, level1_calibration_t, &
-        gather_calibration, level1_estimate_t, estimate_level1, LEVEL1_SOURCES
-    use gracecg_base_error, only: fail_unknown_name
+        gather_calibration, level1_estimate_t, estimate_level1
     use gracecg_level1_calibration, only: middle_of
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t, lines_of
@@ -21,7 +20,7 @@ module gracecg_level1_objects
 
     !> An estimate behind a handle.
     type, extends(object_t) :: level1_offset_object_t
-        type(level1_estimate_t) :: estimate     !! Its first solution is that of the source asked for
+        type(level1_estimate_t) :: estimate     !! Its first solution is the result
         real(dp) :: time = 0                    !! Middle of the manoeuvre, GPS s past 2000-01-01 12:00:00
         real(dp) :: rod_gain(3) = 0             !! Nominal, with its sign, A m^2/mA
     contains
@@ -72,9 +71,9 @@ contains
     end subroutine tell_records
 
     !> The offset of a calibration manoeuvre from the Level-1 files in a folder, as `gracecg level1 estimate` finds it.
-    subroutine level1_estimate(folder, setup, satellite, day, n_spans, spans, source, made, outcome)
+    subroutine level1_estimate(folder, setup, satellite, day, n_spans, spans, made, outcome)
         character(*), intent(in) :: folder, setup           !! Of the files; path of a namelist
-        character(*), intent(in) :: satellite, day, source  !! Each may be empty: the first; of all files; LEVEL1_SOURCES(1)
+        character(*), intent(in) :: satellite, day          !! Each may be empty: the first; of all files
         integer, intent(in) :: n_spans                      !! 0: those of the folder
         real(dp), intent(in), optional :: spans(2, n_spans) !! Start (GPS s past 2000-01-01 12:00:00), duration (s)
         type(level1_offset_object_t), intent(inout) :: made
@@ -84,21 +83,16 @@ contains
         type(level1_calibration_t) :: calibration
         type(error_t), allocatable :: failure
         real(dp) :: given(2, n_spans)
-        character(len(LEVEL1_SOURCES)) :: source_name
 
         given = 0
         if (present(spans)) given = spans
-        source_name = LEVEL1_SOURCES(1)
-        if (source /= '') source_name = source
         if (len(satellite) > 1) call outcome%refuse(STATUS_BAD_VALUE, 'satellite is longer than 1 byte')
-        if (all(LEVEL1_SOURCES /= source) .and. source /= '') &
-            call fail_unknown_name(failure, 'source of angular acceleration', source, LEVEL1_SOURCES)
-        if (.not. allocated(failure)) call read_level1_setup(setup, settings, failure)
+        call read_level1_setup(setup, settings, failure)
         call outcome%take(failure)
         if (.not. outcome%good()) return
         call gather_calibration(folder, settings, satellite, '', given, 'model', calibration, failure, day)
         if (.not. allocated(failure)) &
-            call estimate_level1(calibration, settings, [source_name], 'estimate', made%estimate, failure)
+            call estimate_level1(calibration, settings, 'estimate', made%estimate, failure)
         call outcome%take(failure)
         if (.not. outcome%good()) return
         made%time = middle_of(calibration)

@@ -100,6 +100,8 @@ contains
         self%trajectory%q(:, k) = y(:4)
         self%trajectory%omega(:, k) = y(5:)
         self%trajectory%omega_dot(:, k) = dydt(5:)
+        if (size(self%model%jump_torque) > 0) self%trajectory%omega_dot(:, k) = dydt(5:) + &
+            times(self%body%inverse_inertia, self%model%jump_torque(:, k))
     end subroutine keep_nominal
 
     pure subroutine shape_trajectory(n, lanes, trajectory)

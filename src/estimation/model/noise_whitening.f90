@@ -17,7 +17,7 @@ module gracecg_estimation_noise_whitening
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
-    use gracecg_base_autoregression, only: autoregression_t
+    use gracecg_base_autoregression, only: autoregression_t, bridge_t, new_bridge
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_base_lanes, only: lanes_filter
     implicit none
@@ -40,8 +40,7 @@ module gracecg_estimation_noise_whitening
         real(dp), allocatable, private :: decay(:, :)           !! To the next epoch, (N_POLES, samples)
         real(dp), allocatable, private :: inverse_deviation(:)  !! Of the innovations
         logical, allocatable, private :: used(:)                !! False: left out
-        type(autoregression_t), allocatable, private :: model   !! Of noise of any spectrum, in place of the filter
-        integer, allocatable, private :: before(:)              !! Samples without a gap before each, (samples)
+        type(bridge_t), allocatable :: bridge       !! Of noise of any spectrum, in place of the filter
     contains
         procedure :: whiten    !! Whitens several series in place
         procedure :: whiten_series    !! Whitens one series in place
@@ -146,45 +145,18 @@ contains
         call orthonormal_line(epoch, whitener)
     end subroutine new_whitener
 
-    !> The whitener of noise of any spectrum: innovations of an autoregressive sequence. Behind a gap, and a sample that is
-    !> not kept, it begins anew.
-    pure subroutine autoregressive_whitener(model, epoch, kept, whitener)
+    !> The whitener of noise of any spectrum at epochs that follow one another: innovations of an autoregressive sequence,
+    !> those of samples that are not kept with what the others let expect in their places.
+    pure subroutine autoregressive_whitener(model, kept, whitener)
         type(autoregression_t), intent(in) :: model
-        integer, intent(in) :: epoch(:)             !! Of the samples, increasing
         logical, intent(in) :: kept(:)              !! (samples)
         type(whitener_t), intent(out) :: whitener
 
-        integer :: i
-
-        whitener%samples = size(epoch)
+        whitener%samples = size(kept)
         whitener%kept = count(kept)
         whitener%used = kept
-        whitener%model = model
-        allocate (whitener%before(size(epoch)), source=0)
-        do i = 1, size(epoch)
-            if (i > 1) then
-                if (kept(i - 1) .and. epoch(i) == epoch(i - 1) + 1) &
-                    whitener%before(i) = min(model%order, whitener%before(i - 1) + 1)
-            end if
-            if (kept(i)) whitener%log_determinant = whitener%log_determinant + 2*log(model%deviation(whitener%before(i)))
-        end do
+        whitener%bridge = new_bridge(model, kept)
     end subroutine autoregressive_whitener
-
-    !> What is left of some samples behind what those before let expect, in standard deviations.
-    pure subroutine whiten_autoregressive(self, series)
-        class(whitener_t), intent(in) :: self
-        real(dp), intent(inout) :: series(:, :)     !! (series, samples)
-
-        integer :: i, k, n
-
-        do i = size(series, 2), 1, -1               ! what stands before a sample is as it was
-            n = self%before(i)
-            do k = 1, n
-                series(:, i) = series(:, i) - self%model%predictor(k, n)*series(:, i - k)
-            end do
-            series(:, i) = series(:, i)/self%model%deviation(n)
-        end do
-    end subroutine whiten_autoregressive
 
     !> The whiteners of the accelerometer's axes from their spectra. Fails, naming the axis, as new_whitener
     !> does and where a level is not positive.
@@ -310,13 +282,10 @@ contains
         integer, intent(in), optional :: from
         !! Number of the first of these samples; the series are zero before it. Absent: 1
 
-        integer :: first, i
+        integer :: first
 
-        if (allocated(self%model)) then
-            call whiten_autoregressive(self, series)
-            do i = 1, self%samples
-                if (.not. self%used(i)) series(:, i) = 0
-            end do
+        if (allocated(self%bridge)) then
+            call self%bridge%whiten(series)
             return
         end if
         first = 1
@@ -334,7 +303,7 @@ contains
         real(dp) :: whitened, row(1, size(series))
         integer :: i
 
-        if (allocated(self%model)) then
+        if (allocated(self%bridge)) then
             row(1, :) = series
             call self%whiten(row)
             series = row(1, :)
@@ -347,7 +316,7 @@ contains
     end subroutine whiten_series
 
     !> How far every sample is from what the kept samples before it let expect, in standard deviations;
-    !> also for samples that are left out.
+    !> with poles also for samples that are left out.
     pure function innovations(self, series) result(normalised)
         class(whitener_t), intent(in) :: self
         real(dp), intent(in) :: series(:)               !! (samples)
@@ -357,9 +326,9 @@ contains
         real(dp) :: whitened, row(1, size(series))
         integer :: i
 
-        if (allocated(self%model)) then
+        if (allocated(self%bridge)) then
             row(1, :) = series
-            call whiten_autoregressive(self, row)
+            call self%whiten(row)
             normalised = row(1, :)
             return
         end if

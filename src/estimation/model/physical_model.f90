@@ -62,7 +62,7 @@ contains
         model%shaped = pack(model%rotational, has_shape(model%rotational))
         allocate (model%shape(3, 0:2*n, size(model%shaped)), source=0.0_dp)
         if (size(model%shaped) > 0) call take_torque_shapes(knowledge, data, model)
-        call take_moments(knowledge, model)
+        call take_moments(knowledge, data, model)
     end subroutine prepare_model
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.

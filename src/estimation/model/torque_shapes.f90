@@ -2,7 +2,8 @@
 module gracecg_estimation_torque_shapes
     use gracecg_base_kinds, only: dp
     use gracecg_base_vectors, only: cross
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_moments, rod_direction, interchange_rods, &
+        gain_unit
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -160,9 +161,11 @@ contains
         end do
     end subroutine take_bent_torque
 
-    !> The moments of the rods where their leakage is asked for, and how they change over a sample.
-    subroutine take_moments(knowledge, model)
+    !> The moments of the rods where their leakage is asked for, and how they change over a sample; of moments that are held
+    !> the torque that samples show beside that of the integration.
+    subroutine take_moments(knowledge, data, model)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(in) :: data
         type(physical_model_t), intent(inout) :: model
 
         type(torque_rods_t) :: rods
@@ -175,9 +178,17 @@ contains
         rods%delay = rods%delay + knowledge%accelerometer_delay
         do k = 0, n
             associate (t => k*model%interval, half => model%interval/2)
-                model%moment(:, k) = rod_moments(rods, t)
-                model%moment_rate(:, k) = (rod_moments(rods, t + half) - rod_moments(rods, t - half))/model%interval
+                model%moment(:, k) = rod_moments(rods, t, .true.)
+                model%moment_rate(:, k) = (rod_moments(rods, t + half, .true.) - rod_moments(rods, t - half, .true.))/ &
+                    model%interval
             end associate
+        end do
+        n = -1
+        if (rods%measured%held) n = model%steps
+        allocate (model%jump_torque(3, 0:n))
+        do k = 0, n
+            model%jump_torque(:, k) = cross(dipole_moment(rods, k*model%interval, .true.) - model%dipole(:, 2*k), &
+                                            data%field(:, 2*k + 1))
         end do
     end subroutine take_moments
 

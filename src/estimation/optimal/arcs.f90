@@ -6,12 +6,12 @@
 !>
 !> Noise is autoregressive, of one spectrum for all arcs, found in turn with the fit from the residuals and from what the
 !> errors of the fit have taken out of them. Delays act on the model in proportion; what is found of them is put into what is
-!> believed, and the fit is done anew, until it stays.
+!> believed, and the fit is done anew, until they or the offset stay.
 !>
 !> What is believed and not estimated is tested at the fit, all arcs together (gracecg_estimation_belief_tests).
 module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
-    use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
+    use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, bridge_t, new_bridge, predictors_of
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
     use gracecg_base_text, only: integer_text
@@ -30,15 +30,15 @@ module gracecg_estimation_arcs
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
     implicit none
     private
-    public :: arcs_fit_t, estimate_arcs, combine_arcs
+    public :: arcs_fit_t, arc_residuals_t, estimate_arcs, combine_arcs
 
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
-    integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
+    integer, parameter :: MOST_ROUNDS = 12           !! Of fits with other delays
     integer, parameter :: MOST_STEPS = 10           !! Of Gauss and Newton
     integer, parameter :: NOISE_ROUNDS = 12         !! Of noise and editing within a fit
     real(dp), parameter :: SAME_SIGMA = 5e-3_dp     !! Relative change of the offset's sigma from noise to noise at the end
     real(dp), parameter :: SMALL_STEP = 1e-2_dp      !! Largest step of a shared parameter at the end, standard deviations
-    real(dp), parameter :: SAME_DELAY = 2e-5_dp     !! s
+    real(dp), parameter :: SAME_DELAY = 2e-5_dp, SAME_SHARE = 0.05_dp   !! s; of its standard deviation
     integer, parameter :: MOST_TRIED = 6            !! Beliefs that may explain what is contradicted
     real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations
     real(dp), parameter :: FIRST_LEVEL = 2e-9_dp, FIRST_ANGULAR = 1e-7_dp, FIRST_ANGLE = 1e-6_dp
@@ -54,6 +54,13 @@ module gracecg_estimation_arcs
         type(eliminated_t) :: eliminated            !! Corrections of its own
     end type arc_t
 
+    !> What the fit leaves of an arc's samples of the accelerometer, every epoch.
+    type :: arc_residuals_t
+        real(dp), allocatable :: linear(:, :)       !! (3, epochs), m/s^2
+        real(dp), allocatable :: angular(:, :)      !! (3, epochs), rad/s^2; of size 0 without angular channels
+        logical, allocatable :: kept(:)             !! False: missing, or left out
+    end type arc_residuals_t
+
     !> The result.
     type :: arcs_fit_t
         integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
@@ -67,6 +74,8 @@ module gracecg_estimation_arcs
         integer :: degrees = 0                      !! Of freedom of it
         real(dp) :: rms(3) = 0                      !! Of the accelerometer's noise, m/s^2
         real(dp), allocatable :: arc_rms(:, :)      !! Of each arc, (3, arcs), m/s^2
+        type(arc_residuals_t), allocatable :: residuals(:)      !! Of each arc
+        real(dp) :: head_sigma(3) = 0               !! Of the first star-camera head about its axes, rad
         type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
         integer :: samples = 0                      !! Of the accelerometer that count
         logical :: converged = .false.              !! The last fit settled, and the delays stay
@@ -76,7 +85,7 @@ module gracecg_estimation_arcs
 contains
 
     !> Fits all arcs. Fails when an arc is refused or the shared parameters are not determined.
-    subroutine estimate_arcs(sets, options, shared, prior, own, result, error, stated)
+    subroutine estimate_arcs(sets, options, shared, prior, own, result, error, stated, rounds, without)
         type(observation_set_t), intent(in) :: sets(:)      !! The arcs: samples, and what is believed
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: shared(:)            !! Places of shared parameters, the offset first
@@ -87,18 +96,25 @@ contains
         real(dp), intent(in), optional :: stated(:)
         !! To which what is believed and not estimated is right, standard deviations by place, SI units; 0: as
         !! a_priori_sigmas says. Absent: it is not tested
+        integer, intent(in), optional :: rounds     !! Of delays at most; absent: MOST_ROUNDS
+        type(arcs_fit_t), intent(out), optional :: without(2)
+        !! The same without the second star-camera head, and without the angular channels; where there are none nothing
 
         type(observation_set_t), allocatable :: believed(:)
         type(arc_t), allocatable :: arcs(:)
         real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
-        integer :: i, axis, round
+        real(dp) :: before(3)
+        integer :: i, axis, round, most
         logical :: settled
 
+        most = MOST_ROUNDS
+        if (present(rounds)) most = rounds
         result%shared = shared
         believed = sets
         moved = 0
-        allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)))
-        do round = 1, MOST_ROUNDS
+        before = huge(before)
+        allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)), result%residuals(size(sets)))
+        do round = 1, most
             do i = 1, size(arcs)
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
                 call add_context(error, 'arc '//integer_text(i))
@@ -107,7 +123,7 @@ contains
             end do
             call fit(arcs, prior, moved, result, settled, error)
             if (allocated(error)) return
-            call move_delays(arcs, shared, believed, moved, result%converged)
+            call move_delays(arcs, result, before, believed, moved)
             if (result%converged) exit
         end do
         result%converged = result%converged .and. settled
@@ -115,8 +131,17 @@ contains
             associate (p => arcs(i)%problem)
                 result%samples = result%samples + count(p%acceleration_kept)/3
                 result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
+                result%residuals(i) = arc_residuals_t(p%acceleration_residual, p%channel_residual, p%acceleration_kept(1, :))
+                result%head_sigma = p%noise%star_camera_sigma
             end associate
         end do
+        if (present(without)) then
+            if (any([(arcs(i)%problem%data%stars%head == 2, i=1, size(arcs))])) &
+                call leave_out(arcs, prior, result, .true., without(1), error)
+            if (all([(arcs(i)%problem%channel_rows > 0, i=1, size(arcs))]) .and. .not. allocated(error)) &
+                call leave_out(arcs, prior, result, .false., without(2), error)
+            if (allocated(error)) return
+        end if
         if (present(stated)) call test_arcs(believed, options, arcs, prior, stated, result, error)
     end subroutine estimate_arcs
 
@@ -130,15 +155,18 @@ contains
 
         type(whitened_problem_t) :: before
         type(fitting_data_t) :: data
+        logical, allocatable :: there(:)
         logical :: again
 
         again = allocated(arc%own)
         if (again) before = arc%problem
         call preprocess(set, options, data, error)
         if (allocated(error)) return
+        call take_all_epochs(data, there)
         call prepare_calibration(set%knowledge, options, data, [shared, own], arc%problem)
         call arc%problem%forget_prior(size(shared))
         arc%own = own
+        arc%problem%acceleration_kept = spread(there, 1, 3)
         associate (noise => arc%problem%noise, at => arc%problem)
             noise%star_camera_sigma = FIRST_ANGLE
             noise%second_head_sigma = [1.0_dp, FIRST_ANGLE, 1.0_dp]
@@ -155,6 +183,26 @@ contains
             at%acceleration_kept = before%acceleration_kept
         end associate
     end subroutine prepare_arc
+
+    !> Gives data of the accelerometer a sample at every epoch.
+    pure subroutine take_all_epochs(data, there)
+        type(fitting_data_t), intent(inout) :: data
+        logical, allocatable, intent(out) :: there(:)       !! False: one that stands for none
+
+        real(dp) :: all(3, 0:data%steps)
+        integer :: k
+
+        allocate (there(0:data%steps), source=.false.)
+        there(data%accelerometer_epoch) = .true.
+        all = 0
+        all(:, data%accelerometer_epoch) = data%acceleration
+        data%acceleration = all
+        if (size(data%angular) > 0) then
+            all(:, data%accelerometer_epoch) = data%angular
+            data%angular = all
+        end if
+        data%accelerometer_epoch = [(k, k=0, data%steps)]
+    end subroutine take_all_epochs
 
     !> White noise.
     pure function white(deviation, axes) result(models)
@@ -180,11 +228,9 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            call autoregressive_whitener(linear(axis), problem%data%accelerometer_epoch, problem%acceleration_kept(axis, :), &
-                                         problem%whiteners(axis))
-            if (problem%channel_rows > 0) &
-                call autoregressive_whitener(angular(axis), problem%data%accelerometer_epoch, &
-                                             problem%acceleration_kept(axis, :), problem%channel_whiteners(axis))
+            call autoregressive_whitener(linear(axis), problem%acceleration_kept(axis, :), problem%whiteners(axis))
+            if (problem%channel_rows > 0) call autoregressive_whitener(angular(axis), problem%acceleration_kept(axis, :), &
+                                                                       problem%channel_whiteners(axis))
         end do
     end subroutine take_noise
 
@@ -226,22 +272,29 @@ contains
     end subroutine fit
 
     !> The normal equations of an arc without its own parameters.
-    subroutine reduce_arc(arc, n, error)
+    subroutine reduce_arc(arc, n, error, channels)
         type(arc_t), intent(inout) :: arc
         integer, intent(in) :: n                    !! Number of shared parameters
         type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: channels   !! The angular channels count; absent: they do
 
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:)
-        integer :: all
+        integer :: all, k
 
         associate (problem => arc%problem)
             all = n + size(arc%own)
             allocate (partials(all, problem%observations), residuals(problem%observations), weights(problem%observations))
             call problem%linearise(partials, residuals, weights, error)
             if (allocated(error)) return
+            if (present(channels)) then
+                if (.not. channels) partials(:, problem%star_rows + problem%acceleration_rows + 1:problem%sample_rows()) = 0
+            end if
             arc%information = no_information(all)
             call grouped_normal_equations(problem%groups, partials, residuals, arc%information%matrix, arc%information%rhs)
             arc%information%squares = sum(residuals**2)
+            do k = n + 1, merge(all, n, present(channels))      ! what only those tell that are left out
+                if (.not. arc%information%matrix(k, k) > 0) call arc%information%expect(k, 1.0_dp)
+            end do
             call arc%information%eliminate(n, arc%eliminated, error, problem%names(n + 1:))
         end associate
     end subroutine reduce_arc
@@ -303,6 +356,8 @@ contains
         type(arcs_fit_t), intent(inout) :: result
 
         type(autocovariances_t) :: linear(3), angular(3)
+        type(bridge_t) :: bridge                    ! Over the samples of an arc that are left out
+        real(dp), allocatable :: partials(:, :)
         real(dp) :: first_head(3), second_head(3)
         logical :: found_before     ! Errors of the fit are those by the noise, not by a first guess
         integer :: axis, i
@@ -312,12 +367,17 @@ contains
             call linear(axis)%begin(ORDER)
             call angular(axis)%begin(ORDER)
             do i = 1, size(arcs)
-                associate (p => arcs(i)%problem, epoch => arcs(i)%problem%data%accelerometer_epoch)
-                    call linear(axis)%add(epoch, p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))
-                    if (found_before) call linear(axis)%add_errors(epoch, p%acceleration_partials(:, axis, :), &
-                                                 covariance_of(arcs(i), result%covariance), p%acceleration_kept(axis, :))
-                    if (p%channel_rows > 0) &
-                        call angular(axis)%add(epoch, p%channel_residual(axis, :), p%acceleration_kept(axis, :))
+                associate (p => arcs(i)%problem)
+                    bridge = new_bridge(p%whiteners(axis)%bridge%model, p%acceleration_kept(axis, :))
+                    call add_series(p%acceleration_residual(axis, :), linear(axis))
+                    if (found_before) then
+                        partials = p%acceleration_partials(:, axis, :)
+                        call bridge%fill(partials)
+                        call linear(axis)%add_errors(partials, covariance_of(arcs(i), result%covariance))
+                    end if
+                    if (p%channel_rows == 0) cycle
+                    bridge = new_bridge(p%channel_whiteners(axis)%bridge%model, p%acceleration_kept(axis, :))
+                    call add_series(p%channel_residual(axis, :), angular(axis))
                 end associate
             end do
             result%linear_noise(axis) = predictors_of(linear(axis), real(linear(axis)%count, dp))
@@ -333,6 +393,19 @@ contains
         end do
 
     contains
+
+        !> Adds residuals, those of missing samples with what is expected of them.
+        subroutine add_series(residuals, sums)
+            real(dp), intent(in) :: residuals(:)
+            type(autocovariances_t), intent(inout) :: sums
+
+            real(dp) :: filled(1, size(residuals))
+
+            filled(1, :) = residuals
+            call bridge%fill(filled)
+            call sums%add(filled(1, :))
+            call sums%add_missing(bridge)
+        end subroutine add_series
 
         !> The noise of a head about an axis, rad; 0: it has no samples.
         real(dp) function sigma_of_head(head, about) result(sigma)
@@ -503,27 +576,58 @@ contains
         end do
     end subroutine gather_arcs
 
+    !> The estimate without the second head, or without the angular channels: from the same samples by a step of Gauss and
+    !> Newton from the fit of all.
+    subroutine leave_out(arcs, prior, all, second_head, result, error)
+        type(arc_t), intent(in) :: arcs(:)
+        real(dp), intent(in) :: prior(:)
+        type(arcs_fit_t), intent(in) :: all
+        logical, intent(in) :: second_head          !! Else the channels
+        type(arcs_fit_t), intent(out) :: result
+        type(error_t), allocatable, intent(out) :: error
+
+        type(arc_t) :: arc
+        integer :: i
+
+        result%shared = all%shared
+        result%at = all%value
+        allocate (result%arcs(size(arcs)))
+        do i = 1, size(arcs)
+            arc = arcs(i)
+            if (second_head) arc%problem%star_kept = arc%problem%star_kept .and. arc%problem%data%stars%head /= 2
+            call reduce_arc(arc, size(prior), error, channels=second_head)
+            if (allocated(error)) return
+            result%arcs(i) = arc%information
+        end do
+        call combine_arcs(result, prior, error)
+        result%converged = .not. allocated(error)
+    end subroutine leave_out
+
     !> Puts the delays that were found into what is believed, and takes them from the state.
-    subroutine move_delays(arcs, shared, believed, moved, settled)
+    subroutine move_delays(arcs, result, before, believed, moved)
         type(arc_t), intent(inout) :: arcs(:)
-        integer, intent(in) :: shared(:)
+        type(arcs_fit_t), intent(inout) :: result       !! Has converged if nothing is moved, or the offset stays
+        real(dp), intent(inout) :: before(3)            !! The offset with the delays before these, m
         type(observation_set_t), intent(inout) :: believed(:)
         real(dp), intent(inout) :: moved(:)
-        logical, intent(out) :: settled
 
         real(dp) :: value
-        integer :: i, k
+        integer :: i, k, place
 
-        settled = .true.
-        do k = 1, size(shared)
-            if (.not. any(shared(k) == [ALL_RODS_DELAY, SAMPLING_DELAY])) cycle
-            value = arcs(1)%problem%state%value(shared(k))
-            if (abs(value) < SAME_DELAY) cycle
-            settled = .false.
+        result%converged = all([(abs(result%value(k) - before(k)) < SAME_SHARE*sqrt(result%covariance(k, k)), k=1, 3)])
+        before = result%value(:3)
+        if (result%converged) return
+        result%converged = .true.
+        do k = 1, size(result%shared)
+            place = result%shared(k)
+            if (.not. any(place == [ALL_RODS_DELAY, SAMPLING_DELAY])) cycle
+            value = arcs(1)%problem%state%value(place)
+            if (abs(value) < max(SAME_DELAY, SAME_SHARE*sqrt(result%covariance(k, k)))) cycle
+            result%converged = .false.
             moved(k) = moved(k) + value
             do i = 1, size(arcs)
-                arcs(i)%problem%state%value(shared(k)) = 0
-                if (shared(k) == ALL_RODS_DELAY) then
+                arcs(i)%problem%state%value(place) = 0
+                if (place == ALL_RODS_DELAY) then
                     believed(i)%knowledge%rods%delay = believed(i)%knowledge%rods%delay + value
                 else
                     believed(i)%knowledge%accelerometer_delay = believed(i)%knowledge%accelerometer_delay + value

@@ -588,7 +588,7 @@ module c_declarations
             integer(c_int) :: status
         end function gracecg_level1_open
 
-        function gracecg_level1_estimate(folder, setup, satellite, day, n_spans, spans, source, offset, error) &
+        function gracecg_level1_estimate(folder, setup, satellite, day, n_spans, spans, offset, error) &
             result(status) bind(c, name='gracecg_level1_estimate')
             import :: c_char, c_double, c_int, c_intptr_t, c_size_t, error_struct
             character(kind=c_char), intent(in), optional :: folder(*)
@@ -597,7 +597,6 @@ module c_declarations
             character(kind=c_char), intent(in), optional :: day(*)
             integer(c_size_t), intent(in), value :: n_spans
             real(c_double), intent(in), optional :: spans(*)
-            character(kind=c_char), intent(in), optional :: source(*)
             integer(c_intptr_t), intent(inout), optional :: offset
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status

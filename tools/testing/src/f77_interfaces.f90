@@ -394,14 +394,14 @@ module f77_interfaces
             integer :: ih, istat
         end subroutine gcl1op
 
-        subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
-            character(*) :: dir, setup, sat, src, msg
+        subroutine gcl1es(dir, setup, sat, d, cov, gain, delay, iflag, istat, msg)
+            character(*) :: dir, setup, sat, msg
             integer :: iflag(2), istat
             double precision :: d(3), cov(3, 3), gain(3), delay(2)
         end subroutine gcl1es
 
-        subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
-            character(*) :: dir, setup, sat, day, src, msg
+        subroutine gcl1dy(dir, setup, sat, day, d, cov, gain, delay, iflag, istat, msg)
+            character(*) :: dir, setup, sat, day, msg
             integer :: iflag(2), istat
             double precision :: d(3), cov(3, 3), gain(3), delay(2)
         end subroutine gcl1dy

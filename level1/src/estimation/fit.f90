@@ -1,26 +1,33 @@
-!> The offset from Level-1 data by the library's own estimator: all spans as arcs of one fit (gracecg_estimation_arcs), with
-!> gains and delay of the rods, delay and angular channels of the accelerometer, leakage and all of an arc's own.
-module gracecg_level1_optimal_source
+!> The offset from Level-1 data: all spans as arcs of one fit (gracecg_estimation_arcs), with gains and delay of the rods, delay
+!> and angular channels of the accelerometer, leakage and all of an arc's own.
+module gracecg_level1_fit
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_statistics, only: median_of
+    use gracecg_base_text, only: append
+    use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
-    use gracecg_level1_offset_errors, only: judge_leakage
-    use gracecg_level1_offset_solution, only: level1_solution_t
+    use gracecg_level1_leakage, only: judge_leakage
+    use gracecg_level1_outcome, only: level1_estimate_t, LEVEL1_SOURCES
+    use gracecg_level1_series, only: interpolate
     use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
+    use gracecg_level1_solution, only: level1_solution_t
     use gracecg_level1_to_observations, only: arcs_of_spans
     implicit none
     private
-    public :: solve_optimal
+    public :: fit_spans, rod_acceleration
 
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]
+    integer, parameter :: MANY = 2000               !! Currents that tell how long they are held
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
     real(dp), parameter :: ANY_CHANNEL = 1          !! Of a scale of the channels
     real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-6_dp    !! rad/s^2 by A m^2, or A m^2/s
@@ -42,49 +49,183 @@ module gracecg_level1_optimal_source
 
 contains
 
-    !> The offset. Fails where currents are held from tag to tag, or leakage is not to be estimated: that is not modelled.
-    subroutine solve_optimal(calibration, setup, axes, driven, leakage, held, solution, error)
+    !> The offset by all instruments, and without some. Whether currents are smooth or held is found first where the setup
+    !> leaves it to the data; held ones take a short fit for the delays, beside which samples are sure. Fails where the samples
+    !> do not determine the offset.
+    subroutine fit_spans(calibration, setup, axes, leakage, estimate, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes       !! Of the gyros
-        logical, intent(in) :: driven(3)            !! Rods
-        character(*), intent(in) :: leakage         !! estimate, prior or none
-        logical, intent(in) :: held                 !! The currents are
-        type(level1_solution_t), intent(inout) :: solution  !! Its source is kept
+        character(*), intent(in) :: leakage         !! Of LEAKAGE_CHOICES
+        type(level1_estimate_t), intent(inout) :: estimate      !! Knows which rods are driven
         type(error_t), allocatable, intent(out) :: error
 
-        type(arcs_fit_t) :: fit
+        integer, parameter :: FIRST_ROUNDS = 3      ! Of delays
+        type(level1_setup_t) :: known               ! with the delays so far
+        type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
-        type(observation_set_t), allocatable :: sets(:)
-        integer, allocatable :: span_of(:)
-        real(dp), allocatable :: prior(:)
+        integer :: i
 
-        if (held) then
-            call fail(error, 'it takes currents as smooth, and these are held from tag to tag')
-        else if (leakage == 'none') then
-            call fail(error, 'it always estimates the leakage')
+        choice = chosen(setup, estimate%rods%driven, calibration%has_angular, axes%known)
+        known = setup
+        estimate%steps = setup%currents == 'steps'
+        if (.not. estimate%steps) then
+            call fit_once()
+            if (allocated(error)) return
+            if (setup%currents == 'auto' .and. .not. calibration%has_angular) call append(estimate%remarks, &
+                'currents are taken as smooth: without angular channels nothing tells')
+            if (setup%currents == 'auto' .and. calibration%has_angular) &
+                estimate%steps = shows_steps(calibration, estimate%arcs, fit)
+            known%torque_delay = setup%torque_delay     ! those of smooth currents come half a step later
         end if
-        if (allocated(error)) return
-        call arcs_of_spans(calibration, setup, axes, sets, span_of, error)
-        if (.not. allocated(error) .and. size(span_of) == 0) call fail(error, 'no span is long enough')
-        if (allocated(error)) return
-        choice = chosen(setup, driven, calibration%has_angular, axes%known)
-        call estimate_arcs(sets, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error, &
-                           stated_sigmas())
-        if (.not. allocated(error)) call look_at_leakage(fit, choice, leakage, solution, error)
-        if (allocated(error)) return
-        if (solution%leakage == 'estimated') then
-            prior = choice%prior
-            prior(choice%leaks) = FREE*prior(choice%leaks)
-            call combine_arcs(fit, prior, error)
+        if (estimate%steps) then
+            call fit_once(FIRST_ROUNDS)
+            if (allocated(error)) return
+            known%torque_delay = estimate%rods%delay
+            known%accelerometer_delay = estimate%accelerometer_delay
+            call fit_once()
             if (allocated(error)) return
         end if
-        if (fit%converged) then
-            call take(calibration, choice, fit, span_of, solution)
-        else
-            call fail(error, 'the fit does not settle')
-        end if
-    end subroutine solve_optimal
+        do i = 1, size(LEVEL1_SOURCES)
+            if (i == 1) then
+                call add_solution(fit)
+            else if (without(i - 1)%converged) then
+                call add_solution(without(i - 1))
+            end if
+            if (allocated(error)) return
+        end do
+        estimate%settled = fit%converged
+        call move_alloc(fit%residuals, estimate%residuals)
+        estimate%head_sigma = fit%head_sigma
+
+    contains
+
+        !> A fit of all spans, with the delays so far to begin with.
+        subroutine fit_once(rounds)
+            integer, intent(in), optional :: rounds
+
+            call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error)
+            if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
+            if (allocated(error)) return
+            if (present(rounds)) then
+                call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error, &
+                                   rounds=rounds)
+            else
+                call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error, &
+                                   stated_sigmas(), without=without)
+            end if
+            if (allocated(error)) return
+            call take_rods(setup, known, choice, fit, estimate)
+        end subroutine fit_once
+
+        !> A fit as a solution.
+        subroutine add_solution(one)
+            type(arcs_fit_t), intent(inout) :: one
+
+            type(level1_solution_t) :: solution
+            real(dp), allocatable :: prior(:)
+
+            solution%source = LEVEL1_SOURCES(i)
+            call look_at_leakage(one, choice, leakage, solution, error)
+            if (allocated(error)) return
+            if (solution%leakage == 'estimated') then
+                prior = choice%prior
+                prior(choice%leaks) = FREE*prior(choice%leaks)
+                call combine_arcs(one, prior, error)
+                if (allocated(error)) return
+            end if
+            solution%rms = fit%rms
+            solution%samples = fit%samples
+            call take(calibration, choice, one, estimate%span_of, solution)
+            estimate%solutions = [estimate%solutions, solution]
+        end subroutine add_solution
+    end subroutine fit_spans
+
+    !> Gains and delays by a fit.
+    pure subroutine take_rods(setup, known, choice, fit, estimate)
+        type(level1_setup_t), intent(in) :: setup, known    !! What is said; with the delays that the fit began with
+        type(choice_t), intent(in) :: choice
+        type(arcs_fit_t), intent(in) :: fit
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        integer :: k, rod
+
+        associate (rods => estimate%rods)
+            rods%delay = known%torque_delay
+            estimate%accelerometer_delay = known%accelerometer_delay
+            do k = 1, size(choice%shared)
+                associate (value => fit%value(k), sigma => sqrt(fit%covariance(k, k)))
+                    if (choice%shared(k) == ALL_RODS_DELAY) then
+                        rods%delay = known%torque_delay + value
+                        rods%delay_sigma = sigma
+                    else if (choice%shared(k) == SAMPLING_DELAY) then
+                        estimate%accelerometer_delay = known%accelerometer_delay + value
+                        estimate%accelerometer_delay_sigma = sigma
+                    end if
+                    rod = findloc(ROD_GAINS, choice%shared(k), 1)
+                    if (rod == 0) cycle
+                    if (.not. rods%driven(rod)) cycle
+                    rods%gain(rod) = 1 + value
+                    rods%gain_sigma(rod) = hypot(sigma, setup%inertia_sigma)    ! gains count by the inertia that is said
+                end associate
+            end do
+        end associate
+    end subroutine take_rods
+
+    !> The angular acceleration J^-1 m x B by some rods at a time of an arc, rad/s^2.
+    pure function rod_acceleration(set, rods, time, at_once) result(acceleration)
+        type(observation_set_t), intent(in) :: set
+        type(torque_rods_t), intent(in) :: rods
+        real(dp), intent(in) :: time                !! s from the begin of the arc
+        logical, intent(in) :: at_once              !! Held moments jump
+        real(dp) :: acceleration(3)
+
+        real(dp) :: field(3)
+
+        call interpolate(set%magnetometer_time, set%field, time, field)
+        acceleration = matmul(inverse_3x3(set%knowledge%inertia), cross(dipole_moment(rods, time, at_once), field))
+    end function rod_acceleration
+
+    !> Whether what a fit with smooth currents leaves of the angular channels is what held currents would do besides.
+    logical function shows_steps(calibration, arcs, fit)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(observation_set_t), intent(in) :: arcs(:)
+        type(arcs_fit_t), intent(in) :: fit
+
+        real(dp), parameter :: SHARE = 0.4_dp       ! Of that, at least
+        integer, parameter :: MARGIN = 10           ! Samples at the ends of an arc, where currents are extrapolated
+        type(torque_rods_t) :: smooth, held
+        real(dp) :: product, square, model(3), delays(2), hold, variance(3)
+        integer :: i, k
+
+        variance = [(fit%angular_noise(k)%deviation(0)**2, k=1, 3)]
+        product = 0
+        square = 0
+        delays = 0
+        do k = 1, size(fit%shared)
+            if (fit%shared(k) == ALL_RODS_DELAY) delays(1) = fit%value(k)
+            if (fit%shared(k) == SAMPLING_DELAY) delays(2) = fit%value(k)
+        end do
+        associate (t => calibration%current_time)
+            hold = median_of(t(2:min(size(t), MANY)) - t(:min(size(t), MANY) - 1))
+        end associate
+        do i = 1, size(arcs)
+            smooth = arcs(i)%knowledge%rods
+            smooth%delay = smooth%delay + sum(delays) + arcs(i)%knowledge%accelerometer_delay
+            held = smooth
+            held%measured%held = .true.
+            held%delay = smooth%delay - hold/2
+            do k = 1 + MARGIN, size(fit%residuals(i)%kept) - MARGIN
+                if (.not. fit%residuals(i)%kept(k)) cycle
+                associate (t => (k - 1)*arcs(i)%knowledge%accelerometer_interval)
+                    model = rod_acceleration(arcs(i), held, t, .true.) - rod_acceleration(arcs(i), smooth, t, .true.)
+                end associate
+                product = product + sum(model*fit%residuals(i)%angular(:, k)/variance)
+                square = square + sum(model**2/variance)
+            end do
+        end do
+        shows_steps = product > SHARE*square
+    end function shows_steps
 
     !> To which the setup is right where it says nothing, by place, SI units.
     pure function stated_sigmas() result(sigmas)
@@ -208,11 +349,7 @@ contains
 
         solution%offset = fit%value(:3)
         solution%covariance = fit%covariance(:3, :3)
-        solution%formal = solution%covariance
-        solution%rms = fit%rms                      ! at all frequencies, which the fit uses
-        solution%samples = fit%samples
         call move_alloc(fit%beliefs, solution%beliefs)
-        solution%whiteness = 1                      ! the noise has the spectrum of the residuals
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees
         r = size(choice%rods)
@@ -234,11 +371,11 @@ contains
             if (any(span_of == i)) solution%spans = solution%spans + 1
             if (count(span_of == i) /= 1) cycle     ! none, or cut by a firing
             associate (arc => findloc(span_of, i, 1))
-                solution%span_rms(:, i) = fit%arc_rms(:, arc)
+                if (allocated(fit%arc_rms)) solution%span_rms(:, i) = fit%arc_rms(:, arc)
                 if (.not. fit%arc_covariance(1, 1, arc) > 0) cycle      ! the arc alone does not tell
                 solution%span_offset(:, i) = fit%arc_offset(:, arc)
                 solution%span_sigma(:, i) = [(sqrt(fit%arc_covariance(k, k, arc)), k=1, 3)]
             end associate
         end do
     end subroutine take
-end module gracecg_level1_optimal_source
+end module gracecg_level1_fit

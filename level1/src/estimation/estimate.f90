@@ -1,0 +1,72 @@
+!> The estimate of the offset from Level-1 data, and a judgement that names what is wrong.
+module gracecg_level1_estimate
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_fit, only: fit_spans
+    use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
+    use gracecg_level1_judgement, only: name_faults, judge
+    use gracecg_level1_outcome, only: level1_estimate_t
+    implicit none
+    private
+    public :: estimate_level1
+
+contains
+
+    !> Estimates the offset. Fails when the data do not allow any estimate.
+    subroutine estimate_level1(calibration, setup, leakage, estimate, error)
+        type(level1_calibration_t), intent(inout) :: calibration    !! Outliers are counted
+        type(level1_setup_t), intent(in) :: setup
+        character(*), intent(in) :: leakage                 !! Of LEAKAGE_CHOICES
+        type(level1_estimate_t), intent(out) :: estimate
+        type(error_t), allocatable, intent(out) :: error
+
+        type(gyro_axes_t) :: axes
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        allocate (estimate%findings(0), estimate%remarks(0), estimate%solutions(0))
+        if (.not. any(calibration%spans%used)) then
+            call fail(error, 'no span is usable: the first, because of '//trim(calibration%spans(1)%reason))
+            return
+        end if
+        call find_driven(calibration, setup, estimate%rods%driven)
+        if (.not. any(estimate%rods%driven)) then
+            call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')
+            return
+        end if
+        call fit_gyro_axes(calibration, axes, failure)
+        call fit_spans(calibration, setup, axes, leakage, estimate, error)
+        if (allocated(error)) return
+        do i = 1, size(estimate%arcs)
+            associate (span => calibration%spans(estimate%span_of(i)))
+                span%outliers = span%outliers + size(estimate%arcs(i)%accelerometer_time) - count(estimate%residuals(i)%kept)
+            end associate
+        end do
+        call name_faults(calibration, setup, estimate)
+        call judge(calibration, estimate)
+        estimate%flag = estimate%solutions(1)%flag
+    end subroutine estimate_level1
+
+    !> Which rods some span drives.
+    pure subroutine find_driven(calibration, setup, driven)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        logical, intent(out) :: driven(3)
+
+        logical :: inside(size(calibration%current_time))
+        integer :: i, k
+
+        driven = .false.
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                if (.not. span%used) cycle
+                inside = calibration%current_time >= span%start .and. calibration%current_time <= span%stop
+                do k = 1, 3
+                    driven(k) = driven(k) .or. maxval(calibration%current(k, :), mask=inside) - &
+                        minval(calibration%current(k, :), mask=inside) > setup%excitation_current
+                end do
+            end associate
+        end do
+    end subroutine find_driven
+end module gracecg_level1_estimate
