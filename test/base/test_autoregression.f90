@@ -2,6 +2,8 @@
 module test_autoregression
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_autoregression
+    use gracecg_base_error, only: error_t
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use fixture, only: check
     use testdrive, only: new_unittest, unittest_type, error_type
@@ -19,7 +21,8 @@ contains
                     new_unittest('moving-average', test_moving_average), &
                     new_unittest('no-noise', test_no_noise), &
                     new_unittest('sums-of-several-series', test_sums), &
-                    new_unittest('what-a-fit-takes', test_errors)]
+                    new_unittest('what-a-fit-takes', test_errors), &
+                    new_unittest('missing-samples', test_missing)]
     end subroutine collect_autoregression
 
     !> x_i = a x_(i-1) + b x_(i-2) + e: r_1 = a/(1 - b) r_0, r_k = a r_(k-1) + b r_(k-2) (G. U. Yule, Phil. Trans. A 226 (1927)
@@ -73,45 +76,42 @@ contains
         type(autoregression_t) :: model
 
         call sums%begin(3)
-        call sums%add([0, 1, 2, 3], [0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [.true., .true., .true., .true.])
+        call sums%add([0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp])
         model = predictors_of(sums, 4.0_dp)
         call check(error, all(abs(model%predictor) <= 0) .and. all(model%deviation > 0) .and. all(model%deviation < 1e-100_dp))
     end subroutine test_no_noise
 
     !> Residuals r = v - A C A^T R^-1 v of a fit with weights R^-1, C = (A^T R^-1 A)^-1, have the covariance R - A C A^T (P. J. G.
     !> Teunissen, Adjustment Theory, 2000, chapter 2): with what errors took the sums are those of R, of which the series here is
-    !> white but for a gap.
+    !> white.
     subroutine test_errors(error)
         type(error_type), allocatable, intent(out) :: error
 
         real(dp), parameter :: VARIANCE = 4
-        integer, parameter :: N = 7, EPOCH(N) = [0, 1, 2, 3, 6, 7, 8], ORDER = 3
-        logical, parameter :: KEPT(N) = [.true., .true., .false., .true., .true., .true., .true.]
+        integer, parameter :: N = 7, ORDER = 3
         type(autocovariances_t) :: sums
         real(dp) :: partials(2, N), information(2, 2), covariance(2, 2), taken(N, N)
         integer :: i, k
 
         partials(1, :) = 1
-        partials(2, :) = EPOCH
-        information = matmul(partials(:, pack([(i, i=1, N)], KEPT)), transpose(partials(:, pack([(i, i=1, N)], KEPT))))/VARIANCE
+        partials(2, :) = [(real(i, dp), i=1, N)]
+        information = matmul(partials, transpose(partials))/VARIANCE
         covariance = reshape([information(2, 2), -information(2, 1), -information(1, 2), information(1, 1)], [2, 2])/ &
                      (information(1, 1)*information(2, 2) - information(1, 2)**2)
         taken = matmul(transpose(partials), matmul(covariance, partials))
         call sums%begin(ORDER)
         do i = 1, N
-            if (.not. KEPT(i)) cycle
             sums%sums(0) = sums%sums(0) + VARIANCE - taken(i, i)
-            do k = 1, i - 1
-                if (KEPT(k) .and. EPOCH(i) - EPOCH(k) <= ORDER) &
-                    sums%sums(EPOCH(i) - EPOCH(k)) = sums%sums(EPOCH(i) - EPOCH(k)) - taken(k, i)
+            do k = max(1, i - ORDER), i - 1
+                sums%sums(i - k) = sums%sums(i - k) - taken(k, i)
             end do
         end do
-        call sums%add_errors(EPOCH, partials, covariance, KEPT)
-        call check(error, abs(sums%sums(0) - count(KEPT)*VARIANCE) < 1e-12_dp, 'variance')
+        call sums%add_errors(partials, covariance)
+        call check(error, abs(sums%sums(0) - N*VARIANCE) < 1e-12_dp, 'variance')
         call check(error, all(abs(sums%sums(1:)) < 1e-12_dp), 'no correlation')
     end subroutine test_errors
 
-    !> Of two series, with a gap and a sample that does not count, the sums are those of the pairs that there are.
+    !> Of two series the sums are those of the pairs in each.
     subroutine test_sums(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -123,11 +123,52 @@ contains
         stream = new_stream(1_i8, 1, 1, 1, 1)
         x = [(stream%normal(), i=1, 6)]
         call sums%begin(2)
-        call sums%add([0, 1, 2], x(:3), [.true., .true., .true.])
-        call sums%add([5, 6, 8], x(4:), [.true., .false., .true.])
-        call check(error, sums%count, 5)
-        call check(error, abs(sums%sums(0) - sum(x([1, 2, 3, 4, 6])**2)) < 1e-14_dp)
-        call check(error, abs(sums%sums(1) - (x(1)*x(2) + x(2)*x(3))) < 1e-14_dp)
-        call check(error, abs(sums%sums(2) - x(1)*x(3)) < 1e-14_dp)
+        call sums%add(x(:3))
+        call sums%add(x(4:))
+        call check(error, sums%count, 6)
+        call check(error, abs(sums%sums(0) - sum(x**2)) < 1e-14_dp)
+        call check(error, abs(sums%sums(1) - (x(1)*x(2) + x(2)*x(3) + x(4)*x(5) + x(5)*x(6))) < 1e-14_dp)
+        call check(error, abs(sums%sums(2) - x(1)*x(3) - x(4)*x(6)) < 1e-14_dp)
     end subroutine test_sums
+
+    !> Samples that are missing, against their conditional mean and covariance by the covariance matrix R of the sequence (T. W.
+    !> Anderson, An Introduction to Multivariate Statistical Analysis, 2003, theorem 2.5.1): with them the innovations have the
+    !> squares x^T R^-1 x that the others have alone, and the sums lack their covariance.
+    subroutine test_missing(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: ROUNDING = 1e-7_dp
+        integer, parameter :: N = 9, MISSING(*) = [3, 4, 9], THERE(*) = [1, 2, 5, 6, 7, 8]
+        type(autocovariances_t) :: sums, with
+        type(autoregression_t) :: model
+        type(bridge_t) :: bridge
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: covariance(N, N), inverse(6, 6), unused(6), condition, x(1, N), filled(1, N), expected(3), about(3, 3)
+        integer :: i, k
+
+        call sums%begin(N - 1)          ! noise that rises with frequency
+        sums%sums(0:1) = [1.7_dp, -0.8_dp]
+        model = predictors_of(sums, 1.0_dp)
+        do i = 1, N
+            covariance(:, i) = [(sums%sums(abs(i - k)), k=1, N)]
+        end do
+        stream = new_stream(1_i8, 1, 1, 1, 2)
+        x(1, :) = [(stream%normal(), i=1, N)]
+        call solve_normal_equations(covariance(THERE, THERE), x(1, THERE), unused, inverse, condition, failure)
+        expected = matmul(covariance(MISSING, THERE), matmul(inverse, x(1, THERE)))
+        about = covariance(MISSING, MISSING) - matmul(covariance(MISSING, THERE), matmul(inverse, covariance(THERE, MISSING)))
+        bridge = new_bridge(model, [(all(MISSING /= i), i=1, N)])
+        filled = x
+        call bridge%fill(filled)
+        call check(error, all(abs(filled(1, MISSING) - expected) < ROUNDING) .and. &
+                   all(abs(filled(1, THERE) - x(1, THERE)) <= 0), 'conditional mean')
+        call check(error, all(abs(bridge%covariance() - about) < ROUNDING), 'conditional covariance')
+        call bridge%whiten(x)
+        call check(error, abs(sum(x**2) - dot_product(filled(1, THERE), matmul(inverse, filled(1, THERE)))) < ROUNDING, 'squares')
+        call with%begin(1)
+        call with%add_missing(bridge)
+        call check(error, abs(with%sums(0) - about(1, 1) - about(2, 2) - about(3, 3)) < ROUNDING .and. &
+                   abs(with%sums(1) - about(1, 2)) < ROUNDING, 'what is lacking')
+    end subroutine test_missing
 end module test_autoregression

@@ -409,7 +409,6 @@ contains
         call refuse(BAD_SIZE, 'n_spans', 'f'//c_null_char, 's'//c_null_char, n_spans=-ONE)
         call refuse(BAD_VALUE, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE, spans=bad)
         call refuse(BAD_VALUE, 'satellite', 'f'//c_null_char, 's'//c_null_char, satellite='CD'//c_null_char)
-        call refuse(FAILED, 'acc-cal', 'f'//c_null_char, 's'//c_null_char, source='acc-cul'//c_null_char)
         call refuse(FAILED, 's:', 'f'//c_null_char, 's'//c_null_char)
         call refuse(FAILED, 'no Level-1 files', FOLDER//'c_level1'//c_null_char, &
                     FOLDER//'c_level1_setup.nml'//c_null_char, n_spans=ONE, spans=spans)
@@ -422,10 +421,10 @@ contains
 
     contains
 
-        subroutine refuse(expected, part, folder, setup, satellite, day, n_spans, spans, source)
+        subroutine refuse(expected, part, folder, setup, satellite, day, n_spans, spans)
             integer(c_int), intent(in) :: expected
             character(*), intent(in) :: part
-            character(*), intent(in), optional :: folder, setup, satellite, day, source
+            character(*), intent(in), optional :: folder, setup, satellite, day
             integer(c_size_t), intent(in), optional :: n_spans
             real(dp), intent(in), optional :: spans(:, :)
 
@@ -437,7 +436,7 @@ contains
             n = NONE
             if (present(n_spans)) n = n_spans
             offset = 77
-            status = gracecg_level1_estimate(folder, setup, satellite, day, n, spans, source, offset, failure)
+            status = gracecg_level1_estimate(folder, setup, satellite, day, n, spans, offset, failure)
             call check_refused(error, status, expected, failure, part)
             call check(error, offset == 0, 'a handle after a failure')
         end subroutine refuse

@@ -2,7 +2,7 @@
 module test_f77_level1
     use gracecg, only: error_t, message_of
     use gracecg_level1, only: level1_records_t, read_level1, level1_setup_t, read_level1_setup, level1_calibration_t, &
-        gather_calibration, level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+        gather_calibration, level1_estimate_t, estimate_level1
     use f77_interfaces
     use fixture, only: check, check_passes, FOLDER
     use level1_day, only: flaws_t, write_day, make_setup
@@ -54,10 +54,10 @@ contains
 
         call read_level1_setup(SETUP, settings, failure)
         call gather_calibration(path, settings, '', '', reshape([double precision ::], [2, 0]), 'model', calibration, failure)
-        call estimate_level1(calibration, settings, LEVEL1_SOURCES(2:2), 'estimate', estimate, failure)
+        call estimate_level1(calibration, settings, 'estimate', estimate, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call gcl1es(path, SETUP, ' ', LEVEL1_SOURCES(2), d, cov, gain, delay, iflag, istat, msg)
+        call gcl1es(path, SETUP, ' ', d, cov, gain, delay, iflag, istat, msg)
         associate (first => estimate%solutions(1), rods => estimate%rods)
             call check(error, istat == 0 .and. iflag(1) == first%flag, 'gcl1es: status and flag')
             call check(error, all(abs([d - first%offset, [cov - first%covariance], delay - [rods%delay, &

@@ -13,9 +13,8 @@ module test_level1_days
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_all_sources, only: estimate_level1
+    use gracecg_level1_estimate, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_level1_spans, only: find_spans
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: FOLDER, make_file, check, check_fails, check_passes
@@ -57,7 +56,7 @@ contains
         call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-02', middle, 1e4_dp, 0, error)
         if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', parted, failure)
-        if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), LEVEL1_SOURCES, 'estimate', found, failure)
+        if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), 'estimate', found, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, says(parted%notes, 'files of 2 days are joined, 2020-02-01 to 2020-02-02'), 'days are told')
@@ -70,7 +69,7 @@ contains
                    maxval(abs(parted%spans%stop - whole%spans%stop)) < 0.6_dp, 'begin and end')
         call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', &
                                 reshape([(EPOCH + start_of(i), DURATION, i=0, 1)], [2, 2]), 'model', parted, failure)
-        if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), LEVEL1_SOURCES, 'estimate', found, failure)
+        if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), 'estimate', found, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do i = 1, size(found%solutions)
@@ -144,7 +143,7 @@ contains
                                          error=failure)
         call check(error, status, 0, 'the last day')
         call check(error, abs(sum(item(last, 'time', 1)) - sum(item(first, 'time', 1)) - 3*86400) < 1, 'three days apart')
-        call gcl1dy(FOLDER//'l1_days', FOLDER//'l1_setup.nml', ' ', '2020-02-04', ' ', d, covariance, gain, delay, flag, istat, &
+        call gcl1dy(FOLDER//'l1_days', FOLDER//'l1_setup.nml', ' ', '2020-02-04', d, covariance, gain, delay, flag, istat, &
                     message)
         call check(error, istat == 0 .and. all(abs(d - item(last, 'offset', 3)) <= 0) .and. &
                    all(abs(gain - item(last, 'gain', 3)) <= 0), 'Fortran 77')

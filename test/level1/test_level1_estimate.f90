@@ -10,15 +10,10 @@ module test_level1_estimate
     use gracecg_level1_commands, only: level1_commands
     use gracecg_files_file, only: file_exists
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_angular, only: calibrate_angular_channels, gains_by_channels
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_drive, only: level1_drive_t, new_drive
-    use gracecg_level1_drive_fit, only: heed_steps
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_all_sources, only: estimate_level1
     use gracecg_level1_judgement, only: offset_remark
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: rod_moments
     use gracecg_level1_preparation, only: prepare_observations
@@ -40,9 +35,7 @@ contains
 
         testsuite = [ &
                     new_unittest('offset-gains-leakage', test_offset), &
-                    new_unittest('ratios-of-gains', test_ratios), &
                     new_unittest('held-currents-and-lag', test_held), &
-                    new_unittest('steps-where-samples-lie', test_steps_at_samples), &
                     new_unittest('jumps-of-currents', test_jumps), &
                     new_unittest('orbits', test_orbits), &
                     new_unittest('one-place', test_one_place), &
@@ -56,25 +49,20 @@ contains
                     new_unittest('observation-set', test_observation_set)]
     end subroutine collect_level1_estimate
 
-    !> Every source within some micrometres, gains, delays, leakage.
+    !> The offset by all and without the angular channels, gains, delays, leakage.
     subroutine test_offset(error)
         type(error_type), allocatable, intent(out) :: error
 
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        real(dp), parameter :: NEAR(6) = [0.3_dp, 20.0_dp, 0.3_dp, 0.3_dp, 5.0_dp, 0.3_dp]*MICROMETRE, PROPORTIONAL = 4e-11_dp
-        type(level1_setup_t) :: setup
-        real(dp) :: sigma(3)
         integer :: k
 
         call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, size(estimate%solutions), 6, 'sources without gyros')
-        if (allocated(error)) return
-        call check_offsets(estimate, NEAR, error)
-        if (allocated(error)) return
+        call check(error, size(estimate%solutions), 2, 'solutions without gyros')
+        call check_offsets(estimate, 0.5_dp*MICROMETRE, error)
         do k = 1, 3
             call check(error, abs(estimate%rods%gain(k)*0.25_dp - ROD(k)) < 1e-3_dp*ROD(k), 'gain of rod '//integer_text(k))
         end do
@@ -83,61 +71,8 @@ contains
         associate (leak => estimate%solutions(1)%leak)
             call check(error, all(abs(leak - spread([1, -1, 2]*1e-12_dp, 2, 3)) < 5e-14_dp), 'leakage')
         end associate
-        if (allocated(error)) return
         call check(error, .not. estimate%steps .and. size(estimate%findings) == 0, 'nothing is wrong')
-        if (allocated(error)) return
-        sigma = sqrt([(estimate%solutions(1)%covariance(k, k), k=1, 3)])
-        setup = setup_said()
-        setup%proportional_leakage = PROPORTIONAL
-        deallocate (estimate%solutions)
-        call estimate_level1(calibration, setup, LEVEL1_SOURCES(:1), 'estimate', estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        ! 4e-11 m/s^2 is some 10 um of wd = 0.25 120 mA B/J = 1.3e-5 rad/s^2 about x, 2.6e-6 about y and z
-        sigma = sqrt([(estimate%solutions(1)%covariance(k, k), k=1, 3)] - sigma**2)
-        call check(error, all(sigma > 2*MICROMETRE .and. sigma < 40*MICROMETRE), 'proportional leakage')
     end subroutine test_offset
-
-    !> Of gains of which one is 1 % too large the angular channels, whose scale is free, tell the ratios, and of a common
-    !> factor nothing.
-    subroutine test_ratios(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(level1_calibration_t) :: calibration
-        type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
-        real(dp), parameter :: TOO_LARGE = 0.01_dp
-        real(dp) :: information(3, 3), uncertain(3, 3), right(3), determinant, e(2)
-        integer :: i, k
-
-        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, estimate%rods%by_channels .and. maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 5e-4_dp, &
-                   'gains by attitude and angular channels')
-        do i = 1, size(estimate%motion)
-            associate (motion => estimate%motion(i))
-                motion%torque = motion%torque + TOO_LARGE*motion%by_rod(:, 3, :)
-                motion%by_rod(:, 3, :) = (1 + TOO_LARGE)*motion%by_rod(:, 3, :)
-            end associate
-        end do
-        call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, failure)
-        if (.not. allocated(failure)) call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, &
-                                                             estimate%angular, 0.0_dp, information, right, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, maxval(abs(sum(information, 2))) < 2e-2_dp*information(1, 1), 'a common factor is hardly seen')
-        determinant = information(2, 2)*information(3, 3) - information(2, 3)**2    ! with that of rod x as it is
-        e = [information(3, 3)*right(2) - information(2, 3)*right(3), &
-             information(2, 2)*right(3) - information(2, 3)*right(2)]/determinant
-        call check(error, abs(e(1)) < 0.1_dp*TOO_LARGE .and. abs(e(2) + TOO_LARGE) < 0.1_dp*TOO_LARGE, 'ratios of gains')
-        call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, 1e-6_dp, uncertain, right, &
-                               failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, all([(uncertain(k, k) > 0 .and. uncertain(k, k) < 0.5_dp*information(k, k), k=1, 3)]), &
-                   'a field that is not known')
-    end subroutine test_ratios
 
     !> Currents that jump where spans begin and end, half a second of nobody knows what, in CMCAL events that are longer.
     subroutine test_jumps(error)
@@ -146,7 +81,6 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        real(dp), parameter :: NEAR(6) = [0.5_dp, 20.0_dp, 0.5_dp, 0.5_dp, 5.0_dp, 0.5_dp]*MICROMETRE
         integer :: i
 
         call estimate_day('l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate, failure)
@@ -159,7 +93,7 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 1e-3_dp, 'gains')
         call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
-        call check_offsets(estimate, NEAR, error)
+        call check_offsets(estimate, MICROMETRE, error)
         if (allocated(error)) return
         call estimate_day('l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, estimate, failure)
         call check_passes(error, message_of(failure))
@@ -209,39 +143,13 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, estimate%steps, 'the steps are seen')
-        call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.02_dp, 'delay of the accelerometer')
-        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset')
+        call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.02_dp, 'delay of the accelerometer '// &
+                   real_text(estimate%accelerometer_delay))
+        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset '// &
+                   real_text(maxval(abs(estimate%solutions(1)%offset - OFFSET))/MICROMETRE)//' '// &
+                   real_text(sqrt(estimate%solutions(1)%covariance(1, 1))/MICROMETRE))
     end subroutine test_held
 
-    !> Samples drift through the steps of held currents within the spans: a delay that is 4 ms off, by firings say, puts
-    !> samples on the wrong side of them, which the angular channels tell.
-    subroutine test_steps_at_samples(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        real(dp), parameter :: LAG = 0.0083_dp, SIGMA = 3e-3_dp     ! s
-        type(level1_calibration_t) :: calibration
-        type(level1_estimate_t) :: estimate
-        type(level1_drive_t) :: drive
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call estimate_day('l1_side', flaws_t(spans=2, stairs=.true., lag=LAG), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call new_drive(calibration, .true., drive)
-        drive%sharp = .true.
-        do i = -1, 1, 2
-            estimate%accelerometer_delay = LAG - estimate%rods%delay + 0.004_dp*i
-            estimate%accelerometer_delay_sigma = SIGMA
-            call heed_steps(calibration, setup_said(), drive, estimate, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
-            ! The torque here is some milliseconds early, by the steps of its integration.
-            call check(error, abs(estimate%accelerometer_delay + estimate%rods%delay - LAG) < 0.001_dp, &
-                       real_text(estimate%accelerometer_delay))
-            call check(error, abs(estimate%accelerometer_delay_sigma - SIGMA) <= 0, 'sigma')
-        end do
-    end subroutine test_steps_at_samples
 
     !> One place with rods in phase: no confident number.
     subroutine test_one_place(error)
@@ -382,10 +290,8 @@ contains
         call prepare_observations(calibration, setup_said(), estimate, 2, observations, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, maxval(abs(observations%accelerometer_time*10 - nint(observations%accelerometer_time*10))) < 1e-9_dp, &
-                   'whole tenths of a second')
-        along = rod_moments(observations%knowledge%rods, 7.3_dp)
-        call check(error, maxval(abs(along - ROD*current_at(start_of(1) + 8.3_dp, flaws_t()))) < 0.1_dp, 'moments, A m^2')
+        along = rod_moments(observations%knowledge%rods, 7.3_dp)    ! the set begins 0.3 to 0.4 s behind the span
+        call check(error, maxval(abs(along - ROD*current_at(start_of(1) + 7.65_dp, flaws_t()))) < 1.5_dp, 'moments, A m^2')
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

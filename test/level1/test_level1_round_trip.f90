@@ -6,9 +6,8 @@ module test_level1_round_trip
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_all_sources, only: estimate_level1
+    use gracecg_level1_estimate, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_sources, only: LEVEL1_SOURCES
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
@@ -59,16 +58,16 @@ contains
         end if
         call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
         if (allocated(error)) return
-        call estimate_level1(calibration, setup, LEVEL1_SOURCES, 'estimate', estimate, error)
+        call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_folder
 
-    !> Four places a quarter of a revolution apart, with all errors: every source within its claim.
+    !> Four places a quarter of a revolution apart, with all errors: within 4 sigma + 3 um.
     subroutine test_estimate(error)
         type(error_type), allocatable, intent(out) :: error
 
         type(level1_settings_t) :: settings
 
-        call check_estimate(settings, 'l1s_estimate', .false., 7, error)
+        call check_estimate(settings, 'l1s_estimate', .false., 3, error)
     end subroutine test_estimate
 
     !> The same of GRACE, binary: no gyros, no GNI1B.
@@ -79,43 +78,38 @@ contains
 
         settings%satellite = 'B'
         settings%span%duration = 90
-        call check_estimate(settings, 'l1s_grace', .true., 6, error)
+        call check_estimate(settings, 'l1s_grace', .true., 2, error)
     end subroutine test_grace
 
-    !> GRACE with held currents, whose steps alone tell the delay of the accelerometer: by angular and linear channels
-    !> together within 3 ms (by the angular ones, at steps of 5 ms, it was 8.5 ms off).
+    !> GRACE with held currents.
     subroutine test_held_currents(error)
         type(error_type), allocatable, intent(out) :: error
 
-        real(dp), parameter :: WITHIN = 3e-3_dp     ! s
         type(level1_settings_t) :: settings
 
         settings%satellite = 'A'
         settings%staircase = .true.
         settings%accelerometer_delay = 0.1_dp
-        call check_estimate(settings, 'l1s_held_currents', .false., 5, error, WITHIN)
+        call check_estimate(settings, 'l1s_held_currents', .false., 2, error)
     end subroutine test_held_currents
 
-    !> Torque and calibrated channels within 4 sigma + 3 um, all others that call themselves good within 10 um; gains
-    !> within 0.5 % (what is said of the inertia goes with them), delays within 10 ms or what is said; nothing found wrong.
-    subroutine check_estimate(settings, name, binary, sources, error, within)
+    !> By all and without some instruments within 4 sigma + 3 um; gains within 0.5 % (what is said of the inertia goes with them), delays within 10 ms or what is said; nothing found wrong.
+    subroutine check_estimate(settings, name, binary, sources, error)
         type(level1_settings_t), intent(in) :: settings
         character(*), intent(in) :: name
         logical, intent(in) :: binary
         integer, intent(in) :: sources
         type(error_type), allocatable, intent(inout) :: error
-        real(dp), intent(in), optional :: within        !! s
 
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
-        real(dp) :: off(3), sigma(3), limit
+        real(dp), parameter :: LATE = 0.01_dp       ! s
+        real(dp) :: off(3), sigma(3)
         integer :: i, k
 
-        limit = 0.01_dp
-        if (present(within)) limit = within
         call fly(settings, truth, error)
         call write_files(truth, name, path, error, binary)
         if (allocated(error)) return
@@ -127,20 +121,16 @@ contains
             associate (solution => estimate%solutions(i))
                 off = abs(solution%offset - truth%case%satellite%offset)
                 sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
-                if (any(solution%source == ['torque+cal', 'acc-cal   ', 'optimal   '])) then
-                    call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
-                               solution%flag == 0, solution%source)
-                else
-                    call check(error, solution%flag > 0 .or. all(off < 10*MICROMETRE), solution%source)
-                end if
+                call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
+                           solution%flag == 0, solution%source)
             end associate
             if (allocated(error)) return
         end do
         associate (ratio => estimate%rods%gain*0.25_dp/(truth%dynamics%gain*truth%errors%inertia_factor))
             call check(error, maxval(abs(ratio - 1)) < 0.005_dp, 'gains')
         end associate
-        call check(error, abs(estimate%rods%delay) < limit .and. &
-                   abs(estimate%accelerometer_delay - settings%accelerometer_delay) < limit, 'delays')
+        call check(error, abs(estimate%rods%delay) < LATE .and. &
+                   abs(estimate%accelerometer_delay - settings%accelerometer_delay) < LATE, 'delays')
         call check(error, size(estimate%findings), 0, 'nothing is wrong')
     end subroutine check_estimate
 
@@ -162,8 +152,7 @@ contains
         if (allocated(error)) return
         call estimate_folder(path, calibration, estimate, failure, MORE)
         if (failed(error, message_of(failure))) return
-        associate (last => estimate%solutions(size(estimate%solutions)))
-            call check(error, last%source, 'optimal')
+        associate (last => estimate%solutions(1))
             call check(error, size(estimate%findings), 1, 'one finding')
             call check(error, estimate%flag, 2, 'not to be trimmed')
             if (allocated(error)) return

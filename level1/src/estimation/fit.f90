@@ -4,33 +4,28 @@ module gracecg_level1_fit
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append
-    use gracecg_base_vectors, only: cross, inverse_3x3
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
+    use gracecg_level1_held_currents, only: find_steps
     use gracecg_level1_leakage, only: judge_leakage
     use gracecg_level1_outcome, only: level1_estimate_t, LEVEL1_SOURCES
-    use gracecg_level1_series, only: interpolate
     use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
     use gracecg_level1_solution, only: level1_solution_t
-    use gracecg_level1_to_observations, only: arcs_of_spans
+    use gracecg_level1_to_observations, only: arcs_of_spans, UNSURE_DELAY
     implicit none
     private
-    public :: fit_spans, rod_acceleration
+    public :: fit_spans
 
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]
-    integer, parameter :: MANY = 2000               !! Currents that tell how long they are held
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
-    real(dp), parameter :: ANY_CHANNEL = 1          !! Of a scale of the channels
-    real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-6_dp    !! rad/s^2 by A m^2, or A m^2/s
+    real(dp), parameter :: ANY_CHANNEL = 0.1_dp     !! Of a scale of the channels
+    real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-8_dp    !! rad/s^2 by A m^2, or A m^2/s
     !> To which axes of instruments and of the rods' moments are as said, rad: no document tells; chosen so that sound simulated
     !> days (four60, jumps) are hardly contradicted, which exact axes were in 2 of 34
     real(dp), parameter :: ALIGNED = 5e-4_dp, RODS_ALIGNED = 1e-3_dp
@@ -50,8 +45,7 @@ module gracecg_level1_fit
 contains
 
     !> The offset by all instruments, and without some. Whether currents are smooth or held is found first where the setup
-    !> leaves it to the data; held ones take a short fit for the delays, beside which samples are sure. Fails where the samples
-    !> do not determine the offset.
+    !> leaves it to the data. Fails where the samples do not determine the offset.
     subroutine fit_spans(calibration, setup, axes, leakage, estimate, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
@@ -60,27 +54,28 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate      !! Knows which rods are driven
         type(error_t), allocatable, intent(out) :: error
 
-        integer, parameter :: FIRST_ROUNDS = 3      ! Of delays
+        real(dp), parameter :: SHARE = 0.2_dp       ! Of the steps, that the channels have to show: 1 or 0, but for noise
         type(level1_setup_t) :: known               ! with the delays so far
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
+        real(dp) :: seen, delay
         integer :: i
 
         choice = chosen(setup, estimate%rods%driven, calibration%has_angular, axes%known)
         known = setup
         estimate%steps = setup%currents == 'steps'
-        if (.not. estimate%steps) then
-            call fit_once()
+        if (setup%currents /= 'smooth' .and. calibration%has_angular) then
+            call arcs_of_spans(calibration, setup, axes, .false., estimate%arcs, estimate%span_of, error)
             if (allocated(error)) return
-            if (setup%currents == 'auto' .and. .not. calibration%has_angular) call append(estimate%remarks, &
-                'currents are taken as smooth: without angular channels nothing tells')
-            if (setup%currents == 'auto' .and. calibration%has_angular) &
-                estimate%steps = shows_steps(calibration, estimate%arcs, fit)
-            known%torque_delay = setup%torque_delay     ! those of smooth currents come half a step later
+            call find_steps(estimate%arcs, seen, delay)
+            estimate%steps = seen > SHARE
+            if (estimate%steps) known%accelerometer_delay = delay - setup%torque_delay
+        else if (setup%currents == 'auto') then
+            call append(estimate%remarks, 'currents are taken as smooth: without angular channels nothing tells')
         end if
-        if (estimate%steps) then
-            call fit_once(FIRST_ROUNDS)
-            if (allocated(error)) return
+        call fit_once()
+        if (allocated(error)) return
+        if (estimate%steps .and. abs(estimate%rods%delay + estimate%accelerometer_delay - delay) > UNSURE_DELAY) then
             known%torque_delay = estimate%rods%delay
             known%accelerometer_delay = estimate%accelerometer_delay
             call fit_once()
@@ -101,19 +96,11 @@ contains
     contains
 
         !> A fit of all spans, with the delays so far to begin with.
-        subroutine fit_once(rounds)
-            integer, intent(in), optional :: rounds
-
+        subroutine fit_once()
             call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error)
             if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
-            if (allocated(error)) return
-            if (present(rounds)) then
-                call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error, &
-                                   rounds=rounds)
-            else
-                call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, choice%own, fit, error, &
-                                   stated_sigmas(), without=without)
-            end if
+            if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
+                                                           choice%own, fit, error, stated_sigmas(), without)
             if (allocated(error)) return
             call take_rods(setup, known, choice, fit, estimate)
         end subroutine fit_once
@@ -171,61 +158,6 @@ contains
             end do
         end associate
     end subroutine take_rods
-
-    !> The angular acceleration J^-1 m x B by some rods at a time of an arc, rad/s^2.
-    pure function rod_acceleration(set, rods, time, at_once) result(acceleration)
-        type(observation_set_t), intent(in) :: set
-        type(torque_rods_t), intent(in) :: rods
-        real(dp), intent(in) :: time                !! s from the begin of the arc
-        logical, intent(in) :: at_once              !! Held moments jump
-        real(dp) :: acceleration(3)
-
-        real(dp) :: field(3)
-
-        call interpolate(set%magnetometer_time, set%field, time, field)
-        acceleration = matmul(inverse_3x3(set%knowledge%inertia), cross(dipole_moment(rods, time, at_once), field))
-    end function rod_acceleration
-
-    !> Whether what a fit with smooth currents leaves of the angular channels is what held currents would do besides.
-    logical function shows_steps(calibration, arcs, fit)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(observation_set_t), intent(in) :: arcs(:)
-        type(arcs_fit_t), intent(in) :: fit
-
-        real(dp), parameter :: SHARE = 0.4_dp       ! Of that, at least
-        integer, parameter :: MARGIN = 10           ! Samples at the ends of an arc, where currents are extrapolated
-        type(torque_rods_t) :: smooth, held
-        real(dp) :: product, square, model(3), delays(2), hold, variance(3)
-        integer :: i, k
-
-        variance = [(fit%angular_noise(k)%deviation(0)**2, k=1, 3)]
-        product = 0
-        square = 0
-        delays = 0
-        do k = 1, size(fit%shared)
-            if (fit%shared(k) == ALL_RODS_DELAY) delays(1) = fit%value(k)
-            if (fit%shared(k) == SAMPLING_DELAY) delays(2) = fit%value(k)
-        end do
-        associate (t => calibration%current_time)
-            hold = median_of(t(2:min(size(t), MANY)) - t(:min(size(t), MANY) - 1))
-        end associate
-        do i = 1, size(arcs)
-            smooth = arcs(i)%knowledge%rods
-            smooth%delay = smooth%delay + sum(delays) + arcs(i)%knowledge%accelerometer_delay
-            held = smooth
-            held%measured%held = .true.
-            held%delay = smooth%delay - hold/2
-            do k = 1 + MARGIN, size(fit%residuals(i)%kept) - MARGIN
-                if (.not. fit%residuals(i)%kept(k)) cycle
-                associate (t => (k - 1)*arcs(i)%knowledge%accelerometer_interval)
-                    model = rod_acceleration(arcs(i), held, t, .true.) - rod_acceleration(arcs(i), smooth, t, .true.)
-                end associate
-                product = product + sum(model*fit%residuals(i)%angular(:, k)/variance)
-                square = square + sum(model**2/variance)
-            end do
-        end do
-        shows_steps = product > SHARE*square
-    end function shows_steps
 
     !> To which the setup is right where it says nothing, by place, SI units.
     pure function stated_sigmas() result(sigmas)

@@ -7,7 +7,7 @@ module gracecg_level1_judgement
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_fit, only: rod_acceleration
+    use gracecg_level1_held_currents, only: rod_acceleration
     use gracecg_level1_leakage, only: WORST_CONDITION
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_solution, only: sigma_of

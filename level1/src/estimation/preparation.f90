@@ -18,6 +18,7 @@ module gracecg_level1_preparation
     public :: prepare_observations
 
     real(dp), parameter :: MOMENT_STEP = 0.1_dp     !! Of the moments, s
+    real(dp), parameter :: QUIETEST = 5e-11_dp      !! No accelerometer of these missions is quieter, m/s^2
     real(dp), parameter :: MOMENT_MARGIN = 1        !! Before and behind the arc, s
 
 contains
@@ -53,7 +54,7 @@ contains
         associate (knowledge => observations%knowledge)
             knowledge%name = trim(knowledge%name)//' span '//integer_text(number)
             knowledge%star_camera_sigma = estimate%head_sigma
-            knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*estimate%solutions(1)%rms**2
+            knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*max(QUIETEST, estimate%solutions(1)%rms)**2
             knowledge%accelerometer_delay = estimate%accelerometer_delay
             knowledge%a_priori%sigma_magnetometer_bias = setup%field_sigma
             knowledge%a_priori%sigma_scale_factors = max(1e-6_dp, setup%scale_sigma)

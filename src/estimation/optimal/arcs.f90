@@ -13,46 +13,35 @@ module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, bridge_t, new_bridge, predictors_of
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
-    use gracecg_estimation_information, only: information_t, eliminated_t, no_information
+    use gracecg_estimation_arc_problem, only: arc_t, prepare_arc, take_noise, reduce_arc, refresh_and_edit, covariance_of, &
+        LEAST_ANGLE
+    use gracecg_estimation_information, only: information_t, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
         OF_VALUE
     use gracecg_estimation_belief_tests, only: test_values
-    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_noise_whitening, only: autoregressive_whitener
-    use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE, MEDIAN_OF_THREE
-    use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
+    use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_whitened_problem, only: prepare_calibration
     implicit none
     private
     public :: arcs_fit_t, arc_residuals_t, estimate_arcs, combine_arcs
 
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
-    integer, parameter :: MOST_ROUNDS = 12           !! Of fits with other delays
+    integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
     integer, parameter :: MOST_STEPS = 10           !! Of Gauss and Newton
     integer, parameter :: NOISE_ROUNDS = 12         !! Of noise and editing within a fit
     real(dp), parameter :: SAME_SIGMA = 5e-3_dp     !! Relative change of the offset's sigma from noise to noise at the end
     real(dp), parameter :: SMALL_STEP = 1e-2_dp      !! Largest step of a shared parameter at the end, standard deviations
     real(dp), parameter :: SAME_DELAY = 2e-5_dp, SAME_SHARE = 0.05_dp   !! s; of its standard deviation
+    real(dp), parameter :: LEAST_LINEAR = 1e-12_dp, LEAST_ANGULAR = 1e-10_dp
+    !! Noise of the accelerometer, m/s^2 and rad/s^2: samples without noise weigh no more
     integer, parameter :: MOST_TRIED = 6            !! Beliefs that may explain what is contradicted
-    real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations
-    real(dp), parameter :: FIRST_LEVEL = 2e-9_dp, FIRST_ANGULAR = 1e-7_dp, FIRST_ANGLE = 1e-6_dp
-    !! Standard deviations to begin with, m/s^2, rad/s^2, rad
-    real(dp), parameter :: LEAST_ANGLE = 1e-10_dp   !! Standard deviation of a star camera, rad: samples without noise weigh
-    !! no more
-
-    !> An arc in the fit.
-    type :: arc_t
-        type(whitened_problem_t) :: problem
-        integer, allocatable :: own(:)              !! Its own parameters, places among all
-        type(information_t) :: information          !! About corrections of the shared parameters
-        type(eliminated_t) :: eliminated            !! Corrections of its own
-    end type arc_t
 
     !> What the fit leaves of an arc's samples of the accelerometer, every epoch.
     type :: arc_residuals_t
@@ -85,7 +74,7 @@ module gracecg_estimation_arcs
 contains
 
     !> Fits all arcs. Fails when an arc is refused or the shared parameters are not determined.
-    subroutine estimate_arcs(sets, options, shared, prior, own, result, error, stated, rounds, without)
+    subroutine estimate_arcs(sets, options, shared, prior, own, result, error, stated, without)
         type(observation_set_t), intent(in) :: sets(:)      !! The arcs: samples, and what is believed
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: shared(:)            !! Places of shared parameters, the offset first
@@ -96,7 +85,6 @@ contains
         real(dp), intent(in), optional :: stated(:)
         !! To which what is believed and not estimated is right, standard deviations by place, SI units; 0: as
         !! a_priori_sigmas says. Absent: it is not tested
-        integer, intent(in), optional :: rounds     !! Of delays at most; absent: MOST_ROUNDS
         type(arcs_fit_t), intent(out), optional :: without(2)
         !! The same without the second star-camera head, and without the angular channels; where there are none nothing
 
@@ -104,17 +92,15 @@ contains
         type(arc_t), allocatable :: arcs(:)
         real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
         real(dp) :: before(3)
-        integer :: i, axis, round, most
+        integer :: i, axis, round
         logical :: settled
 
-        most = MOST_ROUNDS
-        if (present(rounds)) most = rounds
         result%shared = shared
         believed = sets
         moved = 0
         before = huge(before)
         allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)), result%residuals(size(sets)))
-        do round = 1, most
+        do round = 1, MOST_ROUNDS
             do i = 1, size(arcs)
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
                 call add_context(error, 'arc '//integer_text(i))
@@ -131,7 +117,9 @@ contains
             associate (p => arcs(i)%problem)
                 result%samples = result%samples + count(p%acceleration_kept)/3
                 result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
-                result%residuals(i) = arc_residuals_t(p%acceleration_residual, p%channel_residual, p%acceleration_kept(1, :))
+                result%residuals(i)%linear = p%acceleration_residual
+                result%residuals(i)%angular = p%channel_residual
+                result%residuals(i)%kept = p%acceleration_kept(1, :)
                 result%head_sigma = p%noise%star_camera_sigma
             end associate
         end do
@@ -144,95 +132,6 @@ contains
         end if
         if (present(stated)) call test_arcs(believed, options, arcs, prior, stated, result, error)
     end subroutine estimate_arcs
-
-    !> The problem of an arc; at the state where it was, if it had been there before.
-    subroutine prepare_arc(set, options, shared, own, arc, error)
-        type(observation_set_t), intent(in) :: set
-        type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: shared(:), own(:)
-        type(arc_t), intent(inout) :: arc
-        type(error_t), allocatable, intent(out) :: error
-
-        type(whitened_problem_t) :: before
-        type(fitting_data_t) :: data
-        logical, allocatable :: there(:)
-        logical :: again
-
-        again = allocated(arc%own)
-        if (again) before = arc%problem
-        call preprocess(set, options, data, error)
-        if (allocated(error)) return
-        call take_all_epochs(data, there)
-        call prepare_calibration(set%knowledge, options, data, [shared, own], arc%problem)
-        call arc%problem%forget_prior(size(shared))
-        arc%own = own
-        arc%problem%acceleration_kept = spread(there, 1, 3)
-        associate (noise => arc%problem%noise, at => arc%problem)
-            noise%star_camera_sigma = FIRST_ANGLE
-            noise%second_head_sigma = [1.0_dp, FIRST_ANGLE, 1.0_dp]
-            noise%accelerometer%level = 2*at%model%interval*FIRST_LEVEL**2
-            noise%accelerometer%corner = 0
-            if (.not. again) then
-                call set_noise(at, error)
-                call take_noise(at, white(FIRST_LEVEL, 3), white(FIRST_ANGULAR, 3))
-                return
-            end if
-            at%state = before%state
-            at%noise = before%noise
-            at%star_kept = before%star_kept
-            at%acceleration_kept = before%acceleration_kept
-        end associate
-    end subroutine prepare_arc
-
-    !> Gives data of the accelerometer a sample at every epoch.
-    pure subroutine take_all_epochs(data, there)
-        type(fitting_data_t), intent(inout) :: data
-        logical, allocatable, intent(out) :: there(:)       !! False: one that stands for none
-
-        real(dp) :: all(3, 0:data%steps)
-        integer :: k
-
-        allocate (there(0:data%steps), source=.false.)
-        there(data%accelerometer_epoch) = .true.
-        all = 0
-        all(:, data%accelerometer_epoch) = data%acceleration
-        data%acceleration = all
-        if (size(data%angular) > 0) then
-            all(:, data%accelerometer_epoch) = data%angular
-            data%angular = all
-        end if
-        data%accelerometer_epoch = [(k, k=0, data%steps)]
-    end subroutine take_all_epochs
-
-    !> White noise.
-    pure function white(deviation, axes) result(models)
-        real(dp), intent(in) :: deviation
-        integer, intent(in) :: axes
-        type(autoregression_t) :: models(axes)
-
-        type(autocovariances_t) :: sums
-        integer :: axis
-
-        call sums%begin(1)
-        sums%sums(0) = deviation**2
-        do axis = 1, axes
-            models(axis) = predictors_of(sums, 1.0_dp)
-        end do
-    end function white
-
-    !> Whiteners of an arc for the noise of the axes.
-    subroutine take_noise(problem, linear, angular)
-        type(whitened_problem_t), intent(inout) :: problem
-        type(autoregression_t), intent(in) :: linear(3), angular(3)
-
-        integer :: axis
-
-        do axis = 1, 3
-            call autoregressive_whitener(linear(axis), problem%acceleration_kept(axis, :), problem%whiteners(axis))
-            if (problem%channel_rows > 0) call autoregressive_whitener(angular(axis), problem%acceleration_kept(axis, :), &
-                                                                       problem%channel_whiteners(axis))
-        end do
-    end subroutine take_noise
 
     !> Fits with the beliefs as they are: steps of Gauss and Newton, noise, editing.
     subroutine fit(arcs, prior, moved, result, settled, error)
@@ -271,34 +170,6 @@ contains
         end do
     end subroutine fit
 
-    !> The normal equations of an arc without its own parameters.
-    subroutine reduce_arc(arc, n, error, channels)
-        type(arc_t), intent(inout) :: arc
-        integer, intent(in) :: n                    !! Number of shared parameters
-        type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: channels   !! The angular channels count; absent: they do
-
-        real(dp), allocatable :: partials(:, :), residuals(:), weights(:)
-        integer :: all, k
-
-        associate (problem => arc%problem)
-            all = n + size(arc%own)
-            allocate (partials(all, problem%observations), residuals(problem%observations), weights(problem%observations))
-            call problem%linearise(partials, residuals, weights, error)
-            if (allocated(error)) return
-            if (present(channels)) then
-                if (.not. channels) partials(:, problem%star_rows + problem%acceleration_rows + 1:problem%sample_rows()) = 0
-            end if
-            arc%information = no_information(all)
-            call grouped_normal_equations(problem%groups, partials, residuals, arc%information%matrix, arc%information%rhs)
-            arc%information%squares = sum(residuals**2)
-            do k = n + 1, merge(all, n, present(channels))      ! what only those tell that are left out
-                if (.not. arc%information%matrix(k, k) > 0) call arc%information%expect(k, 1.0_dp)
-            end do
-            call arc%information%eliminate(n, arc%eliminated, error, problem%names(n + 1:))
-        end associate
-    end subroutine reduce_arc
-
     !> A step of all parameters.
     subroutine step_all(arcs, prior, moved, result, largest, error)
         type(arc_t), intent(inout) :: arcs(:)
@@ -324,31 +195,6 @@ contains
             call arcs(i)%problem%correct(correction)
         end do
     end subroutine step_all
-
-    !> Residuals at the state, and what does not belong to the fit left out.
-    subroutine refresh_and_edit(problem, changed)
-        type(whitened_problem_t), intent(inout) :: problem
-        logical, intent(inout) :: changed
-
-        real(dp) :: residuals(problem%observations), normalised(size(problem%star_kept))
-        logical :: kept(size(problem%acceleration_kept, 2))
-        integer :: axis, i
-
-        call problem%compare(residuals)
-        kept = .true.
-        do axis = 1, 3
-            call leave_out_worst(abs(problem%whiteners(axis)%innovations(problem%acceleration_residual(axis, :))), LIMIT, &
-                                 MEDIAN_OF_ONE, problem%acceleration_kept(axis, :), changed)
-            kept = kept .and. problem%acceleration_kept(axis, :)
-        end do
-        do axis = 1, 3
-            problem%acceleration_kept(axis, :) = kept
-        end do
-        do i = 1, size(normalised)
-            normalised(i) = norm2(problem%star_angles(:, i)/problem%noise%of_head(problem%data%stars%head(i)))
-        end do
-        call leave_out_worst(normalised, LIMIT, MEDIAN_OF_THREE, problem%star_kept, changed)
-    end subroutine refresh_and_edit
 
     !> The noise of all arcs together.
     subroutine find_noise(arcs, result)
@@ -380,11 +226,13 @@ contains
                     call add_series(p%channel_residual(axis, :), angular(axis))
                 end associate
             end do
+            linear(axis)%sums(0) = linear(axis)%sums(0) + linear(axis)%count*LEAST_LINEAR**2
+            angular(axis)%sums(0) = angular(axis)%sums(0) + angular(axis)%count*LEAST_ANGULAR**2
             result%linear_noise(axis) = predictors_of(linear(axis), real(linear(axis)%count, dp))
             result%rms(axis) = result%linear_noise(axis)%deviation(0)
             result%angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - 3.0_dp*size(arcs))
             first_head(axis) = max(LEAST_ANGLE, sigma_of_head(1, axis))
-            second_head(axis) = sigma_of_head(2, axis)
+            second_head(axis) = max(LEAST_ANGLE, sigma_of_head(2, axis))
         end do
         do i = 1, size(arcs)
             arcs(i)%problem%noise%star_camera_sigma = first_head
@@ -431,20 +279,6 @@ contains
             if (free > 0) sigma = sqrt(squares/free)
         end function sigma_of_head
     end subroutine find_noise
-
-    !> The covariance of all parameters of an arc, those shared first.
-    pure function covariance_of(arc, shared) result(covariance)
-        type(arc_t), intent(in) :: arc
-        real(dp), intent(in) :: shared(:, :)        !! That of the shared ones
-        real(dp) :: covariance(size(shared, 1) + size(arc%own), size(shared, 1) + size(arc%own))
-
-        associate (n => size(shared, 1), gone => arc%eliminated)
-            covariance(:n, :n) = shared
-            covariance(:n, n + 1:) = -matmul(shared, gone%gain)
-            covariance(n + 1:, :n) = transpose(covariance(:n, n + 1:))
-            covariance(n + 1:, n + 1:) = gone%covariance_with(shared)
-        end associate
-    end function covariance_of
 
     !> Tests what is believed of all arcs and is not estimated. A belief explains the samples if nothing is contradicted
     !> when it is estimated, too; the likeliest are tried.
