@@ -1,4 +1,4 @@
-!> The offset from a folder of Level-1 files of GRACE or GRACE-FO, by all sources of angular acceleration.
+!> The offset from a folder of Level-1 files of GRACE or GRACE-FO, by all instruments, and without some.
 !>
 !>     gracecg level1 simulate front-1 --out day
 !>     fpm run --example level1_estimate -- day day/setup.nml
@@ -22,7 +22,7 @@ program level1_estimate
     ! Any satellite; spans of the SOE file or by the currents; field of the model
     if (.not. allocated(error)) &
         call gather_calibration(trim(folder), setup, '', '', no_spans, 'model', calibration, error)
-    if (.not. allocated(error)) call estimate_level1(calibration, setup, LEVEL1_SOURCES, 'estimate', estimate, error)
+    if (.not. allocated(error)) call estimate_level1(calibration, setup, 'estimate', estimate, error)
     if (allocated(error)) error stop error%message
     print '(3a, i0, a)', 'satellite ', calibration%satellite, ': ', count(calibration%spans%used), ' spans'
     do i = 1, size(estimate%solutions)

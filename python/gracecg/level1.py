@@ -111,7 +111,7 @@ class Level1Offset:
 
 
 def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str], satellite: str | None = None,
-                    spans: ArrayLike | None = None, source: str | None = None, day: str | None = None) -> Level1Offset:
+                    spans: ArrayLike | None = None, day: str | None = None) -> Level1Offset:
     """Estimates the offset as ``gracecg level1 estimate`` does.
 
     Parameters
@@ -123,8 +123,6 @@ def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str
     spans : array_like, (n, 2), optional
         Start (GPS s past 2000-01-01 12:00:00) and duration (s) of the sub-manoeuvres; those of the SOE file in the
         folder, or by the currents.
-    source : str, optional
-        "torque+cal" (default), "torque", "acc-cal", "acc-raw", "sca", "imu" or "optimal".
     day : str, optional
         The manoeuvre that this day, as "2020-02-01", has part of, with the days before and behind it; of all files.
     """
@@ -133,5 +131,5 @@ def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str
 
     pairs = numbers([] if spans is None else spans, 2)
     found = Handle("level1_estimate", os.fsencode(folder), os.fsencode(setup), given(satellite), given(day), len(pairs),
-                   pointer(pairs), given(source))
+                   pointer(pairs))
     return found._values(Level1Offset, text=found._text("text"))

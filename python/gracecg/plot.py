@@ -207,7 +207,7 @@ def residuals(result: Result) -> Figure:
 
 @_figure
 def spectrum(result: Result) -> Figure:
-    """Amplitude spectrum of the residuals, one-sided, beside that of the setup's noise or, of Level-1, the band used."""
+    """Amplitude spectrum of the residuals, one-sided, beside that of the setup's noise."""
     table = _table(result, "spectrum")
     bands = _table(result, "spectrum_bands") if "spectrum_bands" in result["tables"] else None
     figure, panels = _new(820, rows=3, sharex=True)
@@ -218,8 +218,6 @@ def spectrum(result: Result) -> Figure:
         _logarithmic(axes)
         for rod in {rod["frequency_hz"] for rod in result.get("manoeuvre", {}).get("rods", [])} - {0}:
             axes.axvline(rod, color=GREY, linestyle="--", linewidth=1)
-        if "band_hz" in result:
-            axes.axvspan(*result["band_hz"], color=BAND)
         axes.plot(frequency, table[f"{axis}_m_s2_sqrt_hz"], color=GREY, linewidth=0.8)
         expected = table.get(f"expected_{axis}_m_s2_sqrt_hz", np.zeros(1))
         if expected[0] > 0:
@@ -268,24 +266,24 @@ def field(result: Result) -> Figure:
 
 @_figure
 def fit(result: Result) -> Figure:
-    """Acceleration in one span: samples, what of them lies in the band of the estimate, and the model of it."""
+    """Acceleration in one arc: samples, and what the fit leaves of them."""
     table = _table(result, "fit")
     figure, panels = _new(640, rows=3, sharex=True)
     for k, axis in enumerate(AXES):
         for name, look in (("observed", {"color": GREY, "marker": "o", "markersize": 1.5, "linestyle": ""}),
-                           ("band", {"color": BLUE}), ("model", {"color": ORANGE})):
+                           ("residual", {"color": ORANGE})):
             panels[k].plot(table["time_s"], 1e9*table[f"{name}_{axis}_m_s2"], **look)
         panels[k].set_ylabel(f"{axis}, nm/s²")
     panels[2].set(xlabel="time from the begin of the span, s", xlim=(0, table["time_s"][-1]))
     figure.align_ylabels()
     _legend(figure, [("samples", {"color": GREY, "marker": "o", "markersize": 4, "linestyle": ""}),
-                     ("in the band", {"color": BLUE}), ("model", {"color": ORANGE})])
+                     ("residuals", {"color": ORANGE})])
     return figure
 
 
 @_figure
 def sources(result: Result) -> Figure:
-    """The offset by each source of angular acceleration less that by the first, with one sigma."""
+    """The offset by all instruments, and without some less that by all, with one sigma."""
     rows = result["results"]
     first, places = rows[0], -np.arange(len(rows))
     figure, panels = _new(75 + 3*(26*len(rows) + 75), rows=3)

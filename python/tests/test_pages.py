@@ -145,7 +145,7 @@ def test_level1(tmp_path):
         run(tmp_path, "level1", "estimate", date, "--setup", f"{date}/setup.nml", "--report", f"{date}.html")
     text = (tmp_path / f"{dates[0]}.html").read_text()
     Reader(text)
-    assert text.count("<svg") == 6 and "torque+cal" in text and "None" not in text
+    assert text.count("<svg") == 6 and "no-gyros" in text and "None" not in text
     run(tmp_path, "level1", "trend", *(f"{date}_files/result.json" for date in dates), "--report", "trend.html")
     text = (tmp_path / "trend.html").read_text()
     Reader(text)

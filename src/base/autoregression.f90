@@ -4,6 +4,7 @@
 !> both sides let expect: then the innovations of all have the squares that those that are there have alone.
 module gracecg_base_autoregression
     use gracecg_base_kinds, only: dp
+    use gracecg_base_lapack, only: factor_bands, solve_bands
     implicit none
     private
     public :: autoregression_t, autocovariances_t, predictors_of, bridge_t, new_bridge
@@ -28,25 +29,6 @@ module gracecg_base_autoregression
         procedure :: whiten                         !! Innovations with what is expected in their places
         procedure :: covariance => bridge_covariance    !! Of the missing about what is expected
     end type bridge_t
-
-    interface
-        pure subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
-            import :: dp
-            character(1), intent(in) :: uplo
-            integer, intent(in) :: n, kd, ldab
-            real(dp), intent(inout) :: ab(ldab, *)
-            integer, intent(out) :: info
-        end subroutine dpbtrf
-
-        pure subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
-            import :: dp
-            character(1), intent(in) :: uplo
-            integer, intent(in) :: n, kd, nrhs, ldab, ldb
-            real(dp), intent(in) :: ab(ldab, *)
-            real(dp), intent(inout) :: b(ldb, *)
-            integer, intent(out) :: info
-        end subroutine dpbtrs
-    end interface
 
     !> Sums of products of samples some steps apart, over any number of series.
     type :: autocovariances_t
@@ -156,7 +138,7 @@ contains
         logical, intent(in) :: there(:)             !! Which samples are
         type(bridge_t) :: bridge
 
-        integer :: i, k, l, n, m, info
+        integer :: i, k, l, n, m
 
         n = size(there)
         bridge%model = model
@@ -173,7 +155,7 @@ contains
                 end do
             end do
         end associate
-        if (m > 0) call dpbtrf('L', m, size(bridge%factor, 1) - 1, bridge%factor, size(bridge%factor, 1), info)
+        call factor_bands(bridge%factor)
     end function new_bridge
 
     !> Puts what the samples that are there let expect in the places of those that are missing.
@@ -212,7 +194,7 @@ contains
         real(dp) :: values(size(left, 1), size(self%missing))
 
         real(dp) :: right(size(self%missing), size(left, 1)), sums(size(left, 1))
-        integer :: i, l, m, info
+        integer :: i, l, m
 
         m = size(self%missing)
         do i = 1, m
@@ -222,7 +204,7 @@ contains
             end do
             right(i, :) = sums
         end do
-        call dpbtrs('L', m, size(self%factor, 1) - 1, size(right, 2), self%factor, size(self%factor, 1), right, m, info)
+        call solve_bands(self%factor, right)
         values = transpose(right)
     end function expected
 
@@ -231,14 +213,14 @@ contains
         class(bridge_t), intent(in) :: self
         real(dp) :: covariance(size(self%missing), size(self%missing))
 
-        integer :: i, m, info
+        integer :: i, m
 
         m = size(self%missing)
         covariance = 0
         do i = 1, m
             covariance(i, i) = 1
         end do
-        if (m > 0) call dpbtrs('L', m, size(self%factor, 1) - 1, m, self%factor, size(self%factor, 1), covariance, m, info)
+        call solve_bands(self%factor, covariance)
     end function bridge_covariance
 
     !> The predictors from autocovariances. Without noise all predict 0, and deviations are tiny.

@@ -12,6 +12,7 @@ module gracecg_base_lapack
     implicit none
     private
     public :: symmetric_eigen, solve_normal_equations, grouped_normal_equations, normal_equations, sum_of_products, triangle_of
+    public :: factor_bands, solve_bands
 
     interface
         pure subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
@@ -71,6 +72,23 @@ module gracecg_base_lapack
             real(dp), intent(out) :: rcond, work(*)
             integer, intent(out) :: iwork(*), info
         end subroutine dpocon
+
+        pure subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, kd, ldab
+            real(dp), intent(inout) :: ab(ldab, *)
+            integer, intent(out) :: info
+        end subroutine dpbtrf
+
+        pure subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, kd, nrhs, ldab, ldb
+            real(dp), intent(in) :: ab(ldab, *)
+            real(dp), intent(inout) :: b(ldb, *)
+            integer, intent(out) :: info
+        end subroutine dpbtrs
     end interface
 
     integer, parameter :: GROUP = 128           ! observations of a piece
@@ -153,6 +171,26 @@ contains
         end do
         triangle = transpose(stack(:n, :))
     end subroutine triangle_of
+
+    !> Cholesky's factor of a positive definite matrix by bands: element i, i + k stands in row 1 + k of column i.
+    pure subroutine factor_bands(bands)
+        real(dp), intent(inout) :: bands(:, :)      !! (bands, n): the matrix; its factor
+
+        integer :: info
+
+        if (size(bands) > 0) call dpbtrf('L', size(bands, 2), size(bands, 1) - 1, bands, size(bands, 1), info)
+    end subroutine factor_bands
+
+    !> Solves equations with such a factor, in place.
+    pure subroutine solve_bands(factor, sides)
+        real(dp), intent(in) :: factor(:, :)        !! (bands, n)
+        real(dp), intent(inout) :: sides(:, :)      !! (n, any)
+
+        integer :: info
+
+        if (size(factor) > 0) call dpbtrs('L', size(factor, 2), size(factor, 1) - 1, size(sides, 2), factor, size(factor, 1), &
+                                          sides, size(sides, 1), info)
+    end subroutine solve_bands
 
     !> Normal matrix A^T W A and right-hand side A^T W b of a weighted least-squares problem. The rows of A are the columns
     !> of `rows` (one observation a column, contiguous in memory).

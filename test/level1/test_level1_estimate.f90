@@ -4,7 +4,7 @@ module test_level1_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MICROMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: integer_text, real_text, split_words
+    use gracecg_base_text, only: integer_text, split_words
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
     use gracecg_level1_commands, only: level1_commands
@@ -21,9 +21,9 @@ module test_level1_estimate
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, check, check_fails, check_passes
+    use fixture, only: FOLDER, check, check_fails, check_passes, make_file
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, says, check_offsets, &
-        make_setup, EPOCH, RADIUS, OFFSET, ROD
+        EPOCH, RADIUS, OFFSET, ROD
     implicit none
     private
     public :: collect_level1_estimate
@@ -143,11 +143,9 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, estimate%steps, 'the steps are seen')
-        call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.02_dp, 'delay of the accelerometer '// &
-                   real_text(estimate%accelerometer_delay))
-        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset '// &
-                   real_text(maxval(abs(estimate%solutions(1)%offset - OFFSET))/MICROMETRE)//' '// &
-                   real_text(sqrt(estimate%solutions(1)%covariance(1, 1))/MICROMETRE))
+        ! Without leakage by rates steps tell the delay to a sample.
+        call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.1_dp, 'delay of the accelerometer')
+        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 10*MICROMETRE, 'offset')
     end subroutine test_held
 
 
@@ -172,14 +170,18 @@ contains
                                                                         first%covariance(3, 3)])), 'within its sigma')
         end associate
         if (allocated(error)) return
-        ! And what is not to be used is not filed.
-        call make_setup(error)
+        ! And what is not to be used, here with wrong axes, is not filed.
+        call make_file(error, 'l1_srf.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
+                       ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)// &
+                       '/'//achar(10)//'&level1'//achar(10)// &
+                       ' accelerometer_axes = 1, 2, 3'//achar(10)//'/'//achar(10))
         if (allocated(error)) return
         console%captured = .true.
-        call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_setup.nml --vcm '// &
+        call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '// &
                                           FOLDER//'l1_phase/vcm'), console, status, level1_commands())
         call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
-                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), console%messages)
+                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
+                   console%messages)
     end subroutine test_one_place
 
     subroutine test_wrong_rod(error)

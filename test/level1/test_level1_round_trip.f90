@@ -93,7 +93,8 @@ contains
         call check_estimate(settings, 'l1s_held_currents', .false., 2, error)
     end subroutine test_held_currents
 
-    !> By all and without some instruments within 4 sigma + 3 um; gains within 0.5 % (what is said of the inertia goes with them), delays within 10 ms or what is said; nothing found wrong.
+    !> By all and without some instruments within 4 sigma + 3 um; gains within 0.5 % (what is said of the inertia goes with them),
+    !> delays within 10 ms; nothing found wrong.
     subroutine check_estimate(settings, name, binary, sources, error)
         type(level1_settings_t), intent(in) :: settings
         character(*), intent(in) :: name

@@ -272,7 +272,7 @@ contains
 
         call table%column('rod', 'a', 'rod')
         call table%column('gain_said', 'f9.5', 'said|A m^2/mA')
-        call table%column('gain', 'f9.5', 'by the attitude|A m^2/mA')
+        call table%column('gain', 'f9.5', 'estimated|A m^2/mA')
         call table%column('sigma', 'f8.5', 'sigma')
         do k = 1, 3
             call table%add(AXES(k))

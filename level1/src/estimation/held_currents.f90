@@ -7,6 +7,7 @@ module gracecg_level1_held_currents
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_moments
     use gracecg_level1_series, only: interpolate
+    use gracecg_level1_setup, only: QUIETEST
     implicit none
     private
     public :: find_steps, rod_acceleration
@@ -18,7 +19,7 @@ contains
     !> A step is seen between two samples, wherever it is there, and tags drift slowly through the steps: the delay is the middle
     !> of those that are as good as the best but for chance. Linear channels count, too: leakage by the currents' rate shows in
     !> the sample in whose interval a step lies. What a moving mean of samples does not follow is compared with the same of the
-    !> moments and of their rates, each arc and axis alone.
+    !> moments and, of linear channels, of their rates, each arc and axis alone.
     subroutine find_steps(arcs, share, delay)
         type(observation_set_t), intent(in) :: arcs(:)      !! With all samples
         real(dp), intent(out) :: share                      !! 1, if they are held; 0, if they are smooth
@@ -57,11 +58,12 @@ contains
         real(dp), intent(in) :: delay               !! s
         real(dp) :: sum_of_logarithms
 
+        real(dp), parameter :: LEAST_ANGULAR = 1e-8_dp      ! rad/s^2: a quantum
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
         real(dp), allocatable :: columns(:, :), samples(:, :)
         real(dp) :: normal(6, 6), rhs(6), x(6), covariance(6, 6), condition, left
-        integer, allocatable :: used(:)
+        integer, allocatable :: driven(:)
         integer :: arc, axis, k
 
         sum_of_logarithms = 0
@@ -81,16 +83,17 @@ contains
                 samples = rapid(reshape([transpose(set%acceleration), transpose(set%angular_acceleration)], &
                                         [6, size(columns, 2)], order=[2, 1]))
             end associate
-            used = pack([(k, k=1, 6)], sum(columns**2, 2) > 0)      ! of rods that are driven
-            columns = columns(used, :)
+            driven = pack([1, 2, 3], sum(columns(:3, :)**2, 2) > 0)
+            columns = columns([driven, driven + 3], :)
             do axis = 1, 6
-                associate (n => size(used))
-                    call normal_equations(columns, samples(axis, :), normal(:n, :n), rhs(:n))
+                associate (n => merge(2, 1, axis <= 3)*size(driven))    ! with rates, angular ones would not tell sample from sample
+                    call normal_equations(columns(:n, :), samples(axis, :), normal(:n, :n), rhs(:n))
                     call solve_normal_equations(normal(:n, :n), rhs(:n), x(:n), covariance(:n, :n), condition, failure)
                     left = sum(samples(axis, :)**2)
                     if (.not. allocated(failure)) left = left - dot_product(x(:n), rhs(:n))
                 end associate
-                sum_of_logarithms = sum_of_logarithms + size(columns, 2)*log(max(left, tiny(left)))
+                left = left + size(columns, 2)*merge(QUIETEST, LEAST_ANGULAR, axis <= 3)**2
+                sum_of_logarithms = sum_of_logarithms + size(columns, 2)*log(left)
             end do
             deallocate (columns)
         end do

@@ -32,7 +32,7 @@ contains
 
         real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
         real(dp), parameter :: HARDLY = 0.3_dp
-        integer :: k
+        integer :: k, before
 
         do k = 1, 3
             if (.not. estimate%rods%driven(k)) cycle
@@ -43,9 +43,12 @@ contains
         if (all(abs(estimate%rods%gain) < HARDLY .or. .not. estimate%rods%driven)) call append(estimate%findings, 'the '// &
             'currents do not explain the attitude: B currents with the wrong sign, currents or attitude of another '// &
             'satellite or another time')
+        before = size(estimate%findings)
+        if (calibration%has_angular) call check_axes(setup, estimate)
         associate (correction => calibration%clock_correction)
-            if (abs(correction) > LEAST_CORRECTION .and. estimate%accelerometer_delay_sigma > 0 .and. &
-                estimate%accelerometer_delay_sigma < CERTAIN) then
+            ! the delay of channels that do not follow the torque says nothing
+            if (size(estimate%findings) == before .and. abs(correction) > LEAST_CORRECTION .and. &
+                estimate%accelerometer_delay_sigma > 0 .and. estimate%accelerometer_delay_sigma < CERTAIN) then
                 if (abs(estimate%accelerometer_delay + correction) < WITHIN + 2*estimate%accelerometer_delay_sigma) &
                     call append(estimate%findings, 'tags left in OBC time: the accelerometer lags by '// &
                                 trim(milliseconds(estimate%accelerometer_delay))//' ms, which is the clock correction of '// &
@@ -65,7 +68,6 @@ contains
                         ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations are zero, and the linear ones may be those of the other satellite')
-        if (calibration%has_angular) call check_axes(setup, estimate)
         if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
 

@@ -7,7 +7,7 @@ module gracecg_level1_preparation
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_measured_moments, rod_moments
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t, QUIETEST
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
@@ -18,7 +18,6 @@ module gracecg_level1_preparation
     public :: prepare_observations
 
     real(dp), parameter :: MOMENT_STEP = 0.1_dp     !! Of the moments, s
-    real(dp), parameter :: QUIETEST = 5e-11_dp      !! No accelerometer of these missions is quieter, m/s^2
     real(dp), parameter :: MOMENT_MARGIN = 1        !! Before and behind the arc, s
 
 contains

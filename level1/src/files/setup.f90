@@ -10,7 +10,9 @@ module gracecg_level1_setup
     use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
     implicit none
     private
-    public :: level1_setup_t, read_level1_setup, describe_level1, leakage_sigmas
+    public :: level1_setup_t, read_level1_setup, describe_level1, leakage_sigmas, QUIETEST
+
+    real(dp), parameter :: QUIETEST = 5e-11_dp      !! No accelerometer of these missions is quieter, m/s^2
 
     type :: level1_setup_t
         !! Knowledge of the satellite, and limits for the data
