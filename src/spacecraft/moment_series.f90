@@ -15,7 +15,7 @@ module gracecg_spacecraft_moment_series
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: moment_series_t, new_moment_series, has_moments, series_moments, held_moments, check_moments_cover, median_spacing
+    public :: moment_series_t, new_moment_series, has_moments, series_moments, check_moments_cover, median_spacing
     public :: FEWEST_MOMENTS, interchange_series, part_of_series
 
     integer, parameter :: FEWEST_MOMENTS = 5            !! Samples, for a slope
@@ -172,9 +172,10 @@ contains
     !> cubic goes on for one spacing; further out the moments stay. Those that are held as what is to be integrated: a step is
     !> half a wave of a cosine, STEP_LENGTH long. That has nothing at the frequency of which Runge-Kutta steps of half its
     !> length, with their weights 1, 4, 1, would make a torque.
-    pure function series_moments(self, t) result(moment)
+    pure function series_moments(self, t, at_once) result(moment)
         type(moment_series_t), intent(in) :: self   !! That has samples
         real(dp), intent(in) :: t                   !! s
+        logical, intent(in), optional :: at_once    !! Those that are held jump, as they are
         real(dp) :: moment(3)
 
         real(dp), parameter :: STEP_LENGTH = 0.2_dp     ! s
@@ -182,6 +183,10 @@ contains
         integer :: low
 
         if (self%held) then
+            if (present(at_once)) then
+                moment = self%moment(:, max(1, last_not_after(self%time, t)))
+                if (at_once) return
+            end if
             low = max(2, last_not_after(self%time, t + STEP_LENGTH/2))
             u = min(1.0_dp, (t - self%time(low))/STEP_LENGTH + 0.5_dp)
             moment = self%moment(:, low - 1) + (1 - cos(PI*u))/2*(self%moment(:, low) - self%moment(:, low - 1))
@@ -193,15 +198,6 @@ contains
         moment = self%moment(:, low) + u**2*(3 - 2*u)*(self%moment(:, low + 1) - self%moment(:, low)) + &
                  h*u*(u - 1)*((u - 1)*self%slope(:, low) + u*self%slope(:, low + 1))
     end function series_moments
-
-    !> Held moments as they are, A m^2.
-    pure function held_moments(self, t) result(moment)
-        type(moment_series_t), intent(in) :: self   !! That has samples
-        real(dp), intent(in) :: t                   !! s
-        real(dp) :: moment(3)
-
-        moment = self%moment(:, max(1, last_not_after(self%time, t)))
-    end function held_moments
 
     !> Fails unless a series reaches, to one spacing, from 0 to the end of an arc.
     subroutine check_moments_cover(self, duration, error)

@@ -6,7 +6,7 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, held_moments, interchange_series, &
+    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, interchange_series, &
         part_of_series
     implicit none
     private
@@ -283,18 +283,11 @@ contains
 
         real(dp) :: t, measured(3), value
         integer :: i, last
-        logical :: jumps
 
         along = 0
         if (has_moments(self%measured)) then
-            jumps = .false.
-            if (present(at_once)) jumps = at_once .and. self%measured%held
             do i = 1, 3
-                if (jumps) then
-                    measured = held_moments(self%measured, time - self%delay(i))
-                else
-                    measured = series_moments(self%measured, time - self%delay(i))
-                end if
+                measured = series_moments(self%measured, time - self%delay(i), at_once)
                 along(i) = self%gain(i)*measured(i)
             end do
             return

@@ -110,7 +110,9 @@ contains
             type(arcs_fit_t), intent(inout) :: one
 
             type(level1_solution_t) :: solution
+            type(level1_solution_t), allocatable :: more(:)
             real(dp), allocatable :: prior(:)
+            integer :: n
 
             solution%source = LEVEL1_SOURCES(i)
             call look_at_leakage(one, choice, leakage, solution, error)
@@ -124,7 +126,11 @@ contains
             solution%rms = fit%rms
             solution%samples = fit%samples
             call take(calibration, choice, one, estimate%span_of, solution)
-            estimate%solutions = [estimate%solutions, solution]
+            n = size(estimate%solutions)
+            allocate (more(n + 1))
+            more(:n) = estimate%solutions
+            more(n + 1) = solution
+            call move_alloc(more, estimate%solutions)
         end subroutine add_solution
     end subroutine fit_spans
 
