@@ -11,7 +11,7 @@ module level1_day
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use testdrive, only: error_type
     use fixture, only: FOLDER, make_file, check, check_passes

@@ -6,7 +6,7 @@ module test_level1_round_trip
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t

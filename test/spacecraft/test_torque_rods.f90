@@ -48,7 +48,6 @@ contains
                     new_unittest('sampling-limit', test_sampling), &
                     new_unittest('rods-that-are-off', test_off), &
                     new_unittest('measured-moments', test_measured), &
-                    new_unittest('held-moments', test_held_moments), &
                     new_unittest('refuses-impossible-measurements', test_refused_measurements)]
     end subroutine collect_torque_rods
 
@@ -531,40 +530,6 @@ contains
         call check(error, all(abs(moment(:, 1) - [0.0_dp, moment(2, 0) - moment(3, 0), 0.0_dp]) < 1e-12_dp), 'directions')
         call check(error, moves_rods(rods, 10.0_dp))
     end subroutine test_measured
-
-    !> Moments that are held jump at their samples; Runge-Kutta steps of 0.1 s, which integrate by Simpson's rule, wherever they
-    !> lie, find what was held.
-    subroutine test_held_moments(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        real(dp), parameter :: TAG = 0.5_dp, HALF = 0.05_dp
-        integer, parameter :: TAGS = 12, STEPS = 40
-        type(moment_series_t) :: series
-        type(error_t), allocatable :: failure
-        real(dp) :: moment(3, TAGS), found(3), held(3), from
-        integer :: i, k
-
-        moment = reshape([(modulo(7.0_dp*i*i, 11.0_dp), i=1, 3*TAGS)], [3, TAGS])
-        call new_moment_series(series, [((i - 1)*TAG, i=1, TAGS)], moment, failure, held=.true.)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        do i = 2, TAGS
-            call check(error, all(abs(series_moments(series, (i - 1)*TAG - 1e-6_dp, .true.) - moment(:, i - 1)) <= 0) .and. &
-                       all(abs(series_moments(series, (i - 1)*TAG + 1e-6_dp, .true.) - moment(:, i)) <= 0), 'a jump')
-        end do
-        do i = 0, 9
-            from = 0.25_dp + 0.013_dp*i     ! to 4 s later, away from steps by more than they last
-            if (abs(from - 0.25_dp) > 0.14_dp) cycle
-            found = 0
-            do k = 0, STEPS - 1
-                found = found + 2*HALF/6*(series_moments(series, from + 2*k*HALF) + &
-                                          4*series_moments(series, from + (2*k + 1)*HALF) + &
-                                          series_moments(series, from + (2*k + 2)*HALF))
-            end do
-            held = (TAG - from)*moment(:, 1) + TAG*sum(moment(:, 2:8), 2) + from*moment(:, 9)
-            call check(error, all(abs(found - held) < 1e-12_dp), 'the integral')
-        end do
-    end subroutine test_held_moments
 
     subroutine test_refused_measurements(error)
         type(error_type), allocatable, intent(out) :: error

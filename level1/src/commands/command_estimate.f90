@@ -8,7 +8,7 @@ module gracecg_level1_command_estimate
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_level1_leakage, only: LEAKAGE_CHOICES

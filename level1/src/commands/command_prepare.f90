@@ -7,7 +7,7 @@ module gracecg_level1_command_prepare
     use gracecg_observations_observation_files, only: write_observations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_estimate, only: estimate_level1
+    use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_preparation, only: prepare_observations
     use gracecg_cli_arguments, only: arguments_t, refuse_if

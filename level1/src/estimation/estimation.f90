@@ -1,5 +1,5 @@
 !> The estimate of the offset from Level-1 data, and a judgement that names what is wrong.
-module gracecg_level1_estimate
+module gracecg_level1_estimation
     use gracecg_base_error, only: error_t, fail
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
@@ -69,4 +69,4 @@ contains
             end associate
         end do
     end subroutine find_driven
-end module gracecg_level1_estimate
+end module gracecg_level1_estimation
