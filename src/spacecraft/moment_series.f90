@@ -8,7 +8,7 @@
 !> Moments may be held from sample to sample, too: then they are steps.
 module gracecg_spacecraft_moment_series
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI
+    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_statistics, only: median_of
@@ -169,9 +169,9 @@ contains
     end function has_moments
 
     !> The moments along the rods x, y, z at a time, A m^2. Before the first sample and after the last one the
-    !> cubic goes on for one spacing; further out the moments stay. Those that are held as what is to be integrated: a step is
-    !> half a wave of a cosine, STEP_LENGTH long. That has nothing at the frequency of which Runge-Kutta steps of half its
-    !> length, with their weights 1, 4, 1, would make a torque.
+    !> cubic goes on for one spacing; further out the moments stay. Those that are held as what is to be integrated: a step
+    !> lasts STEP_LENGTH, u - sin(2 pi u)/(2 pi) with u from 0 to 1. Its rate has nothing at multiples of 10 Hz, so that Runge-Kutta
+    !> steps of 0.1 s, with their weights 1, 4, 1, integrate it exactly, wherever they lie.
     pure function series_moments(self, t, at_once) result(moment)
         type(moment_series_t), intent(in) :: self   !! That has samples
         real(dp), intent(in) :: t                   !! s
@@ -188,8 +188,8 @@ contains
                 if (at_once) return
             end if
             low = max(2, last_not_after(self%time, t + STEP_LENGTH/2))
-            u = min(1.0_dp, (t - self%time(low))/STEP_LENGTH + 0.5_dp)
-            moment = self%moment(:, low - 1) + (1 - cos(PI*u))/2*(self%moment(:, low) - self%moment(:, low - 1))
+            u = max(0.0_dp, min(1.0_dp, (t - self%time(low))/STEP_LENGTH + 0.5_dp))
+            moment = self%moment(:, low - 1) + (u - sin(TWO_PI*u)/TWO_PI)*(self%moment(:, low) - self%moment(:, low - 1))
             return
         end if
         low = interval_before(self%time, t)

@@ -48,6 +48,7 @@ contains
                     new_unittest('sampling-limit', test_sampling), &
                     new_unittest('rods-that-are-off', test_off), &
                     new_unittest('measured-moments', test_measured), &
+                    new_unittest('held-moments', test_held_moments), &
                     new_unittest('refuses-impossible-measurements', test_refused_measurements)]
     end subroutine collect_torque_rods
 
@@ -530,6 +531,32 @@ contains
         call check(error, all(abs(moment(:, 1) - [0.0_dp, moment(2, 0) - moment(3, 0), 0.0_dp]) < 1e-12_dp), 'directions')
         call check(error, moves_rods(rods, 10.0_dp))
     end subroutine test_measured
+
+    !> Moments that are held jump at their samples; Runge-Kutta steps of 0.1 s integrate by Simpson's rule what was held, wherever
+    !> they lie.
+    subroutine test_held_moments(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: HALF = 0.05_dp       ! Of a Runge-Kutta step, s
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: failure
+        real(dp) :: moment(3, 12), sum_of_steps(3), from
+        integer :: i, k
+
+        moment = reshape([(modulo(7.0_dp*i*i, 11.0_dp), i=1, 36)], [3, 12])
+        call new_moment_series(series, [(0.5_dp*i, i=0, 11)], moment, failure, held=.true.)
+        do i = 0, 8
+            from = 0.12_dp + 0.03_dp*i              ! to 4 s later, away from steps by more than half of what they last
+            call check(error, all(abs(series_moments(series, from + 0.5_dp, .true.) - moment(:, 2)) <= 0), 'a jump')
+            sum_of_steps = 0
+            do k = 0, 39
+                sum_of_steps = sum_of_steps + series_moments(series, from + 2*k*HALF) + &
+                    4*series_moments(series, from + (2*k + 1)*HALF) + series_moments(series, from + (2*k + 2)*HALF)
+            end do
+            call check(error, all(abs(sum_of_steps*HALF/3 - (0.5_dp - from)*moment(:, 1) - 0.5_dp*sum(moment(:, 2:8), 2) - &
+                                      from*moment(:, 9)) < 1e-12_dp), 'the integral')
+        end do
+    end subroutine test_held_moments
 
     subroutine test_refused_measurements(error)
         type(error_type), allocatable, intent(out) :: error

@@ -16,7 +16,7 @@ module gracecg_level1_fit
     use gracecg_level1_outcome, only: level1_estimate_t, LEVEL1_SOURCES
     use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
     use gracecg_level1_solution, only: level1_solution_t
-    use gracecg_level1_to_observations, only: arcs_of_spans, UNSURE_DELAY
+    use gracecg_level1_to_observations, only: arcs_of_spans, SAMPLE
     implicit none
     private
     public :: fit_spans
@@ -24,8 +24,8 @@ module gracecg_level1_fit
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]
     real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
-    real(dp), parameter :: ANY_CHANNEL = 0.1_dp     !! Of a scale of the channels
-    real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-8_dp    !! rad/s^2 by A m^2, or A m^2/s
+    real(dp), parameter :: ANY_CHANNEL = 0.1_dp     !! Of a scale of the channels: three times what is usual
+    real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-8_dp    !! rad/s^2 by A m^2, or A m^2/s: 2 % of what 1 A m^2 does about x
     !> To which axes of instruments and of the rods' moments are as said, rad: no document tells; chosen so that sound simulated
     !> days (four60, jumps) are hardly contradicted, which exact axes were in 2 of 34
     real(dp), parameter :: ALIGNED = 5e-4_dp, RODS_ALIGNED = 1e-3_dp
@@ -46,6 +46,9 @@ contains
 
     !> The offset by all instruments, and without some. Whether currents are smooth or held is found first where the setup
     !> leaves it to the data. Fails where the samples do not determine the offset.
+    !>
+    !> Of held currents the steps tell the delay of torque and samples together, and the fit that of the torque: samples between
+    !> steps are the same with another delay. A step is seen in one of n arcs or the other: its sigma is 1/sqrt(12 n) of a sample.
     subroutine fit_spans(calibration, setup, axes, leakage, estimate, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
@@ -55,31 +58,34 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: SHARE = 0.2_dp       ! Of the steps, that the channels have to show: 1 or 0, but for noise
-        type(level1_setup_t) :: known               ! with the delays so far
+        type(level1_setup_t) :: known               ! with the delay of held currents
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
         real(dp) :: seen, delay
         integer :: i
 
-        choice = chosen(setup, estimate%rods%driven, calibration%has_angular, axes%known)
         known = setup
+        delay = setup%torque_delay + setup%accelerometer_delay      ! of torque and samples behind held currents
         estimate%steps = setup%currents == 'steps'
         if (setup%currents /= 'smooth' .and. calibration%has_angular) then
             call arcs_of_spans(calibration, setup, axes, .false., estimate%arcs, estimate%span_of, error)
             if (allocated(error)) return
             call find_steps(estimate%arcs, seen, delay)
-            estimate%steps = seen > SHARE
-            if (estimate%steps) known%accelerometer_delay = delay - setup%torque_delay
+            if (setup%currents == 'auto') estimate%steps = seen > SHARE
         else if (setup%currents == 'auto') then
             call append(estimate%remarks, 'currents are taken as smooth: without angular channels nothing tells')
         end if
-        call fit_once()
+        choice = chosen(setup, estimate%rods%driven, calibration%has_angular, axes%known, estimate%steps)
+        if (estimate%steps) known%accelerometer_delay = delay - setup%torque_delay
+        call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error)
+        if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
+        if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
+                                                       choice%own, fit, error, stated_sigmas(), without)
         if (allocated(error)) return
-        if (estimate%steps .and. abs(estimate%rods%delay + estimate%accelerometer_delay - delay) > UNSURE_DELAY) then
-            known%torque_delay = estimate%rods%delay
-            known%accelerometer_delay = estimate%accelerometer_delay
-            call fit_once()
-            if (allocated(error)) return
+        call take_rods(setup, known, choice, fit, estimate)
+        if (estimate%steps) then
+            estimate%accelerometer_delay = delay - estimate%rods%delay
+            estimate%accelerometer_delay_sigma = hypot(estimate%rods%delay_sigma, SAMPLE/sqrt(12.0_dp*size(estimate%arcs)))
         end if
         do i = 1, size(LEVEL1_SOURCES)
             if (i == 1) then
@@ -94,16 +100,6 @@ contains
         estimate%head_sigma = fit%head_sigma
 
     contains
-
-        !> A fit of all spans, with the delays so far to begin with.
-        subroutine fit_once()
-            call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error)
-            if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
-            if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
-                                                           choice%own, fit, error, stated_sigmas(), without)
-            if (allocated(error)) return
-            call take_rods(setup, known, choice, fit, estimate)
-        end subroutine fit_once
 
         !> A fit as a solution.
         subroutine add_solution(one)
@@ -179,11 +175,12 @@ contains
     end function stated_sigmas
 
     !> What is estimated.
-    pure function chosen(setup, driven, with_channels, with_gyros) result(choice)
+    pure function chosen(setup, driven, with_channels, with_gyros, held) result(choice)
         type(level1_setup_t), intent(in) :: setup
         logical, intent(in) :: driven(3)            !! Rods
         logical, intent(in) :: with_channels        !! The accelerometer's angular channels are there
         logical, intent(in) :: with_gyros
+        logical, intent(in) :: held                 !! Currents are: the accelerometer's delay is none of the fit
         type(choice_t) :: choice
 
         integer, allocatable :: places(:)
@@ -211,7 +208,7 @@ contains
         end do
         if (with_channels) then
             choice%own = [choice%own, CHANNEL_BIAS, CHANNEL_DRIFT]
-            call add([SAMPLING_DELAY], ANY_DELAY)
+            if (.not. held) call add([SAMPLING_DELAY], ANY_DELAY)
             call add(CHANNEL_SCALES, ANY_CHANNEL)
             call add([CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE], ANY_CHANNEL_LEAKAGE)
         end if

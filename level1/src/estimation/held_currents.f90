@@ -156,5 +156,4 @@ contains
         call interpolate(set%magnetometer_time, set%field, time, field)
         acceleration = matmul(inverse_3x3(set%knowledge%inertia), cross(dipole_moment(rods, time, at_once), field))
     end function rod_acceleration
-
 end module gracecg_level1_held_currents

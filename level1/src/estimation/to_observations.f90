@@ -17,7 +17,7 @@ module gracecg_level1_to_observations
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
-    public :: arcs_of_spans, UNSURE_DELAY
+    public :: arcs_of_spans, SAMPLE
 
     !> Of an arc, s: chosen. It has attitude, rate, torque and forces of its own, each with polynomials, which in a piece
     !> of less than two cycles of the rods (6 to 12 s each, usually) leave hardly anything to the offset

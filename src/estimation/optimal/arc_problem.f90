@@ -6,6 +6,7 @@ module gracecg_estimation_arc_problem
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_parameters, only: KIND_OF, OF_ALL_RODS_DELAY
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
@@ -26,6 +27,7 @@ module gracecg_estimation_arc_problem
     type :: arc_t
         type(whitened_problem_t) :: problem
         integer, allocatable :: own(:)              !! Its own parameters, places among all
+        logical :: held = .false.                   !! The moments of the rods are
         type(information_t) :: information          !! About corrections of the shared parameters
         type(eliminated_t) :: eliminated            !! Corrections of its own
     end type arc_t
@@ -53,6 +55,7 @@ contains
         call prepare_calibration(set%knowledge, options, data, [shared, own], arc%problem)
         call arc%problem%forget_prior(size(shared))
         arc%own = own
+        arc%held = set%knowledge%rods%measured%held
         arc%problem%acceleration_kept = spread(there, 1, 3)
         associate (noise => arc%problem%noise, at => arc%problem)
             noise%star_camera_sigma = FIRST_ANGLE
@@ -121,7 +124,8 @@ contains
         end do
     end subroutine take_noise
 
-    !> The normal equations of an arc without its own parameters.
+    !> The normal equations of an arc without its own parameters. Samples of the accelerometer between the steps of held moments
+    !> are the same with another delay of the rods: that is told by the attitude.
     subroutine reduce_arc(arc, n, error, channels)
         type(arc_t), intent(inout) :: arc
         integer, intent(in) :: n                    !! Number of shared parameters
@@ -138,6 +142,12 @@ contains
             if (allocated(error)) return
             if (present(channels)) then
                 if (.not. channels) partials(:, problem%star_rows + problem%acceleration_rows + 1:problem%sample_rows()) = 0
+            end if
+            if (arc%held) then
+                do k = 1, all
+                    if (KIND_OF(problem%model%estimated(k)) == OF_ALL_RODS_DELAY) &
+                        partials(k, problem%star_rows + 1:problem%sample_rows()) = 0
+                end do
             end if
             arc%information = no_information(all)
             call grouped_normal_equations(problem%groups, partials, residuals, arc%information%matrix, arc%information%rhs)

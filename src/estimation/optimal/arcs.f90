@@ -395,6 +395,7 @@ contains
             associate (fitted => arcs(i)%problem)
                 data = fitted%data
                 wider%own = arcs(i)%own
+                wider%held = arcs(i)%held
                 call prepare_calibration(sets(i)%knowledge, options, data, [places, wider%own], wider%problem)
                 call wider%problem%forget_prior(size(places))
                 wider%problem%state = fitted%state
@@ -437,7 +438,8 @@ contains
         result%converged = .not. allocated(error)
     end subroutine leave_out
 
-    !> Puts the delays that were found into what is believed, and takes them from the state.
+    !> Puts the delays that were found into what is believed, and takes them from the state. Where moments are held, samples keep
+    !> their places between the steps.
     subroutine move_delays(arcs, result, before, believed, moved)
         type(arc_t), intent(inout) :: arcs(:)
         type(arcs_fit_t), intent(inout) :: result       !! Has converged if nothing is moved, or the offset stays
@@ -461,11 +463,14 @@ contains
             moved(k) = moved(k) + value
             do i = 1, size(arcs)
                 arcs(i)%problem%state%value(place) = 0
-                if (place == ALL_RODS_DELAY) then
-                    believed(i)%knowledge%rods%delay = believed(i)%knowledge%rods%delay + value
-                else
-                    believed(i)%knowledge%accelerometer_delay = believed(i)%knowledge%accelerometer_delay + value
-                end if
+                associate (knowledge => believed(i)%knowledge)
+                    if (place == SAMPLING_DELAY) then
+                        knowledge%accelerometer_delay = knowledge%accelerometer_delay + value
+                    else
+                        knowledge%rods%delay = knowledge%rods%delay + value
+                        if (arcs(i)%held) knowledge%accelerometer_delay = knowledge%accelerometer_delay - value
+                    end if
+                end associate
             end do
         end do
     end subroutine move_delays
