@@ -21,7 +21,7 @@ module gracecg_base_autoregression
 
     !> The way over samples that are missing.
     type :: bridge_t
-        type(autoregression_t) :: model
+        type(autoregression_t) :: model             !! Of the sequence
         integer, allocatable :: missing(:)          !! Their places, increasing
         real(dp), allocatable, private :: factor(:, :)  !! Cholesky's, of their inverse covariance by all others; by bands
     contains

@@ -8,6 +8,12 @@ module test_level1_round_trip
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_preparation, only: prepare_observations
+    use gracecg_observations_observation_files, only: read_observations, write_observations
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_solution, only: solution_t
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
@@ -27,11 +33,41 @@ contains
                     new_unittest('estimate', test_estimate), &
                     new_unittest('estimate-of-grace', test_grace), &
                     new_unittest('estimate-of-held-currents', test_held_currents), &
+                    new_unittest('a-span-as-observation-set', test_preparation), &
                     new_unittest('in-phase', test_in_phase), &
                     new_unittest('wrong-inertia', test_wrong_inertia), &
                     new_unittest('exactly-known', test_exactly_known), &
                     new_unittest('faults', test_faults)]
     end subroutine collect_level1_round_trip
+
+    !> A span of a simulated day as an observation set, written, read and estimated.
+    subroutine test_preparation(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+
+        call fly(settings, truth, error)
+        call write_files(truth, 'l1s_prepare', path, error)
+        if (allocated(error)) return
+        call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
+        if (.not. allocated(failure)) call estimate_folder(path, calibration, estimate, failure)
+        if (.not. allocated(failure)) call prepare_observations(calibration, setup, estimate, 2, observations, failure)
+        if (.not. allocated(failure)) call write_observations(path//'/span', observations, [character(1) ::], failure)
+        if (.not. allocated(failure)) call read_observations(path//'/span', observations, failure)
+        if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
+        if (failed(error, message_of(failure))) return
+        call check(error, size(observations%accelerometer_time) > 590, 'samples')
+        ! Leakage is taken out as all spans estimate it, which this sigma does not count.
+        call check(error, all(abs(solution%offset - truth%case%satellite%offset) < 20*MICROMETRE), 'offset')
+    end subroutine test_preparation
 
     !> Gathers and estimates from a folder with what its operator says.
     subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact)

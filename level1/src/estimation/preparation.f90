@@ -37,7 +37,7 @@ contains
         type(torque_rods_t) :: rods
         type(moment_series_t) :: moments
         real(dp), allocatable :: time(:), moment(:, :)
-        real(dp) :: per_current(3), late
+        real(dp) :: per_current(3), late, first, last
         integer, allocatable :: span_of(:)
         integer :: i, n
 
@@ -52,6 +52,7 @@ contains
         if (allocated(observations%angular_acceleration)) deallocate (observations%angular_acceleration)
         associate (knowledge => observations%knowledge)
             knowledge%name = trim(knowledge%name)//' span '//integer_text(number)
+            knowledge%camera = 1
             knowledge%star_camera_sigma = estimate%head_sigma
             knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*max(QUIETEST, estimate%solutions(1)%rms)**2
             knowledge%accelerometer_delay = estimate%accelerometer_delay
@@ -72,10 +73,12 @@ contains
                     end associate
                 end do
             end if
-            associate (measured => knowledge%rods%measured%time)
-                n = floor((min(knowledge%duration + MOMENT_MARGIN, measured(size(measured)) + late) - &
-                           max(-MOMENT_MARGIN, measured(1) + late))/MOMENT_STEP) + 1
-                time = [(max(-MOMENT_MARGIN, measured(1) + late) + (i - 1)*MOMENT_STEP, i=1, n)]
+            associate (measured => knowledge%rods%measured%time, n_measured => size(knowledge%rods%measured%time))
+                ! as far as the series goes on by itself: a spacing beyond its ends
+                first = max(-MOMENT_MARGIN, late + 2*measured(1) - measured(2))
+                last = min(knowledge%duration + MOMENT_MARGIN, late + 2*measured(n_measured) - measured(n_measured - 1))
+                n = floor((last - first)/MOMENT_STEP) + 1
+                time = [(first + (i - 1)*MOMENT_STEP, i=1, n)]
             end associate
             allocate (moment(3, n))
             do i = 1, n

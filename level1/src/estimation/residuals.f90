@@ -20,7 +20,7 @@ contains
     !> Samples of an arc that the fit kept: their times, observed without bias and drift, and residuals.
     pure subroutine fitted_samples(estimate, arc, time, observed, residual)
         type(level1_estimate_t), intent(in) :: estimate
-        integer, intent(in) :: arc
+        integer, intent(in) :: arc                              !! Its number
         real(dp), allocatable, intent(out) :: time(:)           !! s from the begin of the arc
         real(dp), allocatable, intent(out) :: observed(:, :)    !! (3, n), m/s^2
         real(dp), allocatable, intent(out) :: residual(:, :)    !! Likewise

@@ -25,7 +25,7 @@ module gracecg_estimation_arc_problem
 
     !> An arc in the fit.
     type :: arc_t
-        type(whitened_problem_t) :: problem
+        type(whitened_problem_t) :: problem         !! Of its samples, with the parameters shared and its own
         integer, allocatable :: own(:)              !! Its own parameters, places among all
         logical :: held = .false.                   !! The moments of the rods are
         type(information_t) :: information          !! About corrections of the shared parameters
@@ -38,7 +38,7 @@ contains
     subroutine prepare_arc(set, options, shared, own, arc, error)
         type(observation_set_t), intent(in) :: set
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: shared(:), own(:)
+        integer, intent(in) :: shared(:), own(:)    !! Places of the parameters of all arcs, and of this one's own
         type(arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
 
@@ -77,7 +77,7 @@ contains
     !> Gives data of the accelerometer a sample at every epoch.
     pure subroutine take_all_epochs(data, there)
         type(fitting_data_t), intent(inout) :: data
-        logical, allocatable, intent(out) :: there(:)       !! False: one that stands for none
+        logical, allocatable, intent(out) :: there(:)       !! Which are samples; the others stand for none
 
         real(dp) :: all(3, data%steps + 1)
         integer :: k
@@ -162,7 +162,7 @@ contains
     !> Residuals at the state, and what does not belong to the fit left out.
     subroutine refresh_and_edit(problem, changed)
         type(whitened_problem_t), intent(inout) :: problem
-        logical, intent(inout) :: changed
+        logical, intent(inout) :: changed           !! Set if another sample is left out
 
         real(dp) :: residuals(problem%observations), normalised(size(problem%star_kept))
         logical :: kept(size(problem%acceleration_kept, 2))
