@@ -23,7 +23,7 @@ module gracecg_level1_fit
 
     integer, parameter :: OF_ARC(*) = [ATTITUDE_ANGLES, RATE, TORQUE, TORQUE_CHANGE, TORQUE_BENDS, DRIFT, BIAS, FORCE_BENDS, &
                                        FIELD_BIAS]
-    real(dp), parameter :: ANY_DELAY = 1            !! A-priori standard deviations of what nobody knows, s
+    real(dp), parameter :: ANY_DELAY = 0.3_dp       !! A-priori standard deviations of what nobody knows, s: tags may be 75 ms off
     real(dp), parameter :: ANY_CHANNEL = 0.1_dp     !! Of a scale of the channels: three times what is usual
     real(dp), parameter :: ANY_CHANNEL_LEAKAGE = 1e-8_dp    !! rad/s^2 by A m^2, or A m^2/s: 2 % of what 1 A m^2 does about x
     !> To which axes of instruments and of the rods' moments are as said, rad: no document tells; chosen so that sound simulated

@@ -101,7 +101,7 @@ contains
         self%trajectory%omega(:, k) = y(5:)
         self%trajectory%omega_dot(:, k) = dydt(5:)
         if (size(self%model%jump_torque) > 0) self%trajectory%omega_dot(:, k) = dydt(5:) + &
-            times(self%body%inverse_inertia, self%model%jump_torque(:, k))
+            times(self%body%inverse_inertia, matmul(self%model%jump_torque(:, :, k), 1 + self%state%value(ROD_GAINS)))
     end subroutine keep_nominal
 
     pure subroutine shape_trajectory(n, lanes, trajectory)

@@ -23,8 +23,8 @@ module gracecg_estimation_model_state
         real(dp), allocatable :: moment(:, :), moment_rate(:, :)
         !! Of the rods along themselves, (3, 0:n), A m^2, and its mean change over a sample, A m^2/s; of size 0 unless leakage is
         !! asked for
-        real(dp), allocatable :: jump_torque(:, :)
-        !! Of moments that are held: what acts at an epoch besides magnetic_torque, (3, 0:n), N m; else of size 0
+        real(dp), allocatable :: jump_torque(:, :, :)
+        !! Of moments that are held: what acts at an epoch besides magnetic_torque, by rod, (3, rod, 0:n), N m; else of size 0
         real(dp), allocatable :: rate_squared(:)        !! mu/r^3, (0:2n), 1/s^2; 0 without an orbit
         real(dp), allocatable :: upwards(:, :)          !! r/|r|, inertial, (3, 0:2n)
         real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)

@@ -2,8 +2,7 @@
 module gracecg_estimation_torque_shapes
     use gracecg_base_kinds, only: dp
     use gracecg_base_vectors, only: cross
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_moments, rod_direction, interchange_rods, &
-        gain_unit
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -169,7 +168,8 @@ contains
         type(physical_model_t), intent(inout) :: model
 
         type(torque_rods_t) :: rods
-        integer :: k, n
+        real(dp) :: jumps(3)
+        integer :: k, n, rod
 
         n = -1
         if (any(is_leakage(model%estimated))) n = model%steps
@@ -185,10 +185,12 @@ contains
         end do
         n = -1
         if (rods%measured%held) n = model%steps
-        allocate (model%jump_torque(3, 0:n))
+        allocate (model%jump_torque(3, 3, 0:n))
         do k = 0, n
-            model%jump_torque(:, k) = cross(dipole_moment(rods, k*model%interval, .true.) - model%dipole(:, 2*k), &
-                                            data%field(:, 2*k + 1))
+            jumps = rod_moments(rods, k*model%interval, .true.) - rod_moments(rods, k*model%interval)
+            do rod = 1, 3
+                model%jump_torque(:, rod, k) = jumps(rod)*cross(rod_direction(rods, rod), data%field(:, 2*k + 1))
+            end do
         end do
     end subroutine take_moments
 
