@@ -111,21 +111,9 @@ typedef struct gracecg_utc {
 /* Reads ISO 8601: "1989-01-02T00:00:00.5" or "1989-01-02". */
 gracecg_status gracecg_utc_parse(const char *text, gracecg_utc *utc, gracecg_error *error);
 
-/* SI seconds later (or, negative, earlier), leap seconds counted. */
-gracecg_status gracecg_utc_add(const gracecg_utc *utc, double seconds, gracecg_utc *later, gracecg_error *error);
-
-/* SI seconds from start to finish, leap seconds counted. */
-gracecg_status gracecg_utc_difference(const gracecg_utc *start, const gracecg_utc *finish, double *seconds,
-                                      gracecg_error *error);
-
 /* Greenwich mean sidereal time (IAU 1982), rad, 0 <= angle < 2 pi. ut1_minus_utc in s. */
 gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_utc, double *angle,
                                       gracecg_error *error);
-
-/* Inertial vectors [n][3] into Earth-fixed ones, by the sidereal angle (rad); with the negative angle the way back.
-   In and out may be the same array. */
-gracecg_status gracecg_earth_fixed(double sidereal_angle, size_t n, const double *inertial, double *fixed,
-                                   gracecg_error *error);
 
 /* UT1-UTC (s) and x and y of the pole (rad) at a time, each or NULL, from a file of the IERS as it is published:
    finals2000A or EOP C04. */
@@ -205,56 +193,6 @@ gracecg_status gracecg_earth_radiation_open(const char *constants, int32_t rings
 gracecg_status gracecg_earth_radiation_evaluate(const gracecg_object *model, const gracecg_utc *epoch, size_t n,
                                                 const double *seconds, const double *position, double *flux,
                                                 double *irradiance, double *direction, gracecg_error *error);
-
-/* ------------------------------------------------------------------ loads on a satellite's surface */
-
-/* The trapezoidal prism of GRACE (m): x along `length`, z to the wide bottom that faces the Earth. specular, diffuse:
-   reflected parts of the light, for the plate by plate loads. */
-gracecg_status gracecg_surface_trapezoid(double length, double height, double width_bottom, double width_top,
-                                         double specular, double diffuse, gracecg_object **surface,
-                                         gracecg_error *error);
-
-/* A closed convex body of n plates: outward unit normals [n][3], areas [n] (m^2), centres [n][3] (m, from any
-   origin), specular and diffuse reflectivities [n]; body axes. */
-gracecg_status gracecg_surface_plates(size_t n, const double *normal, const double *area, const double *centre,
-                                      const double *specular, const double *diffuse, gracecg_object **surface,
-                                      gracecg_error *error);
-
-/* Cross-section (m^2) seen from a direction (unit vector towards the observer, body axes). */
-gracecg_status gracecg_surface_area(const gracecg_object *surface, const double direction[3], double *area,
-                                    gracecg_error *error);
-
-/* Drag (m/s^2, body axes) with one coefficient: mass (kg), density (kg/m^3), velocity relative to the air (m/s, body
-   axes). */
-gracecg_status gracecg_surface_drag(const gracecg_object *surface, double mass, double drag_coefficient,
-                                    double density, const double velocity[3], double acceleration[3],
-                                    gracecg_error *error);
-
-/* Sunlight's pressure (m/s^2, body axes) with one reflectivity: irradiance at 1 au (W/m^2), illumination, vector from
-   the satellite to the Sun (m, body axes). */
-gracecg_status gracecg_surface_sunlight(const gracecg_object *surface, double mass, double reflectivity,
-                                        double solar_irradiance, double illumination, const double to_sun[3],
-                                        double acceleration[3], gracecg_error *error);
-
-/* The Earth's light (m/s^2, body axes) with one reflectivity and the cross-section towards the Earth: net flux of
-   gracecg_earth_radiation_evaluate and position (m), both inertial; attitude. */
-gracecg_status gracecg_surface_earthlight(const gracecg_object *surface, double mass, double reflectivity,
-                                          const double flux[3], const double position[3], const double quaternion[4],
-                                          double acceleration[3], gracecg_error *error);
-
-/* Air in free-molecular flow, plate by plate: force (N) and torque (N m) about the centre of mass (m, in the frame of
-   the plates' centres), body axes. Air: density (kg/m^3), temperature (K), number densities of He, O, N2 (any unit);
-   wall temperature (K) and energy accommodation, 0 to 1. */
-gracecg_status gracecg_surface_aerodynamic_load(const gracecg_object *surface, const double centre_of_mass[3],
-                                                double density, double temperature, const double number_density[3],
-                                                double wall_temperature, double accommodation,
-                                                const double velocity[3], double force[3], double torque[3],
-                                                gracecg_error *error);
-
-/* Sunlight, plate by plate: force (N) and torque (N m) about the centre of mass, body axes. */
-gracecg_status gracecg_surface_sunlight_load(const gracecg_object *surface, const double centre_of_mass[3],
-                                             double solar_irradiance, double illumination, const double to_sun[3],
-                                             double force[3], double torque[3], gracecg_error *error);
 
 /* ------------------------------------------------------------------ cases, force model, propagation */
 

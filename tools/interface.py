@@ -142,8 +142,6 @@ def checks(a, counts):
         yield f"call need(present({a.name})" + "".join(f" .or. {size} == 0" for size in counted) + f", {quoted}, outcome)"
     elif a.kind in ("position", "attitude"):
         yield f"call check_{a.kind}s({a.name}, {a.sizes[1] if a.sizes[1:] else '1_c_size_t'}, {quoted}, outcome)"
-    elif a.kind in ("unit", "vector"):
-        yield f"call check_vector({a.name}, {quoted}, {logical(a.kind == 'unit')}, outcome)"
     elif a.kind == "state":
         yield f"call check_state_vector({a.name}, {quoted}, outcome)"
     elif a.kind == "real" and a.sizes:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TABLE = ROOT / "tools/interface.txt"
-PLAIN = ("text", "settings", "integer", "count", "real", "position", "attitude", "state", "unit", "vector", "time", "handles", "numbers")
+PLAIN = ("text", "settings", "integer", "count", "real", "position", "attitude", "state", "time", "handles", "numbers")
 
 
 class Mistake(Exception):

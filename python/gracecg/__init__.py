@@ -20,15 +20,15 @@ if TYPE_CHECKING:
                               MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
                               estimate_joint, monte_carlo)
     from .level1 import Level1, Level1Offset, estimate_level1
-    from .models import (Air, Density, EarthRadiation, Field, Gravity, Surface, Utc, Wind, earth_fixed,
-                         sun_illumination, sun_position)
+    from .models import (Air, Density, EarthRadiation, Field, Gravity, Utc, Wind, sun_illumination,
+                         sun_position)
 
     __version__: str
 
 __all__ = ["Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
-           "Setup", "Simulator", "Solution", "Surface", "Utc", "Wind", "algorithms", "case_names", "earth_fixed",
-           "estimate_joint", "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]
+           "Setup", "Simulator", "Solution", "Utc", "Wind", "algorithms", "case_names", "estimate_joint",
+           "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
 

@@ -44,18 +44,6 @@ class Utc:
     def _c(self):
         return ffi.new("gracecg_utc *", {"mjd": self.mjd, "seconds": self.seconds})
 
-    def plus(self, seconds: float) -> "Utc":
-        """The instant so many SI seconds later, leap seconds counted."""
-        later = ffi.new("gracecg_utc *")
-        call("utc_add", self._c(), seconds, later)
-        return Utc(later.mjd, later.seconds)
-
-    def since(self, start: "Utc | str | datetime.datetime") -> float:
-        """SI seconds from `start`, leap seconds counted."""
-        seconds = ffi.new("double *")
-        call("utc_difference", Utc.of(start)._c(), self._c(), seconds)
-        return seconds[0]
-
     def sidereal_angle(self, ut1_minus_utc: float = 0.0) -> float:
         """Greenwich mean sidereal time (IAU 1982), rad; UT1-UTC in s."""
         angle = ffi.new("double *")
@@ -94,26 +82,6 @@ class Utc:
 
 
 When = "Utc | str | datetime.datetime"
-
-
-def earth_fixed(sidereal_angle: float, inertial: ArrayLike) -> Array:
-    """Turns inertial vectors into Earth-fixed ones.
-
-    Parameters
-    ----------
-    sidereal_angle : float
-        rad; its negative is the way back.
-    inertial : array_like, (n, 3)
-        Vectors in any unit.
-
-    Returns
-    -------
-    ndarray, (n, 3)
-    """
-    vectors = numbers(inertial, 3)
-    fixed = np.empty_like(vectors)
-    call("earth_fixed", sidereal_angle, len(vectors), pointer(vectors), pointer(fixed))
-    return fixed
 
 
 class Gravity(Handle):
@@ -293,78 +261,3 @@ class EarthRadiation(Handle):
         call("earth_radiation_evaluate", self._handle, Utc.of(epoch)._c(), len(where),
              pointer(spread(seconds, len(where))), pointer(where), pointer(flux), ffi.NULL, ffi.NULL)
         return flux
-
-
-class Surface(Handle):
-    """The outside of a satellite: the trapezoidal prism of GRACE, or plates.
-
-    Parameters
-    ----------
-    length, height, width_bottom, width_top : float
-        m; x along the length, z to the wide bottom that faces the Earth.
-    specular, diffuse : float
-        Reflected parts of the light.
-    """
-
-    def __init__(self, length: float = 3.122, height: float = 0.72, width_bottom: float = 1.942,
-                 width_top: float = 0.693, specular: float = 0.2, diffuse: float = 0.1) -> None:
-        super().__init__("surface_trapezoid", length, height, width_bottom, width_top, specular, diffuse)
-
-    @classmethod
-    def of_plates(cls, normal: ArrayLike, area: ArrayLike, centre: ArrayLike, specular: ArrayLike,
-                  diffuse: ArrayLike) -> "Surface":
-        """A closed convex body of n plates: outward unit normals (n, 3), areas (n,) m^2, centres (n, 3) m,
-        reflectivities (n,); body axes."""
-        normals = numbers(normal, 3)
-        n = len(normals)
-        return cls._made("surface_plates", n, pointer(normals), pointer(exactly(area, n)), pointer(exactly(centre, n, 3)),
-                         pointer(exactly(specular, n)), pointer(exactly(diffuse, n)))
-
-    def area(self, direction: ArrayLike) -> float:
-        """Cross-section, m^2, seen from a direction (unit vector towards the observer, body axes)."""
-        area = ffi.new("double *")
-        call("surface_area", self._handle, pointer(exactly(direction, 3)), area)
-        return area[0]
-
-    def drag(self, mass: float, drag_coefficient: float, density: float, velocity: ArrayLike) -> Array:
-        """Acceleration by air (3,), m/s^2: mass in kg, density in kg/m^3, velocity relative to the air in m/s;
-        body axes."""
-        acceleration = np.empty(3)
-        call("surface_drag", self._handle, mass, drag_coefficient, density, pointer(exactly(velocity, 3)),
-             pointer(acceleration))
-        return acceleration
-
-    def sunlight(self, mass: float, reflectivity: float, to_sun: ArrayLike, illumination: float = 1.0,
-                 solar_irradiance: float = 1367.0) -> Array:
-        """Acceleration by sunlight (3,), m/s^2: vector to the Sun in m, irradiance at 1 au in W/m^2; body axes."""
-        acceleration = np.empty(3)
-        call("surface_sunlight", self._handle, mass, reflectivity, solar_irradiance, illumination,
-             pointer(exactly(to_sun, 3)), pointer(acceleration))
-        return acceleration
-
-    def earthlight(self, mass: float, reflectivity: float, flux: ArrayLike, position: ArrayLike,
-                   quaternion: ArrayLike) -> Array:
-        """Acceleration by the Earth's light (3,), m/s^2, body axes: flux of `EarthRadiation` in W/m^2 and position
-        in m, both inertial; attitude from inertial to body axes, scalar last."""
-        acceleration = np.empty(3)
-        call("surface_earthlight", self._handle, mass, reflectivity, pointer(exactly(flux, 3)),
-             pointer(exactly(position, 3)), pointer(exactly(quaternion, 4)), pointer(acceleration))
-        return acceleration
-
-    def aerodynamic_load(self, centre_of_mass: ArrayLike, density: float, temperature: float,
-                         number_density: ArrayLike, velocity: ArrayLike, wall_temperature: float = 300.0,
-                         accommodation: float = 0.9) -> tuple[Array, Array]:
-        """Force (3,), N, and torque (3,), N m, of air in free-molecular flow, about the centre of mass (m)."""
-        force, torque = np.empty(3), np.empty(3)
-        call("surface_aerodynamic_load", self._handle, pointer(exactly(centre_of_mass, 3)), density, temperature,
-             pointer(exactly(number_density, 3)), wall_temperature, accommodation, pointer(exactly(velocity, 3)),
-             pointer(force), pointer(torque))
-        return force, torque
-
-    def sunlight_load(self, centre_of_mass: ArrayLike, to_sun: ArrayLike, illumination: float = 1.0,
-                      solar_irradiance: float = 1367.0) -> tuple[Array, Array]:
-        """Force (3,), N, and torque (3,), N m, of sunlight, about the centre of mass (m); body axes."""
-        force, torque = np.empty(3), np.empty(3)
-        call("surface_sunlight_load", self._handle, pointer(exactly(centre_of_mass, 3)), solar_irradiance,
-             illumination, pointer(exactly(to_sun, 3)), pointer(force), pointer(torque))
-        return force, torque

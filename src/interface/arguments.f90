@@ -12,8 +12,7 @@ module gracecg_interface_arguments
     implicit none
     private
     public :: c_utc_t, LONGEST_NAME, LONGEST_TEXT
-    public :: need, start_handle, check_count, check_integer, check_number, check_numbers, check_positions, check_attitudes, &
-        check_vector
+    public :: need, start_handle, check_count, check_integer, check_number, check_numbers, check_positions, check_attitudes
     public :: check_state_vector, check_result, check_results, take_text, take_time, give_text, give_numbers
 
     integer, parameter :: LONGEST_NAME = 4095       !! Bytes of a name or path
@@ -160,24 +159,6 @@ contains
             return
         end do
     end subroutine check_attitudes
-
-    !> A vector that is not zero, or of unit length.
-    subroutine check_vector(vector, name, unit, outcome)
-        real(dp), intent(in), optional :: vector(3)     !! In any unit
-        character(*), intent(in) :: name                !! Of the argument
-        logical, intent(in) :: unit                     !! Its length has to be 1
-        type(outcome_t), intent(inout) :: outcome
-
-        real(dp), parameter :: UNIT_TOLERANCE = 1e-6_dp
-
-        call check_numbers(vector, 3_c_size_t, name, .true., outcome)
-        if (.not. present(vector)) return
-        if (unit .and. abs(norm2(vector) - 1) > UNIT_TOLERANCE) then
-            call outcome%refuse(STATUS_BAD_VALUE, name//' has to be a unit vector; its length is '//number_text(norm2(vector)))
-        else if (.not. norm2(vector) > 0) then
-            call outcome%refuse(STATUS_BAD_VALUE, name//' is zero')
-        end if
-    end subroutine check_vector
 
     !> Position, velocity, angular velocity and attitude.
     subroutine check_state_vector(state, name, outcome)

@@ -3,12 +3,11 @@
 !> the same name.
 module gracecg_interface_c_functions
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: build_dynamics, conical_shadow, dp, drag_acceleration, error_t, gmst_1982, new_trapezoid, &
-        parse_utc, projected_area, seconds_between, solar_radiation_acceleration, utc_t
+    use gracecg, only: build_dynamics, conical_shadow, dp, error_t, gmst_1982, parse_utc, utc_t
     use gracecg_base_kinds, only: i8
     use gracecg_interface_arguments, only: c_utc_t, check_attitudes, check_count, check_integer, check_number, &
-        check_numbers, check_positions, check_result, check_results, check_state_vector, check_vector, &
-        give_numbers, give_text, LONGEST_NAME, LONGEST_TEXT, need, start_handle, take_text, take_time
+        check_numbers, check_positions, check_result, check_results, check_state_vector, give_numbers, give_text, &
+        LONGEST_NAME, LONGEST_TEXT, need, start_handle, take_text, take_time
     use gracecg_interface_cases, only: case_object_t, case_open, force_model_evaluate, force_model_loads, &
         force_model_propagate, force_object_t
     use gracecg_interface_estimates, only: chain_object_t, estimate, estimate_chain, estimate_joint, fit_object_t, &
@@ -23,20 +22,16 @@ module gracecg_interface_c_functions
         simulator_open
     use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, STATUS_BAD_VALUE, STATUS_FAILED
     use gracecg_interface_planning, only: bound_object_t, case_bound, design, design_object_t, map, map_object_t
-    use gracecg_interface_surface, only: surface_aerodynamic_load, surface_earthlight, surface_object_t, &
-        surface_plates, surface_sunlight_load
-    use gracecg_interface_time, only: earth_fixed, earth_orientation, earth_parameters, later_time
+    use gracecg_interface_time, only: earth_orientation, earth_parameters
     implicit none
     private
-    public :: c_case_bound, c_case_open, c_density_evaluate, c_density_open, c_design, c_earth_fixed
-    public :: c_earth_orientation, c_earth_parameters, c_earth_radiation_evaluate, c_earth_radiation_open
-    public :: c_estimate, c_estimate_chain, c_estimate_joint, c_field_evaluate, c_field_open, c_force_model_evaluate
-    public :: c_force_model_loads, c_force_model_open, c_force_model_propagate, c_get, c_get_text
-    public :: c_gravity_evaluate, c_gravity_open, c_map, c_observations_create, c_observations_open
-    public :: c_observations_write, c_options_replace, c_setup_from, c_setup_open, c_sidereal_angle, c_simulate
-    public :: c_simulator_open, c_sun_illumination, c_sun_position, c_surface_aerodynamic_load, c_surface_area
-    public :: c_surface_drag, c_surface_earthlight, c_surface_plates, c_surface_sunlight, c_surface_sunlight_load
-    public :: c_surface_trapezoid, c_utc_add, c_utc_difference, c_utc_parse, c_wind_evaluate, c_wind_open
+    public :: c_case_bound, c_case_open, c_density_evaluate, c_density_open, c_design, c_earth_orientation
+    public :: c_earth_parameters, c_earth_radiation_evaluate, c_earth_radiation_open, c_estimate, c_estimate_chain
+    public :: c_estimate_joint, c_field_evaluate, c_field_open, c_force_model_evaluate, c_force_model_loads
+    public :: c_force_model_open, c_force_model_propagate, c_get, c_get_text, c_gravity_evaluate, c_gravity_open
+    public :: c_map, c_observations_create, c_observations_open, c_observations_write, c_options_replace
+    public :: c_setup_from, c_setup_open, c_sidereal_angle, c_simulate, c_simulator_open, c_sun_illumination
+    public :: c_sun_position, c_utc_parse, c_wind_evaluate, c_wind_open
 
 contains
 
@@ -122,50 +117,6 @@ contains
         status = reported(outcome, error)
     end function c_utc_parse
 
-    !> gracecg_utc_add
-    function c_utc_add(utc, seconds, later, error) result(status) bind(c, name='gracecg_utc_add')
-        type(c_utc_t), intent(in), optional :: utc
-        real(c_double), intent(in), value :: seconds
-        type(c_utc_t), intent(inout), optional :: later
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        type(utc_t), allocatable :: utc_in
-        type(utc_t) :: later_found
-
-        call take_time(utc, 'utc', .true., utc_in, outcome)
-        call check_number(seconds, 'seconds', outcome)
-        call need(present(later), 'later', outcome)
-        if (outcome%good()) then
-            call later_time(utc_in, seconds, later_found, outcome)
-        end if
-        if (outcome%good()) later = c_utc_t(later_found%mjd, later_found%seconds)
-        status = reported(outcome, error)
-    end function c_utc_add
-
-    !> gracecg_utc_difference
-    function c_utc_difference(start, finish, seconds, error) result(status) bind(c, name='gracecg_utc_difference')
-        type(c_utc_t), intent(in), optional :: start
-        type(c_utc_t), intent(in), optional :: finish
-        real(c_double), intent(inout), optional :: seconds
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        type(utc_t), allocatable :: start_in
-        type(utc_t), allocatable :: finish_in
-
-        call take_time(start, 'start', .true., start_in, outcome)
-        call take_time(finish, 'finish', .true., finish_in, outcome)
-        call need(present(seconds), 'seconds', outcome)
-        if (outcome%good()) then
-            seconds = seconds_between(start_in, finish_in)
-        end if
-        call check_result(seconds, 'seconds', outcome)
-        status = reported(outcome, error)
-    end function c_utc_difference
-
     !> gracecg_sidereal_angle
     function c_sidereal_angle(utc, ut1_minus_utc, angle, error) result(status) bind(c, name='gracecg_sidereal_angle')
         type(c_utc_t), intent(in), optional :: utc
@@ -186,29 +137,6 @@ contains
         call check_result(angle, 'angle', outcome)
         status = reported(outcome, error)
     end function c_sidereal_angle
-
-    !> gracecg_earth_fixed
-    function c_earth_fixed(sidereal_angle, n, inertial, fixed, error) result(status) bind(c, &
-        name='gracecg_earth_fixed')
-        real(c_double), intent(in), value :: sidereal_angle
-        integer(c_size_t), intent(in), value :: n
-        real(c_double), intent(in), optional :: inertial(3, *)
-        real(c_double), intent(inout), optional :: fixed(3, *)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-
-        call check_number(sidereal_angle, 'sidereal_angle', outcome)
-        call check_count(n, 'n', 0, huge(0), outcome)
-        call check_numbers(inertial, 3*n, 'inertial', .true., outcome)
-        call need(present(fixed) .or. n == 0, 'fixed', outcome)
-        if (outcome%good() .and. n > 0) then
-            call earth_fixed(sidereal_angle, int(n), inertial, fixed, outcome)
-        end if
-        call check_results(fixed, 3*n, 'fixed', outcome)
-        status = reported(outcome, error)
-    end function c_earth_fixed
 
     !> gracecg_earth_parameters
     function c_earth_parameters(path, utc, ut1_minus_utc, pole, error) result(status) bind(c, &
@@ -642,302 +570,6 @@ contains
         call check_results(flux, 3*n, 'flux', outcome)
         status = reported(outcome, error)
     end function c_earth_radiation_evaluate
-
-    !> gracecg_surface_trapezoid
-    function c_surface_trapezoid(length, height, width_bottom, width_top, specular, diffuse, surface, error) &
-        result(status) bind(c, name='gracecg_surface_trapezoid')
-        real(c_double), intent(in), value :: length
-        real(c_double), intent(in), value :: height
-        real(c_double), intent(in), value :: width_bottom
-        real(c_double), intent(in), value :: width_top
-        real(c_double), intent(in), value :: specular
-        real(c_double), intent(in), value :: diffuse
-        integer(c_intptr_t), intent(inout), optional :: surface
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        type(error_t), allocatable :: failure
-        type(surface_object_t), pointer :: made
-        class(object_t), pointer :: made_object
-        integer :: memory
-
-        call start_handle(surface, 'surface', outcome)
-        call check_number(length, 'length', outcome)
-        call check_number(height, 'height', outcome)
-        call check_number(width_bottom, 'width_bottom', outcome)
-        call check_number(width_top, 'width_top', outcome)
-        call check_number(specular, 'specular', outcome)
-        call check_number(diffuse, 'diffuse', outcome)
-        made_object => null()
-        if (outcome%good()) then
-            allocate (made, stat=memory)
-            call check_memory(memory, outcome)
-            if (outcome%good()) then
-                made_object => made
-                call new_trapezoid(made%plates, length, height, width_bottom, width_top, specular, diffuse, failure)
-                call outcome%take(failure, STATUS_BAD_VALUE)
-            end if
-        end if
-        call keep(made_object, surface, outcome)
-        status = reported(outcome, error)
-    end function c_surface_trapezoid
-
-    !> gracecg_surface_plates
-    function c_surface_plates(n, normal, area, centre, specular, diffuse, surface, error) result(status) bind(c, &
-        name='gracecg_surface_plates')
-        integer(c_size_t), intent(in), value :: n
-        real(c_double), intent(in), optional :: normal(3, *)
-        real(c_double), intent(in), optional :: area(*)
-        real(c_double), intent(in), optional :: centre(3, *)
-        real(c_double), intent(in), optional :: specular(*)
-        real(c_double), intent(in), optional :: diffuse(*)
-        integer(c_intptr_t), intent(inout), optional :: surface
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        type(surface_object_t), pointer :: made
-        class(object_t), pointer :: made_object
-        integer :: memory
-
-        call start_handle(surface, 'surface', outcome)
-        call check_count(n, 'n', 1, 32, outcome)
-        call check_numbers(normal, 3*n, 'normal', .true., outcome)
-        call check_numbers(area, n, 'area', .true., outcome)
-        call check_numbers(centre, 3*n, 'centre', .true., outcome)
-        call check_numbers(specular, n, 'specular', .true., outcome)
-        call check_numbers(diffuse, n, 'diffuse', .true., outcome)
-        made_object => null()
-        if (outcome%good()) then
-            allocate (made, stat=memory)
-            call check_memory(memory, outcome)
-            if (outcome%good()) then
-                made_object => made
-                call surface_plates(int(n), normal, area, centre, specular, diffuse, made, outcome)
-            end if
-        end if
-        call keep(made_object, surface, outcome)
-        status = reported(outcome, error)
-    end function c_surface_plates
-
-    !> gracecg_surface_area
-    function c_surface_area(surface, direction, area, error) result(status) bind(c, name='gracecg_surface_area')
-        integer(c_intptr_t), intent(in), value :: surface
-        real(c_double), intent(in), optional :: direction(3)
-        real(c_double), intent(inout), optional :: area
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: surface_in
-
-        call check_vector(direction, 'direction', .true., outcome)
-        call need(present(area), 'area', outcome)
-        if (outcome%good()) then
-            call acquire(int(surface, i8), surface_in)
-            select type (surface_in)
-            class is (surface_object_t)
-                area = projected_area(surface_in%plates, direction)
-            class default
-                call refuse_handle('surface', outcome)
-            end select
-            call release(int(surface, i8), surface_in)
-        end if
-        call check_result(area, 'area', outcome)
-        status = reported(outcome, error)
-    end function c_surface_area
-
-    !> gracecg_surface_drag
-    function c_surface_drag(surface, mass, drag_coefficient, density, velocity, acceleration, error) result(status) &
-        bind(c, name='gracecg_surface_drag')
-        integer(c_intptr_t), intent(in), value :: surface
-        real(c_double), intent(in), value :: mass
-        real(c_double), intent(in), value :: drag_coefficient
-        real(c_double), intent(in), value :: density
-        real(c_double), intent(in), optional :: velocity(3)
-        real(c_double), intent(inout), optional :: acceleration(3)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: surface_in
-
-        call check_number(mass, 'mass', outcome, above=0.0_dp)
-        call check_number(drag_coefficient, 'drag_coefficient', outcome, low=0.0_dp)
-        call check_number(density, 'density', outcome, low=0.0_dp)
-        call check_numbers(velocity, 3_c_size_t, 'velocity', .true., outcome)
-        call need(present(acceleration), 'acceleration', outcome)
-        if (outcome%good()) then
-            call acquire(int(surface, i8), surface_in)
-            select type (surface_in)
-            class is (surface_object_t)
-                acceleration = drag_acceleration(surface_in%plates, mass, drag_coefficient, density, velocity)
-            class default
-                call refuse_handle('surface', outcome)
-            end select
-            call release(int(surface, i8), surface_in)
-        end if
-        call check_results(acceleration, 3_c_size_t, 'acceleration', outcome)
-        status = reported(outcome, error)
-    end function c_surface_drag
-
-    !> gracecg_surface_sunlight
-    function c_surface_sunlight(surface, mass, reflectivity, solar_irradiance, illumination, to_sun, acceleration, &
-        error) result(status) bind(c, name='gracecg_surface_sunlight')
-        integer(c_intptr_t), intent(in), value :: surface
-        real(c_double), intent(in), value :: mass
-        real(c_double), intent(in), value :: reflectivity
-        real(c_double), intent(in), value :: solar_irradiance
-        real(c_double), intent(in), value :: illumination
-        real(c_double), intent(in), optional :: to_sun(3)
-        real(c_double), intent(inout), optional :: acceleration(3)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: surface_in
-
-        call check_number(mass, 'mass', outcome, above=0.0_dp)
-        call check_number(reflectivity, 'reflectivity', outcome, low=0.0_dp)
-        call check_number(solar_irradiance, 'solar_irradiance', outcome, low=0.0_dp)
-        call check_number(illumination, 'illumination', outcome, low=0.0_dp, high=1.0_dp)
-        call check_vector(to_sun, 'to_sun', .false., outcome)
-        call need(present(acceleration), 'acceleration', outcome)
-        if (outcome%good()) then
-            call acquire(int(surface, i8), surface_in)
-            select type (surface_in)
-            class is (surface_object_t)
-                acceleration = solar_radiation_acceleration(surface_in%plates, mass, reflectivity, &
-                    solar_irradiance, illumination, to_sun)
-            class default
-                call refuse_handle('surface', outcome)
-            end select
-            call release(int(surface, i8), surface_in)
-        end if
-        call check_results(acceleration, 3_c_size_t, 'acceleration', outcome)
-        status = reported(outcome, error)
-    end function c_surface_sunlight
-
-    !> gracecg_surface_earthlight
-    function c_surface_earthlight(surface, mass, reflectivity, flux, position, quaternion, acceleration, error) &
-        result(status) bind(c, name='gracecg_surface_earthlight')
-        integer(c_intptr_t), intent(in), value :: surface
-        real(c_double), intent(in), value :: mass
-        real(c_double), intent(in), value :: reflectivity
-        real(c_double), intent(in), optional :: flux(3)
-        real(c_double), intent(in), optional :: position(3)
-        real(c_double), intent(in), optional :: quaternion(4)
-        real(c_double), intent(inout), optional :: acceleration(3)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: surface_in
-
-        call check_number(mass, 'mass', outcome, above=0.0_dp)
-        call check_number(reflectivity, 'reflectivity', outcome, low=0.0_dp)
-        call check_numbers(flux, 3_c_size_t, 'flux', .true., outcome)
-        call check_positions(position, 1_c_size_t, 'position', outcome)
-        call check_attitudes(quaternion, 1_c_size_t, 'quaternion', outcome)
-        call need(present(acceleration), 'acceleration', outcome)
-        if (outcome%good()) then
-            call acquire(int(surface, i8), surface_in)
-            select type (surface_in)
-            class is (surface_object_t)
-                call surface_earthlight(surface_in, mass, reflectivity, flux, position, quaternion, acceleration, &
-                    outcome)
-            class default
-                call refuse_handle('surface', outcome)
-            end select
-            call release(int(surface, i8), surface_in)
-        end if
-        call check_results(acceleration, 3_c_size_t, 'acceleration', outcome)
-        status = reported(outcome, error)
-    end function c_surface_earthlight
-
-    !> gracecg_surface_aerodynamic_load
-    function c_surface_aerodynamic_load(surface, centre_of_mass, density, temperature, number_density, &
-        wall_temperature, accommodation, velocity, force, torque, error) result(status) bind(c, &
-        name='gracecg_surface_aerodynamic_load')
-        integer(c_intptr_t), intent(in), value :: surface
-        real(c_double), intent(in), optional :: centre_of_mass(3)
-        real(c_double), intent(in), value :: density
-        real(c_double), intent(in), value :: temperature
-        real(c_double), intent(in), optional :: number_density(3)
-        real(c_double), intent(in), value :: wall_temperature
-        real(c_double), intent(in), value :: accommodation
-        real(c_double), intent(in), optional :: velocity(3)
-        real(c_double), intent(inout), optional :: force(3)
-        real(c_double), intent(inout), optional :: torque(3)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: surface_in
-
-        call check_numbers(centre_of_mass, 3_c_size_t, 'centre_of_mass', .true., outcome)
-        call check_number(density, 'density', outcome, low=0.0_dp)
-        call check_number(temperature, 'temperature', outcome, above=0.0_dp)
-        call check_numbers(number_density, 3_c_size_t, 'number_density', .true., outcome)
-        call check_number(wall_temperature, 'wall_temperature', outcome)
-        call check_number(accommodation, 'accommodation', outcome)
-        call check_numbers(velocity, 3_c_size_t, 'velocity', .true., outcome)
-        call need(present(force), 'force', outcome)
-        call need(present(torque), 'torque', outcome)
-        if (outcome%good()) then
-            call acquire(int(surface, i8), surface_in)
-            select type (surface_in)
-            class is (surface_object_t)
-                call surface_aerodynamic_load(surface_in, centre_of_mass, density, temperature, number_density, &
-                    wall_temperature, accommodation, velocity, force, torque, outcome)
-            class default
-                call refuse_handle('surface', outcome)
-            end select
-            call release(int(surface, i8), surface_in)
-        end if
-        call check_results(force, 3_c_size_t, 'force', outcome)
-        call check_results(torque, 3_c_size_t, 'torque', outcome)
-        status = reported(outcome, error)
-    end function c_surface_aerodynamic_load
-
-    !> gracecg_surface_sunlight_load
-    function c_surface_sunlight_load(surface, centre_of_mass, solar_irradiance, illumination, to_sun, force, &
-        torque, error) result(status) bind(c, name='gracecg_surface_sunlight_load')
-        integer(c_intptr_t), intent(in), value :: surface
-        real(c_double), intent(in), optional :: centre_of_mass(3)
-        real(c_double), intent(in), value :: solar_irradiance
-        real(c_double), intent(in), value :: illumination
-        real(c_double), intent(in), optional :: to_sun(3)
-        real(c_double), intent(inout), optional :: force(3)
-        real(c_double), intent(inout), optional :: torque(3)
-        type(c_error_t), intent(inout), optional :: error
-        integer(c_int) :: status
-
-        type(outcome_t) :: outcome
-        class(object_t), pointer :: surface_in
-
-        call check_numbers(centre_of_mass, 3_c_size_t, 'centre_of_mass', .true., outcome)
-        call check_number(solar_irradiance, 'solar_irradiance', outcome, low=0.0_dp)
-        call check_number(illumination, 'illumination', outcome, low=0.0_dp, high=1.0_dp)
-        call check_vector(to_sun, 'to_sun', .false., outcome)
-        call need(present(force), 'force', outcome)
-        call need(present(torque), 'torque', outcome)
-        if (outcome%good()) then
-            call acquire(int(surface, i8), surface_in)
-            select type (surface_in)
-            class is (surface_object_t)
-                call surface_sunlight_load(surface_in, centre_of_mass, solar_irradiance, illumination, to_sun, &
-                    force, torque, outcome)
-            class default
-                call refuse_handle('surface', outcome)
-            end select
-            call release(int(surface, i8), surface_in)
-        end if
-        call check_results(force, 3_c_size_t, 'force', outcome)
-        call check_results(torque, 3_c_size_t, 'torque', outcome)
-        status = reported(outcome, error)
-    end function c_surface_sunlight_load
 
     !> gracecg_case_open
     function c_case_open(name_file_or_text, the_case, error) result(status) bind(c, name='gracecg_case_open')

@@ -1,11 +1,11 @@
 !> The C interface: time, and the turn of the Earth. Documented in include/gracecg.h.
 module gracecg_interface_time
-    use gracecg, only: dp, error_t, utc_t, utc_plus, check_utc_in_range, rotation_z, ARCSECOND, earth_parameters_t, &
+    use gracecg, only: dp, error_t, utc_t, utc_plus, check_utc_in_range, ARCSECOND, earth_parameters_t, &
         earth_orientation_t, new_earth_orientation, read_earth_parameters
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
     implicit none
     private
-    public :: earth_fixed, earth_parameters, earth_orientation, later_time
+    public :: earth_parameters, earth_orientation, later_time
 
 contains
 
@@ -22,25 +22,6 @@ contains
         call check_utc_in_range(utc, failure)
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine later_time
-
-    !> Inertial vectors [n][3] into Earth-fixed ones, by the sidereal angle (rad).
-    subroutine earth_fixed(sidereal_angle, n, inertial, fixed, outcome)
-        real(dp), intent(in) :: sidereal_angle      !! rad
-        integer, intent(in) :: n                    !! Vectors
-        real(dp), intent(in) :: inertial(3, n)      !! Any unit
-        real(dp), intent(inout) :: fixed(3, n)      !! The same unit; may be the same array
-        type(outcome_t), intent(inout) :: outcome
-
-        real(dp) :: rotation(3, 3), vector(3)
-        integer :: i
-
-        if (.not. outcome%good()) return
-        rotation = rotation_z(sidereal_angle)
-        do i = 1, n
-            vector = inertial(:, i)
-            fixed(:, i) = matmul(rotation, vector)
-        end do
-    end subroutine earth_fixed
 
     !> UT1-UTC (s) and x and y of the pole (rad) at a time, each or NULL.
     subroutine earth_parameters(path, utc, ut1_minus_utc, pole, outcome)

@@ -121,10 +121,6 @@ contains
             call check_refused(error, status, BAD_HANDLE, failure, 'wind')
             status = gracecg_earth_radiation_evaluate(wrong(i), epoch, ONE, [0.0_dp], x, x, error=failure)
             call check_refused(error, status, BAD_HANDLE, failure, 'Earth radiation')
-            status = gracecg_surface_area(wrong(i), [1.0_dp, 0.0_dp, 0.0_dp], number, failure)
-            call check_refused(error, status, BAD_HANDLE, failure, 'surface')
-            status = gracecg_surface_drag(wrong(i), MASS, 2.0_dp, 1e-12_dp, x, x, failure)
-            call check_refused(error, status, BAD_HANDLE, failure, 'surface')
             status = gracecg_force_model_evaluate(wrong(i), ONE, [0.0_dp], x, x, x(10:13), error=failure)
             call check_refused(error, status, BAD_HANDLE, failure, 'force model')
             status = gracecg_force_model_loads(wrong(i), 0.0_dp, x, rate=x, error=failure)
@@ -244,9 +240,9 @@ contains
 
         type(error_struct) :: failure
         type(utc_struct) :: epoch
-        integer(c_intptr_t) :: case, model, gravity, surface, handle
+        integer(c_intptr_t) :: case, model, gravity, light, handle
         integer(c_int) :: status
-        real(dp) :: bad(2), state(13), x(13), a(13), s(1)
+        real(dp) :: bad(2), state(13), x(13), a(13)
         integer :: i, k
 
         bad = [ieee_value(1.0_dp, ieee_quiet_nan), ieee_value(1.0_dp, ieee_positive_inf)]
@@ -255,7 +251,6 @@ contains
         state = item(case, 'state', 13)
         status = gracecg_force_model_open(case, model)
         status = gracecg_gravity_open(c_string('egm96'), 2, 2, gravity)
-        status = gracecg_surface_trapezoid(3.0_dp, 1.0_dp, 1.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, surface)
         do k = 1, 2
             do i = 1, 13
                 x = state
@@ -284,28 +279,16 @@ contains
             call check_refused(error, status, BAD_VALUE, failure, 'outside the covered times')
             status = gracecg_sun_illumination(ONE, PLACE, [bad(k), 0.0_dp, 0.0_dp], a, failure)
             call check_refused(error, status, BAD_VALUE, failure, 'sun')
-            status = gracecg_surface_drag(surface, bad(k), 2.0_dp, 1e-12_dp, PLACE, a, failure)
-            call check_refused(error, status, BAD_VALUE, failure, 'mass')
-            status = gracecg_surface_drag(surface, MASS, 2.0_dp, bad(k), PLACE, a, failure)
-            call check_refused(error, status, BAD_VALUE, failure, 'density')
-            status = gracecg_surface_drag(surface, MASS, 2.0_dp, 1e-12_dp, [bad(k), 0.0_dp, 0.0_dp], a, failure)
-            call check_refused(error, status, BAD_VALUE, failure, 'velocity')
-            status = gracecg_surface_trapezoid(bad(k), 1.0_dp, 1.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, handle, failure)
-            call check_refused(error, status, BAD_VALUE, failure, 'NaN or infinite')
             status = gracecg_density_open(c_string('dtm77'), indices=[bad(k), 150.0_dp, 2.0_dp], density=handle, error=failure)
             call check_refused(error, status, BAD_VALUE, failure, 'indices')
             status = gracecg_earth_radiation_open(c_string('report'), 1, bad(k), handle, failure)
             call check_refused(error, status, BAD_VALUE, failure, 'irradiance')
-            status = gracecg_earth_fixed(bad(k), ONE, PLACE, a, failure)
-            call check_refused(error, status, BAD_VALUE, failure, 'sidereal_angle')
-            status = gracecg_utc_add(epoch, bad(k), epoch, failure)
-            call check_refused(error, status, BAD_VALUE, failure, 'seconds')
         end do
-        s = 0
         ! what overflows on the way
-        status = gracecg_surface_drag(surface, MASS, 2.0_dp, 1e-12_dp, 1e200_dp*PLACE, a, failure)
+        status = gracecg_earth_radiation_open(c_string('report'), 1, 1367.0_dp, light)
+        status = gracecg_earth_radiation_evaluate(light, epoch, ONE, [0.0_dp], 1e200_dp*PLACE, a, error=failure)
         call check_refused(error, status, BAD_VALUE, failure, 'would be NaN or infinite')
-        status = gracecg_free(surface)
+        status = gracecg_free(light)
         status = gracecg_free(gravity)
         status = gracecg_free(model)
         status = gracecg_free(case)

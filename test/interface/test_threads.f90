@@ -155,22 +155,27 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         integer, parameter :: ROUNDS = 3000
-        integer(c_intptr_t) :: gravity, surface
+        integer(c_intptr_t) :: gravity, light
         integer(c_int) :: status(5)
-        real(dp) :: a(3), area
+        real(dp) :: a(3), flux(3), share
+        real(dp), parameter :: UP(3) = [7e6_dp, 0.0_dp, 0.0_dp]
         integer :: i, failures, before
 
         before = live_objects()
+        status(1) = gracecg_earth_radiation_open(c_string('report'), 0, 1000.0_dp, light)
+        status(2) = gracecg_earth_radiation_evaluate(light, utc_struct(47528, 0.0_dp), 1_c_size_t, [0.0_dp], UP, flux)
+        status(3) = gracecg_free(light)
+        share = flux(1)/1000
         failures = 0
         !$omp parallel do num_threads(THREADS) schedule(static, 1) reduction(+:failures) &
-        !$omp& private(gravity, surface, status, a, area)
+        !$omp& private(gravity, light, status, a, flux)
         do i = 1, ROUNDS
             status(1) = gracecg_gravity_open(c_string('point-mass'), 0, 0, gravity)
-            status(2) = gracecg_surface_trapezoid(1.0_dp, 1.0_dp, 2.0_dp + i, 1.0_dp, 0.0_dp, 0.0_dp, surface)
+            status(2) = gracecg_earth_radiation_open(c_string('report'), 0, 1000.0_dp + i, light)
             status(3) = gracecg_gravity_evaluate(gravity, 1_c_size_t, [7e6_dp, 1.0_dp*i, 0.0_dp], a)
-            status(4) = gracecg_surface_area(surface, [0.0_dp, 0.0_dp, 1.0_dp], area)
-            status(5) = max(gracecg_free(gravity), gracecg_free(surface))
-            if (any(status /= OK) .or. abs(area - (2 + i)) > 1e-9_dp) failures = failures + 1
+            status(4) = gracecg_earth_radiation_evaluate(light, utc_struct(47528, 0.0_dp), 1_c_size_t, [0.0_dp], UP, flux)
+            status(5) = max(gracecg_free(gravity), gracecg_free(light))
+            if (any(status /= OK) .or. abs(flux(1)/(1000 + i) - share) > 1e-12_dp) failures = failures + 1
         end do
         !$omp end parallel do
         call check(error, failures, 0, 'failures')

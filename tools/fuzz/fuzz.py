@@ -230,8 +230,7 @@ class Entries:
         self.keep = {"object": observations, "case": case, "simulator": simulator, "observations": observations, "setup": observations.setup,
                      "fit": observations.fit("sequential"), "gravity": make.Gravity("egm96", 4),
                      "field": make.Field("1989-01-02"), "density": make.Density("1989-01-02"), "wind": make.Wind(),
-                     "earth_radiation": make.EarthRadiation(), "surface": make.Surface(),
-                     "force_model": case.force_model()}
+                     "earth_radiation": make.EarthRadiation(), "force_model": case.force_model()}
         gone = make.Case("front-1")
         self.freed = int(self.ffi.cast("intptr_t", gone._handle))
         del gone

@@ -46,25 +46,6 @@ module c_declarations
             integer(c_int) :: status
         end function gracecg_utc_parse
 
-        function gracecg_utc_add(utc, seconds, later, error) result(status) bind(c, name='gracecg_utc_add')
-            import :: c_double, c_int, error_struct, utc_struct
-            type(utc_struct), intent(in), optional :: utc
-            real(c_double), intent(in), value :: seconds
-            type(utc_struct), intent(inout), optional :: later
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_utc_add
-
-        function gracecg_utc_difference(start, finish, seconds, error) result(status) bind(c, &
-            name='gracecg_utc_difference')
-            import :: c_double, c_int, error_struct, utc_struct
-            type(utc_struct), intent(in), optional :: start
-            type(utc_struct), intent(in), optional :: finish
-            real(c_double), intent(inout), optional :: seconds
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_utc_difference
-
         function gracecg_sidereal_angle(utc, ut1_minus_utc, angle, error) result(status) bind(c, &
             name='gracecg_sidereal_angle')
             import :: c_double, c_int, error_struct, utc_struct
@@ -74,17 +55,6 @@ module c_declarations
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_sidereal_angle
-
-        function gracecg_earth_fixed(sidereal_angle, n, inertial, fixed, error) result(status) bind(c, &
-            name='gracecg_earth_fixed')
-            import :: c_double, c_int, c_size_t, error_struct
-            real(c_double), intent(in), value :: sidereal_angle
-            integer(c_size_t), intent(in), value :: n
-            real(c_double), intent(in), optional :: inertial(*)
-            real(c_double), intent(inout), optional :: fixed(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_earth_fixed
 
         function gracecg_earth_parameters(path, utc, ut1_minus_utc, pole, error) result(status) bind(c, &
             name='gracecg_earth_parameters')
@@ -248,117 +218,6 @@ module c_declarations
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_earth_radiation_evaluate
-
-        function gracecg_surface_trapezoid(length, height, width_bottom, width_top, specular, diffuse, surface, &
-            error) result(status) bind(c, name='gracecg_surface_trapezoid')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            real(c_double), intent(in), value :: length
-            real(c_double), intent(in), value :: height
-            real(c_double), intent(in), value :: width_bottom
-            real(c_double), intent(in), value :: width_top
-            real(c_double), intent(in), value :: specular
-            real(c_double), intent(in), value :: diffuse
-            integer(c_intptr_t), intent(inout), optional :: surface
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_trapezoid
-
-        function gracecg_surface_plates(n, normal, area, centre, specular, diffuse, surface, error) result(status) &
-            bind(c, name='gracecg_surface_plates')
-            import :: c_double, c_int, c_intptr_t, c_size_t, error_struct
-            integer(c_size_t), intent(in), value :: n
-            real(c_double), intent(in), optional :: normal(*)
-            real(c_double), intent(in), optional :: area(*)
-            real(c_double), intent(in), optional :: centre(*)
-            real(c_double), intent(in), optional :: specular(*)
-            real(c_double), intent(in), optional :: diffuse(*)
-            integer(c_intptr_t), intent(inout), optional :: surface
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_plates
-
-        function gracecg_surface_area(surface, direction, area, error) result(status) bind(c, &
-            name='gracecg_surface_area')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(in), value :: surface
-            real(c_double), intent(in), optional :: direction(*)
-            real(c_double), intent(inout), optional :: area
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_area
-
-        function gracecg_surface_drag(surface, mass, drag_coefficient, density, velocity, acceleration, error) &
-            result(status) bind(c, name='gracecg_surface_drag')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(in), value :: surface
-            real(c_double), intent(in), value :: mass
-            real(c_double), intent(in), value :: drag_coefficient
-            real(c_double), intent(in), value :: density
-            real(c_double), intent(in), optional :: velocity(*)
-            real(c_double), intent(inout), optional :: acceleration(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_drag
-
-        function gracecg_surface_sunlight(surface, mass, reflectivity, solar_irradiance, illumination, to_sun, &
-            acceleration, error) result(status) bind(c, name='gracecg_surface_sunlight')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(in), value :: surface
-            real(c_double), intent(in), value :: mass
-            real(c_double), intent(in), value :: reflectivity
-            real(c_double), intent(in), value :: solar_irradiance
-            real(c_double), intent(in), value :: illumination
-            real(c_double), intent(in), optional :: to_sun(*)
-            real(c_double), intent(inout), optional :: acceleration(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_sunlight
-
-        function gracecg_surface_earthlight(surface, mass, reflectivity, flux, position, quaternion, acceleration, &
-            error) result(status) bind(c, name='gracecg_surface_earthlight')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(in), value :: surface
-            real(c_double), intent(in), value :: mass
-            real(c_double), intent(in), value :: reflectivity
-            real(c_double), intent(in), optional :: flux(*)
-            real(c_double), intent(in), optional :: position(*)
-            real(c_double), intent(in), optional :: quaternion(*)
-            real(c_double), intent(inout), optional :: acceleration(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_earthlight
-
-        function gracecg_surface_aerodynamic_load(surface, centre_of_mass, density, temperature, number_density, &
-            wall_temperature, accommodation, velocity, force, torque, error) result(status) bind(c, &
-            name='gracecg_surface_aerodynamic_load')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(in), value :: surface
-            real(c_double), intent(in), optional :: centre_of_mass(*)
-            real(c_double), intent(in), value :: density
-            real(c_double), intent(in), value :: temperature
-            real(c_double), intent(in), optional :: number_density(*)
-            real(c_double), intent(in), value :: wall_temperature
-            real(c_double), intent(in), value :: accommodation
-            real(c_double), intent(in), optional :: velocity(*)
-            real(c_double), intent(inout), optional :: force(*)
-            real(c_double), intent(inout), optional :: torque(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_aerodynamic_load
-
-        function gracecg_surface_sunlight_load(surface, centre_of_mass, solar_irradiance, illumination, to_sun, &
-            force, torque, error) result(status) bind(c, name='gracecg_surface_sunlight_load')
-            import :: c_double, c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(in), value :: surface
-            real(c_double), intent(in), optional :: centre_of_mass(*)
-            real(c_double), intent(in), value :: solar_irradiance
-            real(c_double), intent(in), value :: illumination
-            real(c_double), intent(in), optional :: to_sun(*)
-            real(c_double), intent(inout), optional :: force(*)
-            real(c_double), intent(inout), optional :: torque(*)
-            type(error_struct), intent(inout), optional :: error
-            integer(c_int) :: status
-        end function gracecg_surface_sunlight_load
 
         function gracecg_case_open(name_file_or_text, the_case, error) result(status) bind(c, &
             name='gracecg_case_open')

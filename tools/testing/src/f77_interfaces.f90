@@ -58,29 +58,11 @@ module f77_interfaces
             double precision :: sec
         end subroutine gcutc
 
-        subroutine gcuadd(mjd, sec, dt, mjd2, sec2, istat, msg)
-            character(*) :: msg
-            integer :: mjd, mjd2, istat
-            double precision :: sec, dt, sec2
-        end subroutine gcuadd
-
-        subroutine gcudif(mjd1, sec1, mjd2, sec2, dt, istat, msg)
-            character(*) :: msg
-            integer :: mjd1, mjd2, istat
-            double precision :: sec1, sec2, dt
-        end subroutine gcudif
-
         subroutine gcgmst(mjd, sec, dut1, theta, istat, msg)
             character(*) :: msg
             integer :: mjd, istat
             double precision :: sec, dut1, theta
         end subroutine gcgmst
-
-        subroutine gcrotz(theta, xinr, xfix, istat, msg)
-            character(*) :: msg
-            integer :: istat
-            double precision :: theta, xinr(3), xfix(3)
-        end subroutine gcrotz
 
         subroutine gceops(file, mjd, sec, dut1, pole, istat, msg)
             character(*) :: file, msg
@@ -193,54 +175,6 @@ module f77_interfaces
             integer :: ierd, mjd, istat
             double precision :: sec, xinr(3), flux(3)
         end subroutine gcerad
-
-        subroutine gctrap(xlen, high, wbot, wtop, spec, diff, isur, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: xlen, high, wbot, wtop, spec, diff
-        end subroutine gctrap
-
-        subroutine gcplat(n, xnrm, area, cen, spec, diff, isur, istat, msg)
-            character(*) :: msg
-            integer :: n, isur, istat
-            double precision :: xnrm(3, *), area(*), cen(3, *), spec(*), diff(*)
-        end subroutine gcplat
-
-        subroutine gcarea(isur, dir, area, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: dir(3), area
-        end subroutine gcarea
-
-        subroutine gcdrag(isur, xmass, cd, rho, v, a, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: xmass, cd, rho, v(3), a(3)
-        end subroutine gcdrag
-
-        subroutine gcsrp(isur, xmass, eta, e0, xnu, tosun, a, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: xmass, eta, e0, xnu, tosun(3), a(3)
-        end subroutine gcsrp
-
-        subroutine gcerp(isur, xmass, eta, flux, xinr, q, a, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: xmass, eta, flux(3), xinr(3), q(4), a(3)
-        end subroutine gcerp
-
-        subroutine gcaero(isur, com, rho, temp, xn, twall, accom, v, f, torq, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: com(3), rho, temp, xn(3), twall, accom, v(3), f(3), torq(3)
-        end subroutine gcaero
-
-        subroutine gcsunl(isur, com, e0, xnu, tosun, f, torq, istat, msg)
-            character(*) :: msg
-            integer :: isur, istat
-            double precision :: com(3), e0, xnu, tosun(3), f(3), torq(3)
-        end subroutine gcsunl
 
         subroutine gccase(name, icas, istat, msg)
             character(*) :: name, msg
