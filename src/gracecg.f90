@@ -100,7 +100,7 @@ module gracecg
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
-        options_text, OF_CASE, OF_SETUP
+        options_text
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_optimal_options, only: optimal_options_t
     use gracecg_estimation_sequential_options, only: sequential_options_t
@@ -178,7 +178,7 @@ module gracecg
     public :: observation_set_t, operator_knowledge_t, check_observations
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
     public :: a_priori_t, estimation_options_t, read_options, write_options, options_from_text, options_text
-    public :: OF_CASE, OF_SETUP, report_options, calibration_t, find_calibration, calibration_from_text, &
+    public :: report_options, calibration_t, find_calibration, calibration_from_text, &
             calibration_text
     public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES

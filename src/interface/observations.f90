@@ -2,7 +2,7 @@
 module gracecg_interface_observations
     use gracecg, only: dp, error_t, simulator_t, new_simulator, observe, observation_set_t, operator_knowledge_t, &
         check_observations, read_observations, write_observations, read_setup, setup_from_text, setup_text, &
-        estimation_options_t, read_options, write_options, options_from_text, options_text, OF_SETUP, moment_series_t, &
+        estimation_options_t, read_options, write_options, options_from_text, options_text, moment_series_t, &
         new_moment_series, take_measured_moments
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_options, only: OPTIONS_FILE
@@ -98,7 +98,7 @@ contains
 
         if (is_text(source)) then
             call setup_from_text(source, 'text', made%knowledge, failure)
-            if (.not. allocated(failure)) call options_from_text(source, 'text', made%options, failure, OF_SETUP)
+            if (.not. allocated(failure)) call options_from_text(source, 'text', made%options, failure, beside=.true.)
         else
             call read_setup(source, made%knowledge, failure)
             if (.not. allocated(failure)) call read_options_beside(source, made%options, failure)
@@ -116,7 +116,7 @@ contains
             if (file_exists(path)) then
                 call read_options(path, options, error)
             else
-                call read_options(setup, options, error, OF_SETUP)
+                call read_options(setup, options, error, beside=.true.)
             end if
         end associate
     end subroutine read_options_beside

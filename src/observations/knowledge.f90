@@ -16,18 +16,14 @@ module gracecg_observations_knowledge
     implicit none
     private
     public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
-    public :: describe_satellite, describe_instruments, describe_a_priori, describe_former_a_priori, check_quaternion
-    public :: ESTIMATION_GROUPS, FORMER_GROUP
-    public :: describe_noise_spectra
+    public :: describe_satellite, describe_instruments, describe_a_priori, check_quaternion, describe_noise_spectra, &
+        ESTIMATION_GROUPS
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
     !> What stands for no field model
     character(*), parameter :: NO_FIELD_MODEL = 'none'
-    !> Groups that a case file, or a setup.nml of version 0.1, may have beside: they say how to estimate, and
-    !> the estimators read them
+    !> Groups that a case file, or a setup.nml, may have beside: they say how to estimate, and the estimators read them
     character(10), parameter :: ESTIMATION_GROUPS(3) = [character(10) :: 'estimation', 'optimal', 'sequential']
-    !> The one of them in which the keys of `a_priori` stood in version 0.1
-    character(*), parameter :: FORMER_GROUP = 'optimal'
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
 
     !> The limits within which satellite and instruments are known: standard deviations.
@@ -205,32 +201,14 @@ contains
         noise%sides = noise(1)%sides
     end subroutine describe_noise_spectra
 
-    !> How well satellite and instruments are known: group a_priori. Files of version 0.1 have its keys in
-    !> another group.
+    !> How well satellite and instruments are known: group a_priori.
     subroutine describe_a_priori(settings, a_priori)
         class(settings_t), intent(inout) :: settings
         type(a_priori_t), intent(inout) :: a_priori
 
-        call describe_former_a_priori(settings, a_priori)
-        call describe_sigmas(settings, 'a_priori', a_priori)
-    end subroutine describe_a_priori
-
-    !> The same as it stands in a file of version 0.1, if the file to be read is one.
-    subroutine describe_former_a_priori(settings, a_priori)
-        type(settings_t), intent(inout) :: settings
-        type(a_priori_t), intent(inout) :: a_priori
-
-        if (settings%holds(FORMER_GROUP, 'sigma_')) call describe_sigmas(settings, FORMER_GROUP, a_priori)
-    end subroutine describe_former_a_priori
-
-    subroutine describe_sigmas(settings, group, a_priori)
-        class(settings_t), intent(inout) :: settings
-        character(*), intent(in) :: group
-        type(a_priori_t), intent(inout) :: a_priori
-
         real(dp), parameter :: SMALLEST = 1e-12_dp
 
-        call settings%group(group, 'How well satellite and instruments are known: standard deviations')
+        call settings%group('a_priori', 'How well satellite and instruments are known: standard deviations')
         call settings%real_values('sigma_scale_factors', a_priori%sigma_scale_factors, SMALLEST, 1.0_dp, &
                                   'of the accelerometer, relative')
         call settings%real_value('years_since_calibration', a_priori%years_since_calibration, 0.0_dp, 100.0_dp, &
@@ -248,7 +226,7 @@ contains
         call settings%logical_value('signs_known', a_priori%signs_known, &
                                     'a trim has confirmed the sign of the accelerometer''s axes')
         call settings%end_group()
-    end subroutine describe_sigmas
+    end subroutine describe_a_priori
 
     !> Refuses a quaternion that is not of unit length.
     subroutine check_quaternion(settings, key, quaternion)

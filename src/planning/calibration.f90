@@ -2,12 +2,11 @@
 !> own: the simulation reads the case, the estimators read their options.
 module gracecg_planning_calibration
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t
     use gracecg_files_file, only: output_file_t
     use gracecg_simulation_case, only: case_t, case_from_text, case_text
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in
-    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, OF_CASE
+    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text
     use gracecg_estimation_report_options, only: report_options
     implicit none
     private
@@ -17,8 +16,6 @@ module gracecg_planning_calibration
     type :: calibration_t
         type(case_t) :: case                        !! What is simulated
         type(estimation_options_t) :: options       !! How it is estimated
-        type(string_t), allocatable :: warning
-        !! What its file has at the place of version 0.1; not allocated: nothing
     end type calibration_t
 
 contains
@@ -35,7 +32,7 @@ contains
         if (is_built_in(name_or_path)) then
             calibration%options = report_options(trim(published_name(calibration%case%name)))
         else
-            call read_options(name_or_path, calibration%options, error, OF_CASE, calibration%warning)
+            call read_options(name_or_path, calibration%options, error, beside=.true.)
         end if
     end subroutine find_calibration
 
@@ -47,7 +44,7 @@ contains
 
         call case_from_text(text, name, calibration%case, error)
         if (.not. allocated(error)) &
-            call options_from_text(text, name, calibration%options, error, OF_CASE, calibration%warning)
+            call options_from_text(text, name, calibration%options, error, beside=.true.)
     end subroutine calibration_from_text
 
     !> The text of a case file with both: what `find_calibration` reads. Fails when a number is not finite.

@@ -1,15 +1,13 @@
-!> How to estimate: what needs no telling, files of options, and what files of version 0.1 have elsewhere.
+!> How to estimate: what needs no telling, files of options, and options beside other settings.
 module test_options
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: setup_text, setup_from_text
-    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, &
-        OF_SETUP
+    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_solution, only: solution_t
@@ -38,8 +36,8 @@ contains
                     new_unittest('observations-stay', test_observations_stay), &
                     new_unittest('written-and-read', test_round_trip), &
                     new_unittest('mistakes', test_mistakes), &
-                    new_unittest('old-setup', test_old_setup), &
-                    new_unittest('old-case-file', test_old_case)]
+                    new_unittest('setup-with-options', test_setup_with_options), &
+                    new_unittest('case-with-options', test_case_with_options)]
     end subroutine collect_options
 
     subroutine simulate(name, observations, simulator, error)
@@ -214,7 +212,6 @@ contains
         call refused('&estimation guess_quaternion = 0.1, 0, 0, 0.1 /', [character(W) :: 'guess_quaternion', 'unit'])
         call refused(LF//'&optimall /', [character(W) :: 'options.nml:2', '&optimall', 'optimal'])
         call refused('&optimal noise = ''guess'' /', [character(W) :: 'noise', 'estimate'])
-        call refused('&optimal sigma_rod_gain = 0.1 /', [character(W) :: 'options.nml:1', 'sigma_rod_gain', '&a_priori'])
         call refused('&mass_properties mass = 3 /', [character(W) :: '&mass_properties', 'not known'])
 
     contains
@@ -232,19 +229,17 @@ contains
         end subroutine refused
     end subroutine test_mistakes
 
-    !> A setup.nml of version 0.1: its options and its standard deviations count, and a warning says where
-    !> they belong. What is misspelt there is refused.
-    subroutine test_old_setup(error)
+    !> A setup may have options beside. What is misspelt there is refused.
+    subroutine test_setup_with_options(error)
         type(error_type), allocatable, intent(out) :: error
 
-        character(*), parameter :: OLD = LF//'&estimation guess_quaternion = 1, 0, 0, 0, accelerometer_weight = 3*2 /'// &
-                                         LF//'&optimal noise = ''estimate'', sigma_rod_gain = 0.03 /'//LF
+        character(*), parameter :: GROUPS = LF//'&estimation guess_quaternion = 1, 0, 0, 0, accelerometer_weight = 3*2 /'// &
+                                         LF//'&optimal noise = ''estimate'' /'//LF
         type(observation_set_t) :: observations
         type(simulator_t) :: simulator
         type(operator_knowledge_t) :: knowledge
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
-        type(string_t), allocatable :: warning
         character(:), allocatable :: text
 
         call simulate('front-3', observations, simulator, error)
@@ -253,40 +248,30 @@ contains
         call check(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
                    index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')
         if (allocated(error)) return
-        call options_from_text(text, 'setup.nml', options, failure, OF_SETUP, warning)
+        call options_from_text(text, 'setup.nml', options, failure, beside=.true.)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error,.not. allocated(warning), 'nothing to warn of')
-        if (allocated(error)) return
-        text = text(:index(text, '&a_priori') - 1)//OLD
+        text = text//GROUPS
         call setup_from_text(text, 'setup.nml', knowledge, failure)
-        if (.not. allocated(failure)) &
-            call options_from_text(text, 'setup.nml', options, failure, OF_SETUP, warning)
+        if (.not. allocated(failure)) call options_from_text(text, 'setup.nml', options, failure, beside=.true.)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, knowledge%a_priori%sigma_rod_gain, 0.03_dp)
         call check(error, options%optimal%noise == 'estimate' .and. all(abs(options%accelerometer_weight - 2) <= 0) .and. &
                    all(abs(options%guess_quaternion - [1, 0, 0, 0]) <= 0))
-        if (.not. allocated(warning)) warning = string_t('')
-        call check_fails(error, warning%text, [character(W) :: 'setup.nml:', '&estimation', '&optimal', '--options', &
-                                          'sigma_', '&a_priori'])
-        call check(error, index(warning%text, 'sequential') == 0, 'a group that is not there')
         if (allocated(error)) return
-        call options_from_text(text//'&sequential edit_sgma = 4 /', 'setup.nml', options, failure, OF_SETUP, warning)
+        call options_from_text(text//'&sequential edit_sgma = 4 /', 'setup.nml', options, failure, beside=.true.)
         call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', 'edit_sgma', 'edit_sigma'])
         call setup_from_text(text//'&spurious /', 'setup.nml', knowledge, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', '&spurious'])
-    end subroutine test_old_setup
+    end subroutine test_setup_with_options
 
-    !> A case file has its options beside it, which is right; its standard deviations may stand at the old
-    !> place, with a warning.
-    subroutine test_old_case(error)
+    !> A case file has its options beside it.
+    subroutine test_case_with_options(error)
         type(error_type), allocatable, intent(out) :: error
 
         type(calibration_t) :: calibration, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
-        integer :: at
 
         call find_calibration('back-1', calibration, failure)
         calibration%options%optimal%estimate_rod_gain = .true.
@@ -298,21 +283,11 @@ contains
         if (allocated(error)) return
         call check(error, again%options%optimal%estimate_rod_gain .and. &
                    abs(again%options%star_camera_weight - 3) <= 0 .and. &
-                   all(abs(again%options%guess_quaternion - calibration%options%guess_quaternion) <= 0) .and. &
-                   .not. allocated(again%warning))
+                   all(abs(again%options%guess_quaternion - calibration%options%guess_quaternion) <= 0))
         if (allocated(error)) return
 
-        at = index(text, '&optimal') + len('&optimal')
-        call make_file(error, 'options.nml', text(:index(text, '! How well satellite') - 1)// &
-                       text(index(text, '! First guesses'):at)//' sigma_torque = 5e-6'//LF//text(at:))
-        call find_calibration(FOLDER//'options.nml', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, again%case%operator%a_priori%sigma_torque, 5e-6_dp)
-        if (.not. allocated(again%warning)) again%warning = string_t('')
-        call check_fails(error, again%warning%text, [character(W) :: 'options.nml:', 'sigma_', '&optimal', '&a_priori'])
         call make_file(error, 'options.nml', text//LF//'&optimall /')
         call find_calibration(FOLDER//'options.nml', again, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'options.nml:', '&optimall', '"optimal"'])
-    end subroutine test_old_case
+    end subroutine test_case_with_options
 end module test_options

@@ -100,7 +100,7 @@ contains
         if (present(shard)) call put_shard(shard, study%path)
         call check_writable(study%path, error)
         if (allocated(error)) return
-        call take_calibrations(arguments, default, console, study%calibrations, misuse, error, may_rest)
+        call take_calibrations(arguments, default, study%calibrations, misuse, error, may_rest)
         if (allocated(misuse) .or. allocated(error) .or. .not. arguments%declares('--runs')) return
         do i = 1, size(study%calibrations)
             call warn_of_instruments(study%calibrations(i)%case, console)
@@ -146,10 +146,9 @@ contains
 
     !> All cases of a command that estimates, checked and each with a name of its own. Fails as
     !> take_firing_calibration does for any of them, and when two have the same name.
-    subroutine take_calibrations(arguments, default, console, calibrations, misuse, error, may_rest)
+    subroutine take_calibrations(arguments, default, calibrations, misuse, error, may_rest)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: default         !! Names, by commas, when the user names none
-        type(console_t), intent(inout) :: console
         type(calibration_t), allocatable, intent(out) :: calibrations(:)
         type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
         type(error_t), allocatable, intent(out) :: error        !! A case is
@@ -168,9 +167,9 @@ contains
         allocate (calibrations(size(names)))
         do i = 1, size(names)
             if (resting) then
-                call take_calibration(arguments, names(i)%text, console, calibrations(i), error)
+                call take_calibration(arguments, names(i)%text, calibrations(i), error)
             else
-                call take_firing_calibration(arguments, names(i)%text, console, calibrations(i), error)
+                call take_firing_calibration(arguments, names(i)%text, calibrations(i), error)
             end if
             if (allocated(error)) return
             do k = 1, i - 1
@@ -214,12 +213,10 @@ contains
         call expanded_cases(given, names)
     end subroutine take_names
 
-    !> The calibration of a name or path, with the options of --options if the command has it. Says on
-    !> standard error what a file of version 0.1 has at another place.
-    subroutine take_calibration(arguments, name, console, calibration, error)
+    !> The calibration of a name or path, with the options of --options if the command has it.
+    subroutine take_calibration(arguments, name, calibration, error)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: name            !! A built-in case or a case file
-        type(console_t), intent(inout) :: console
         type(calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
@@ -227,7 +224,6 @@ contains
 
         call find_calibration(name, calibration, error)
         if (allocated(error)) return
-        if (allocated(calibration%warning)) call console%warn(calibration%warning%text)
         if (.not. arguments%has('--options')) return
         call arguments%get('--options', path, error)
         if (.not. allocated(error)) call read_options(path, calibration%options, error)
@@ -249,14 +245,13 @@ contains
     end subroutine warn_of_instruments
 
     !> The same for who estimates: fails, too, when all torque rods of the case are off.
-    subroutine take_firing_calibration(arguments, name, console, calibration, error)
+    subroutine take_firing_calibration(arguments, name, calibration, error)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: name            !! As of take_calibration
-        type(console_t), intent(inout) :: console
         type(calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        call take_calibration(arguments, name, console, calibration, error)
+        call take_calibration(arguments, name, calibration, error)
         if (allocated(error)) return
         associate (case => calibration%case)
             call check_rods_fire(case%satellite%rods, case%duration, error)

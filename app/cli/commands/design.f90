@@ -245,7 +245,7 @@ contains
         if (allocated(misuse) .or. allocated(error)) return
         calibration = study%calibrations(1)
         if (manoeuvre /= '') then
-            call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
+            call take_firing_calibration(arguments, manoeuvre, of_manoeuvre, error)
             if (allocated(error)) return
             call take_manoeuvre(of_manoeuvre%case%satellite%rods, calibration%case%satellite%rods)
             calibration%case%duration = of_manoeuvre%case%duration

@@ -2,7 +2,7 @@
 module gracecg_cli_estimate
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: string_t, integer_text, rounded_text
+    use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_files_file, only: check_writable
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -13,7 +13,7 @@ module gracecg_cli_estimate
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_joint_estimate, only: joint_options_t
-    use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
+    use gracecg_estimation_options, only: estimation_options_t, read_options
     use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_estimation_solution, only: solution_t
     use gracecg_cli_arguments, only: arguments_t, refuse_if
@@ -95,7 +95,7 @@ contains
         call check_writable(request%page, error)
         if (.not. allocated(error)) call check_writable(request%running_file, error)
         if (allocated(error)) return
-        call read_run(request%asked%folder, request%asked%options_file, observations, options, console, error)
+        call read_run(request%asked%folder, request%asked%options_file, observations, options, error)
         chained = .false.
         if (.not. allocated(error) .and. request%asked%algorithm == 'optimal') &
             chained = observations%knowledge%duration > merge(request%arc, longest_arc(observations%knowledge), request%arc > 0)
@@ -212,11 +212,10 @@ contains
     end subroutine write_page
 
     !> The observations of a folder, and how to estimate.
-    subroutine read_run(folder, options_file, observations, options, console, error)
+    subroutine read_run(folder, options_file, observations, options, error)
         character(*), intent(in) :: folder, options_file
         type(observation_set_t), intent(out) :: observations
         type(estimation_options_t), intent(out) :: options
-        type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: nothing
@@ -227,7 +226,7 @@ contains
             return
         end if
         call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call take_options(folder, options_file, options, console, error)
+        if (.not. allocated(error)) call take_options(folder, options_file, options, error)
     end subroutine read_run
 
     !> What the algorithm makes of the observations.
@@ -250,21 +249,15 @@ contains
         if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
     end subroutine estimate
 
-    !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
-    subroutine take_options(folder, options_file, options, console, error)
+    !> The options of --options; without it those in the setup, or those that need no telling.
+    subroutine take_options(folder, options_file, options, error)
         character(*), intent(in) :: folder, options_file
         type(estimation_options_t), intent(out) :: options
-        type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(estimation_options_t) :: former
-        type(string_t), allocatable :: warning
-
-        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
-        if (allocated(error)) return
-        if (allocated(warning)) call console%warn(warning%text)
-        options = former
-        if (options_file /= '') call read_options(options_file, options, error)
+        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
+        if (allocated(error) .or. options_file == '') return
+        call read_options(options_file, options, error)
     end subroutine take_options
 
     !> What the estimator had to bridge, and what the formal errors leave out.

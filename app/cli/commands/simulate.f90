@@ -52,7 +52,7 @@ contains
         call arguments%get('--rods', order%rods_interval, misuse, default=0.0_dp, low=1e-3_dp, high=10.0_dp)
         if (allocated(misuse)) return
 
-        call take_calibration(arguments, arguments%positional(1), console, calibration, error)
+        call take_calibration(arguments, arguments%positional(1), calibration, error)
         if (allocated(error)) return
         order%case = calibration%case
         call write_run(order, calibration%options, summary, error)

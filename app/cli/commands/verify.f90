@@ -93,7 +93,7 @@ contains
         call refuse_if(named .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
                        '6.6, which stay away when a case is named', misuse)
         if (allocated(misuse)) return
-        call take_calibrations(arguments, DEFAULT_CASES, console, calibrations, misuse, error, may_rest=.true.)
+        call take_calibrations(arguments, DEFAULT_CASES, calibrations, misuse, error, may_rest=.true.)
         if (allocated(misuse)) return
         if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
         if (allocated(error)) return

@@ -53,7 +53,7 @@ contains
         call arguments%get('--run', run, misuse, default=1, low=0)
         call arguments%get('--level1', settings_file, misuse, default=arguments%positional(1))
         if (allocated(misuse)) return
-        call take_calibration(arguments, arguments%positional(1), console, calibration, error)
+        call take_calibration(arguments, arguments%positional(1), calibration, error)
         if (.not. allocated(error)) &
             call simulate_level1(calibration%case, settings_file, arguments%has('--level1'), folder, seed, run, &
                                  arguments%has('--binary'), console, error)

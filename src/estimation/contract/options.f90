@@ -2,22 +2,20 @@
 !> algorithm needs no telling, so `&estimation /` is a whole file of options.
 !>
 !> A file of options has the groups estimation, optimal and sequential. A case file may have them beside its
-!> own groups, and the setup.nml of version 0.1 has them beside what the operator knows.
+!> own groups, a setup.nml beside what the operator knows.
 module gracecg_estimation_options
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t
     use gracecg_files_settings, only: settings_t, FULL_RANGE
-    use gracecg_observations_knowledge, only: a_priori_t, describe_former_a_priori, ESTIMATION_GROUPS, FORMER_GROUP
+    use gracecg_observations_knowledge, only: ESTIMATION_GROUPS
     use gracecg_estimation_optimal_options, only: optimal_options_t, describe_optimal
     use gracecg_estimation_sequential_options, only: sequential_options_t, describe_sequential
     implicit none
     private
-    public :: estimation_options_t, read_options, options_from_text, options_text, write_options, OF_CASE, OF_SETUP
+    public :: estimation_options_t, read_options, options_from_text, options_text, write_options
     public :: OPTIONS_FILE
 
     character(*), parameter :: OPTIONS_FILE = 'options.nml'     !! In the folder of an observation set
-    integer, parameter :: OF_CASE = 1, OF_SETUP = 2     !! Whose groups stand in a file beside those of the options
     real(dp), parameter :: SMALLEST_GUESS = 0.5_dp      !! Length of a guessed quaternion, before it is normalised
 
     !> How to estimate. Nothing here is of the satellite or its instruments: that is operator_knowledge_t.
@@ -52,98 +50,44 @@ contains
     !> Reads a file of options, or those in a file with groups of others. Fails, with file, line and key, for
     !> a key that is not known and a value that is not allowed; a group that is not known is refused in a
     !> file of options alone: in another one, whose groups they are has to see to that.
-    subroutine read_options(path, options, error, beside, warning)
+    subroutine read_options(path, options, error, beside)
         character(*), intent(in) :: path        !! Of the namelist file
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: beside !! OF_CASE or OF_SETUP; absent: options alone
-        type(string_t), allocatable, intent(out), optional :: warning
-        !! What has to be moved to another group or file; not allocated: nothing
+        logical, intent(in), optional :: beside !! The file has groups of others, too; absent: options alone
 
         type(settings_t) :: reader
 
         call reader%open(path, error)
-        if (.not. allocated(error)) call take_options(reader, path, options, error, beside, warning)
+        if (.not. allocated(error)) call take_options(reader, options, error, beside)
     end subroutine read_options
 
     !> The same from a text; `name` stands for the file in messages.
-    subroutine options_from_text(text, name, options, error, beside, warning)
+    subroutine options_from_text(text, name, options, error, beside)
         character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: beside !! As of read_options
-        type(string_t), allocatable, intent(out), optional :: warning   !! As of read_options
+        logical, intent(in), optional :: beside !! As of read_options
 
         type(settings_t) :: reader
 
         call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_options(reader, name, options, error, beside, warning)
+        if (.not. allocated(error)) call take_options(reader, options, error, beside)
     end subroutine options_from_text
 
-    subroutine take_options(reader, name, options, error, beside, warning)
+    subroutine take_options(reader, options, error, beside)
         type(settings_t), intent(inout) :: reader
-        character(*), intent(in) :: name
         type(estimation_options_t), intent(inout) :: options
         type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: beside
-        type(string_t), allocatable, intent(out), optional :: warning
-
-        type(a_priori_t) :: not_used
+        logical, intent(in), optional :: beside
 
         call describe_options(reader, options)
         if (present(beside)) then
-            call describe_former_a_priori(reader, not_used)     ! the reader of the knowledge has taken them
             call reader%finish(error, only=ESTIMATION_GROUPS)
-            if (present(warning) .and. .not. allocated(error)) call advise(reader, name, beside, warning)
         else
-            if (reader%holds(FORMER_GROUP, 'sigma_')) call refuse_a_priori(reader)
             call reader%finish(error)
         end if
     end subroutine take_options
-
-    !> In a file of options, standard deviations of version 0.1 would do nothing.
-    subroutine refuse_a_priori(reader)
-        type(settings_t), intent(inout) :: reader
-
-        character(24), parameter :: KEYS(5) = [character(24) :: 'sigma_scale_factors', 'sigma_rod_gain', &
-                                               'sigma_magnetometer_bias', 'sigma_inertia', 'sigma_torque']
-        integer :: i
-
-        call reader%group(FORMER_GROUP, '')
-        do i = 1, size(KEYS)
-            if (reader%holds(FORMER_GROUP, trim(KEYS(i)))) &
-                call reader%reject(trim(KEYS(i)), 'is knowledge and no option: it belongs to the group &a_priori of '// &
-                                   'setup.nml or of the case file')
-        end do
-        call reader%end_group()
-    end subroutine refuse_a_priori
-
-    !> Says what a file of version 0.1 holds at a place that is another's now.
-    subroutine advise(reader, name, beside, warning)
-        type(settings_t), intent(inout) :: reader
-        character(*), intent(in) :: name        !! Of the file
-        integer, intent(in) :: beside
-        type(string_t), allocatable, intent(inout) :: warning
-
-        character(:), allocatable :: groups, text
-        integer :: i
-
-        groups = ''
-        text = ''
-        do i = 1, size(ESTIMATION_GROUPS)
-            if (reader%holds(trim(ESTIMATION_GROUPS(i)))) groups = groups//', &'//trim(ESTIMATION_GROUPS(i))
-        end do
-        if (beside == OF_SETUP .and. groups /= '') &
-            text = name//': '//groups(3:)//' say how to estimate, not what is known: move them to a file of '// &
-                      'options (estimate --options FILE)'
-        if (reader%holds(FORMER_GROUP, 'sigma_') .and. text /= '') then
-            text = text//', but their keys sigma_... to the group &a_priori'
-        else if (reader%holds(FORMER_GROUP, 'sigma_')) then
-            text = name//': the keys sigma_... of &'//FORMER_GROUP//' say how well the satellite is known: '// &
-                   'move them to the group &a_priori'
-        end if
-        if (text /= '') warning = string_t(text)
-    end subroutine advise
 
     !> The text of a file of options: what `read_options` reads. Fails when a number is not finite.
     subroutine options_text(options, text, error)
