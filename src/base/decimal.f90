@@ -3,15 +3,11 @@
 !>
 !> Reading: up to 18 digits make an integer m, and the number is m 10^e. Where m has at most 53 bits and |e| <= 22, both
 !> are exact in double precision and one operation rounds correctly (W. D. Clinger, "How to read floating point numbers
-!> accurately", PLDI 1990). Otherwise m and 10^|e| (exact as a sum of two reals up to 10^44) are combined with twice the
-!> precision; where even that leaves open which of two neighbours is nearer, and for more digits or larger exponents, the
-!> run-time library decides.
+!> accurately", PLDI 1990). Otherwise the run-time library decides.
 !>
-!> Writing: a decimal reads back as x when it lies within half the spacing of the reals around x (a quarter below a power
-!> of two). 17 digits always suffice, and a decimal of 15 digits or fewer that reads back as x is x rounded to 15 (D.
-!> Goldberg, ACM Computing Surveys 23 (1991) 5-48). So x 10^k is computed once, with twice the digits of double precision;
-!> the decimals of 15, 16 and 17 digits below and above it follow from its whole part, and how far each is from x is known
-!> to 1e-14 of the last digit. Of two that read back the nearer is taken.
+!> Writing: 17 digits always suffice, and a decimal of 15 digits or fewer that reads back as x is x rounded to 15 (D.
+!> Goldberg, ACM Computing Surveys 23 (1991) 5-48). A decimal that is farther from x than half the spacing of the reals
+!> there does not read back: so most need no trial.
 module gracecg_base_decimal
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i8
@@ -22,10 +18,6 @@ module gracecg_base_decimal
     integer(i8), parameter :: FULL = 10_i8**17              !! From here on an integer of 64 bits takes no digit more
     integer(i8), parameter :: EXACT_INTEGER = 2_i8**53
     integer, parameter :: EXACT_TENS = 22                   !! Largest power of ten that is exact in double precision
-    integer, parameter :: MOST_TENS = 2*EXACT_TENS          !! Largest that is a product of two such
-    integer, parameter :: MOST_DIGITS = 17                  !! Always enough to tell two numbers apart
-    integer(i8), parameter :: LEAST = 10_i8**(MOST_DIGITS - 1)  ! of 17 digits
-    real(dp), parameter :: SPLITTER = 2.0_dp**27 + 1        ! of Dekker's product
     character(1), parameter :: LF = achar(10)
     !> The powers of ten that are exact
     real(dp), parameter :: POWER(0:EXACT_TENS) = [1e0_dp, 1e1_dp, 1e2_dp, 1e3_dp, 1e4_dp, 1e5_dp, 1e6_dp, 1e7_dp, 1e8_dp, &
@@ -52,12 +44,42 @@ contains
         real(dp), intent(out) :: value      !! The nearest number; 0 when not ok
         logical, intent(out) :: ok          !! False if there is no finite decimal number
 
-        integer(i8) :: mantissa, scale
-        integer :: first, begin, digits, exponent, status
+        integer(i8) :: mantissa
+        integer :: first, exponent, status
         logical :: negative, sure
 
         first = at
         value = 0
+        call take_decimal(text, at, negative, mantissa, exponent, sure, ok)
+        if (.not. ok) then
+            at = behind_word(text, first)
+        else if (sure .and. mantissa <= EXACT_INTEGER .and. abs(exponent) <= EXACT_TENS) then
+            if (exponent < 0) then
+                value = real(mantissa, dp)/POWER(-exponent)
+            else
+                value = real(mantissa, dp)*POWER(exponent)
+            end if
+            if (negative) value = -value
+        else
+            read (text(first:at - 1), *, iostat=status) value
+            ok = status == 0 .and. ieee_is_finite(value)
+            if (.not. ok) value = 0
+        end if
+    end subroutine scan_real
+
+    !> Sign, digits and exponent of a decimal number: mantissa times 10^exponent, but for digits that were left out.
+    pure subroutine take_decimal(text, at, negative, mantissa, exponent, sure, ok)
+        character(*), intent(in) :: text
+        integer, intent(inout) :: at
+        logical, intent(out) :: negative
+        integer(i8), intent(out) :: mantissa
+        integer, intent(out) :: exponent
+        logical, intent(out) :: sure            ! no digit but 0 was left out
+        logical, intent(out) :: ok              ! it is a number
+
+        integer(i8) :: scale
+        integer :: begin, digits
+
         negative = text(at:at) == '-'
         if (negative .or. text(at:at) == '+') at = at + 1
         mantissa = 0
@@ -82,19 +104,7 @@ contains
         case default
             ok = ok .and. ends(text(at:at))
         end select
-        if (.not. ok) then
-            at = behind_word(text, first)
-            return
-        end if
-        if (sure) call scale_integer(mantissa, exponent, value, sure)
-        if (sure) then
-            if (negative) value = -value
-        else
-            read (text(first:at - 1), *, iostat=status) value
-            ok = status == 0 .and. ieee_is_finite(value)
-            if (.not. ok) value = 0
-        end if
-    end subroutine scan_real
+    end subroutine take_decimal
 
     !> Takes digits as far as they go: those that find no room in the integer raise the exponent.
     pure subroutine take_digits(text, at, mantissa, exponent, sure)
@@ -136,45 +146,6 @@ contains
         end do
     end function behind_word
 
-    !> m 10^e to the nearest number. Not sure where twice the precision does not tell.
-    pure subroutine scale_integer(m, e, value, sure)
-        integer(i8), intent(in) :: m        !! 0 <= m < 10^18
-        integer, intent(in) :: e
-        real(dp), intent(out) :: value
-        logical, intent(out) :: sure
-
-        real(dp), parameter :: DOUBT = 2.0_dp**(-40)        ! relative, far above the error of the small part
-        real(dp) :: large, small, factor, rest, product, error, correction
-
-        value = 0
-        sure = .true.
-        if (m == 0) return
-        if (m <= EXACT_INTEGER .and. abs(e) <= EXACT_TENS) then
-            if (e < 0) then
-                value = real(m, dp)/POWER(-e)
-            else
-                value = real(m, dp)*POWER(e)
-            end if
-            return
-        end if
-        sure = abs(e) <= MOST_TENS
-        if (.not. sure) return
-        large = real(m, dp)
-        small = real(m - int(large, i8), dp)
-        call exact_power(abs(e), factor, rest)
-        if (e >= 0) then
-            call exact_product(large, factor, product, error)
-            correction = error + (small*factor + large*rest)
-        else
-            value = large/factor
-            call exact_product(value, factor, product, error)
-            correction = ((((large - product) - error) + small) - value*rest)/factor
-            product = value
-        end if
-        value = product + correction
-        sure = abs((product + correction*(1 + DOUBT)) - (product + correction*(1 - DOUBT))) <= 0
-    end subroutine scale_integer
-
     !> Reads the integer that begins at `at` and ends before white space or a line feed, one of which must
     !> follow in the text. Not ok: anything else, or more than 64 bits hold.
     pure subroutine scan_integer(text, at, value, ok)
@@ -215,103 +186,44 @@ contains
         integer(i8), intent(out) :: digits      !! At most 17; may end with zeros
         integer, intent(out) :: exponent        !! Of the last digit
 
-        logical :: sure
-
-        call digits_at_once(x, digits, exponent, sure)
-        if (.not. sure) call digits_by_trial(x, digits, exponent)
-    end subroutine shortest_digits
-
-    !> The same without reading back. Not sure: outside of 1e-28 to 1e16, or where a decimal lies on the border of what
-    !> reads back as x.
-    pure subroutine digits_at_once(x, digits, exponent, sure)
-        real(dp), intent(in) :: x
-        integer(i8), intent(out) :: digits
-        integer, intent(out) :: exponent
-        logical, intent(out) :: sure
-
-        real(dp), parameter :: DOUBT = 1e-6_dp          ! nearer to a limit, in the 17th digit, nothing is said
-        real(dp) :: large, small, tens, more_tens, rest, below, above, border_below, border_above
+        character(32) :: buffer
         integer(i8) :: whole, unit
-        integer :: excess, scale
+        real(dp) :: half_spacing, again
+        integer :: last, excess, more
 
-        digits = 0
-        exponent = 0
-        sure = .false.
-        if (.not. (x > 1e-28_dp .and. x < 1e16_dp)) return
-        scale = MOST_DIGITS - 1 - floor(log10(x))       ! 1 to 44
-        call exact_power(scale, tens, more_tens)
-        call exact_product(x, tens, large, small)
-        small = small + x*more_tens
-        unit = floor(small + 0.5_dp, i8)
-        whole = int(large, i8) + unit               ! large has no fraction: it is above 2^53
-        rest = small - real(unit, dp)
-        if (whole < LEAST .or. whole >= 10*LEAST) return    ! next to a power of ten
-        border_above = 0.5_dp*spacing(x)*tens       ! in units of the 17th digit
-        border_below = merge(border_above/2, border_above, fraction(x) <= 0.5_dp)
+        write (buffer, '(es31.16e4)') x
+        call take_digits_of(buffer, whole, last)
+        half_spacing = 0.5_dp*spacing(x)*10.0_dp**(-last)   ! in units of the 17th digit
         do excess = 2, 0, -1
             unit = 10_i8**excess
-            digits = whole/unit
-            below = real(whole - digits*unit, dp) + rest    ! from the decimal below x to x
-            above = unit - below                            ! from x to the decimal above
-            exponent = excess - scale
-            sure = min(abs(above - border_above), abs(below - border_below)) > DOUBT
-            if (.not. sure) return
-            if (above < border_above .and. (above <= below .or. below > border_below)) then
-                digits = digits + 1
-                return
-            else if (below < border_below) then
-                return
+            digits = (whole + unit/2)/unit
+            exponent = last + excess
+            if (excess == 0) return
+            if (abs(digits*unit - whole) > half_spacing + 1) cycle
+            if (excess == 1 .and. mod(whole, 10_i8) == 5) then      ! which of two is nearer 17 digits do not tell
+                write (buffer, '(es31.15e4)') x
+                call take_digits_of(buffer, digits, exponent)
             end if
+            do more = 0, merge(1, 0, fraction(x) <= 0.5_dp)     ! above a power of two the reals lie farther apart
+                digits = digits + more
+                write (buffer, '(i0, a, i0)') digits, 'e', exponent
+                read (buffer, *) again
+                if (abs(again - x) <= 0) return
+            end do
         end do
-        sure = .false.
-    end subroutine digits_at_once
 
-    !> The first of 15, 16 and 17 digits that read back as x.
-    pure subroutine digits_by_trial(x, digits, exponent)
-        real(dp), intent(in) :: x
-        integer(i8), intent(out) :: digits
-        integer, intent(out) :: exponent
+    contains
 
-        character(*), parameter :: FORMATS(3) = ['(es32.14e4)', '(es32.15e4)', '(es32.16e4)']
-        character(32) :: buffer
-        real(dp) :: again
-        integer :: i, point, letter
+        pure subroutine take_digits_of(text, digits, exponent)
+            character(*), intent(in) :: text
+            integer(i8), intent(out) :: digits
+            integer, intent(out) :: exponent
 
-        do i = 1, size(FORMATS)
-            write (buffer, FORMATS(i)) x
-            read (buffer, *) again
-            if (abs(again - x) <= 0) exit
-        end do
-        point = index(buffer, '.')
-        letter = index(buffer, 'E')
-        read (buffer(letter + 1:), *) exponent
-        exponent = exponent - (letter - point - 1)
-        buffer = buffer(:point - 1)//buffer(point + 1:letter - 1)
-        read (buffer, *) digits
-    end subroutine digits_by_trial
+            integer :: at
+            logical :: negative, sure, ok
 
-    !> 10^n as large + small, exactly.
-    pure subroutine exact_power(n, large, small)
-        integer, intent(in) :: n            !! 0 to MOST_TENS
-        real(dp), intent(out) :: large, small
-
-        call exact_product(POWER(min(n, EXACT_TENS)), POWER(n - min(n, EXACT_TENS)), large, small)
-    end subroutine exact_power
-
-    !> a b = product + error, exactly: T. J. Dekker, Numer. Math. 18 (1971) 224-242.
-    pure subroutine exact_product(a, b, product, error)
-        real(dp), intent(in) :: a, b
-        real(dp), intent(out) :: product, error
-
-        real(dp) :: a1, a2, b1, b2
-
-        product = a*b
-        a1 = SPLITTER*a
-        a1 = a1 - (a1 - a)
-        a2 = a - a1
-        b1 = SPLITTER*b
-        b1 = b1 - (b1 - b)
-        b2 = b - b1
-        error = (((a1*b1 - product) + a1*b2) + a2*b1) + a2*b2
-    end subroutine exact_product
+            at = verify(text, ' ')
+            call take_decimal(text, at, negative, digits, exponent, sure, ok)
+        end subroutine take_digits_of
+    end subroutine shortest_digits
 end module gracecg_base_decimal

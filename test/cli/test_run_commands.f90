@@ -27,7 +27,7 @@ contains
                     new_unittest('estimate', test_estimate), &
                     new_unittest('running-estimate', test_running), &
                     new_unittest('no-convergence', test_no_convergence), &
-                    new_unittest('options-in-an-old-setup', test_old_setup)]
+                    new_unittest('options-in-a-setup', test_options_in_setup)]
     end subroutine collect_run_commands
 
     !> Columns and rows as documented; other runs have other noise and the same truth.
@@ -237,8 +237,8 @@ contains
                    output//messages)
     end subroutine test_no_convergence
 
-    !> A setup.nml of version 0.1 has options: they count, with a warning; --options takes their place.
-    subroutine test_old_setup(error)
+    !> Options in a setup.nml count; --options takes their place.
+    subroutine test_options_in_setup(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: setup, options, output, messages, told, untold
         integer :: status
@@ -254,13 +254,11 @@ contains
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
         call check(error, output == told .and. output /= untold, 'the groups of the setup count')
-        call check_fails(error, messages, [character(W) :: 'warning: ', 'setup.nml', '&estimation, &optimal, &sequential', &
-                                           '--options'])
         call make_file(error, 'old/empty.nml', '&estimation /')
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &
                  status, output, messages)
         call check(error, output == untold, '--options takes their place')
         call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', &
                      STATUS_FAILED, [character(W) :: 'old/none.nml'])
-    end subroutine test_old_setup
+    end subroutine test_options_in_setup
 end module test_run_commands
