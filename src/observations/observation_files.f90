@@ -250,16 +250,10 @@ contains
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        type(series_t) :: series
-
-        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
-        if (.not. allocated(error)) call check_times(series, error)
-        if (.not. allocated(error)) &
-            call check_coverage(series, observations%knowledge%accelerometer_interval, &
-                                observations%knowledge%duration, error)
-        if (allocated(error)) return
-        observations%accelerometer_time = series%table(:, 1)
-        observations%acceleration = transpose(series%table(:, 2:4))
+        associate (knowledge => observations%knowledge)
+            call read_vectors(folder, ACCELEROMETER, ACCELEROMETER_COLUMNS, observations%accelerometer_time, &
+                              observations%acceleration, error, knowledge%accelerometer_interval, knowledge%duration)
+        end associate
     end subroutine read_accelerometer
 
     subroutine read_orbit(folder, observations, error)
@@ -267,14 +261,8 @@ contains
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        type(series_t) :: series
-
-        if (.not. file_exists(path_of(folder, ORBIT))) return
-        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error)
-        if (.not. allocated(error)) call check_times(series, error)
-        if (allocated(error)) return
-        observations%orbit_time = series%table(:, 1)
-        observations%orbit_position = transpose(series%table(:, 2:4))
+        if (file_exists(path_of(folder, ORBIT))) &
+            call read_vectors(folder, ORBIT, ORBIT_COLUMNS, observations%orbit_time, observations%orbit_position, error)
     end subroutine read_orbit
 
     subroutine read_magnetometer(folder, observations, error)
@@ -282,25 +270,41 @@ contains
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
+        if (.not. has_orbit(observations)) then
+            associate (knowledge => observations%knowledge)
+                call read_vectors(folder, MAGNETOMETER, MAGNETOMETER_COLUMNS, observations%magnetometer_time, &
+                                  observations%field, error, knowledge%magnetometer_interval, knowledge%duration, &
+                                  '. If the magnetometer failed, add '//trim(OBSERVATION_FILES(ORBIT))// &
+                                  ': a field model then stands in')
+            end associate
+        else if (file_exists(path_of(folder, MAGNETOMETER))) then
+            call read_vectors(folder, MAGNETOMETER, MAGNETOMETER_COLUMNS, observations%magnetometer_time, &
+                              observations%field, error)
+        else
+            allocate (observations%magnetometer_time(0), observations%field(3, 0))
+        end if
+    end subroutine read_magnetometer
+
+    !> Times and vectors of a file that, where an interval is given, has to reach over the arc.
+    subroutine read_vectors(folder, number, columns, times, vectors, error, interval, duration, remedy)
+        character(*), intent(in) :: folder, columns(:)
+        integer, intent(in) :: number                           !! Of OBSERVATION_FILES
+        real(dp), allocatable, intent(inout) :: times(:), vectors(:, :)
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: interval, duration    !! s
+        character(*), intent(in), optional :: remedy            !! Where it does not reach over the arc
+
         type(series_t) :: series
 
-        if (has_orbit(observations) .and. .not. file_exists(path_of(folder, MAGNETOMETER))) then
-            allocate (observations%magnetometer_time(0), observations%field(3, 0))
-            return
-        end if
-        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
+        call read_series(path_of(folder, number), columns, series, error)
         if (.not. allocated(error)) call check_times(series, error)
-        if (.not. allocated(error) .and. .not. has_orbit(observations)) then
-            call check_coverage(series, observations%knowledge%magnetometer_interval, &
-                                observations%knowledge%duration, error)
-            if (allocated(error)) error%message = error%message// &
-                '. If the magnetometer failed, add '//trim(OBSERVATION_FILES(ORBIT))// &
-                ': a field model then stands in'
-        end if
         if (allocated(error)) return
-        observations%magnetometer_time = series%table(:, 1)
-        observations%field = transpose(series%table(:, 2:4))
-    end subroutine read_magnetometer
+        if (present(interval)) call check_coverage(series, interval, duration, error)
+        if (allocated(error) .and. present(remedy)) error%message = error%message//remedy
+        if (allocated(error)) return
+        times = series%table(:, 1)
+        vectors = transpose(series%table(:, 2:4))
+    end subroutine read_vectors
 
     subroutine read_star_camera(folder, observations, error)
         character(*), intent(in) :: folder
@@ -315,6 +319,7 @@ contains
         end if
         call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
         if (.not. allocated(error)) call check_star_camera(series, error)
+        if (.not. allocated(error)) call check_times(series, error, nint(series%table(:, 2)))
         if (.not. allocated(error)) &
             call check_coverage(series, observations%knowledge%star_camera_interval, &
                                 observations%knowledge%duration, error)
@@ -421,75 +426,49 @@ contains
         end associate
     end subroutine read_series
 
-    !> Times must increase; a row that is given twice, alike, may pass.
-    subroutine check_times(series, error)
+    !> Times must increase, of each camera by itself; a row that is given twice, alike, may pass.
+    subroutine check_times(series, error, head_of)
         type(series_t), intent(in) :: series
         type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: head_of(:)     !! Of each row
 
-        integer :: i
+        integer :: previous(HEADS), i, k, head
 
-        do i = 2, size(series%table, 1)
-            if (series%table(i, 1) > series%table(i - 1, 1)) cycle
-            if (same_rows(series, i, i - 1)) cycle
-            call fail_not_increasing(series, i, series%table(i - 1, 1), error)
+        previous = 0
+        head = 1
+        do i = 1, size(series%table, 1)
+            if (present(head_of)) head = head_of(i)
+            k = previous(head)
+            previous(head) = i
+            if (k == 0) cycle
+            if (series%table(i, 1) > series%table(k, 1)) cycle
+            if (all(abs(series%table(i, :) - series%table(k, :)) <= 0)) cycle
+            call series%file%fail_at(i, 'column time_s: times must increase, but '//real_text(series%table(i, 1))// &
+                                     ' follows '//real_text(series%table(k, 1)), error)
             return
         end do
     end subroutine check_times
 
-    pure logical function same_rows(series, i, k)
-        type(series_t), intent(in) :: series
-        integer, intent(in) :: i, k
-
-        same_rows = all(abs(series%table(i, :) - series%table(k, :)) <= 0)
-    end function same_rows
-
-    !> Camera numbers, unit quaternions, and times that increase for each camera; a row that is given
-    !> twice, alike, may pass.
+    !> Camera numbers and unit quaternions.
     subroutine check_star_camera(series, error)
         type(series_t), intent(in) :: series
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: length
-        integer :: previous(HEADS)      ! row of each head; 0: none yet
         integer :: i, head
 
-        previous = 0
         do i = 1, size(series%table, 1)
-            associate (time => series%table(i, 1), camera => series%table(i, 2))
-                head = findloc([(real(head, dp), head=1, HEADS)], camera, 1)
-                if (head == 0) then
-                    call series%file%fail_at(i, 'column camera: '//real_text(camera)// &
-                                      ' is not the number of a camera head: 1 or '// &
-                                      integer_text(HEADS), error)
-                    return
-                end if
-                if (previous(head) > 0) then
-                    if (time <= series%table(previous(head), 1) .and. &
-                        .not. same_rows(series, i, previous(head))) then
-                        call fail_not_increasing(series, i, series%table(previous(head), 1), error)
-                        return
-                    end if
-                end if
-                previous(head) = i
-            end associate
             length = norm2(series%table(i, 3:6))
-            if (abs(length - 1) <= SAMPLE_TOLERANCE) cycle
-            call series%file%fail_at(i, 'columns q1 to q4: not a unit quaternion: its length is '// &
-                              real_text(length)//'; allowed is 1 within '// &
-                              real_text(SAMPLE_TOLERANCE), error)
-            return
+            if (.not. any([(abs(series%table(i, 2) - head) <= 0, head=1, HEADS)])) then
+                call series%file%fail_at(i, 'column camera: '//real_text(series%table(i, 2))// &
+                                         ' is not the number of a camera head: 1 or '//integer_text(HEADS), error)
+            else if (abs(length - 1) > SAMPLE_TOLERANCE) then
+                call series%file%fail_at(i, 'columns q1 to q4: not a unit quaternion: its length is '// &
+                                         real_text(length)//'; allowed is 1 within '//real_text(SAMPLE_TOLERANCE), error)
+            end if
+            if (allocated(error)) return
         end do
     end subroutine check_star_camera
-
-    subroutine fail_not_increasing(series, i, previous, error)
-        type(series_t), intent(in) :: series
-        integer, intent(in) :: i
-        real(dp), intent(in) :: previous
-        type(error_t), allocatable, intent(out) :: error
-
-        call series%file%fail_at(i, 'column time_s: times must increase, but '// &
-                          real_text(series%table(i, 1))//' follows '//real_text(previous), error)
-    end subroutine fail_not_increasing
 
     !> A series must begin within its first interval and end within the last one of the arc: else
     !> the file has lost rows.
