@@ -224,14 +224,13 @@ contains
 
     !> The same of observations in groups, each of which depends on the same few parameters: the products of the others, all
     !> of them zero, are left out.
-    pure subroutine grouped_normal_equations(groups, rows, observed, normal, rhs, weights)
+    pure subroutine grouped_normal_equations(groups, rows, observed, normal, rhs)
         integer, intent(in) :: groups(:, :)
         !! First observation, last, and step of each group: (3, groups). Together every observation once
-        real(dp), intent(in) :: rows(:, :)              !! n parameters x m observations
+        real(dp), intent(in) :: rows(:, :)              !! n parameters x m observations, multiplied by the roots of their weights
         real(dp), intent(in) :: observed(:)             !! m
         real(dp), contiguous, intent(out) :: normal(:, :)   !! n x n, both triangles
         real(dp), intent(out) :: rhs(:)                 !! n
-        real(dp), intent(in), optional :: weights(:)    !! m; absent: rows and observed have been multiplied by their roots
 
         real(dp), allocatable :: part_rows(:, :), part(:, :), part_rhs(:)
         integer, allocatable :: used(:)
@@ -251,11 +250,7 @@ contains
                 do i = first, last, step
                     part_rows(:, 1 + (i - first)/step) = rows(used, i)
                 end do
-                if (present(weights)) then
-                    call normal_equations(part_rows, observed(first:last:step), part, part_rhs, weights(first:last:step))
-                else
-                    call normal_equations(part_rows, observed(first:last:step), part, part_rhs)
-                end if
+                call normal_equations(part_rows, observed(first:last:step), part, part_rhs)
                 do k = 1, size(used)
                     normal(used, used(k)) = normal(used, used(k)) + part(:, k)
                 end do

@@ -54,13 +54,12 @@ contains
     end subroutine tell
 
     !> Tells a listener, where there is one, how many pieces follow.
-    subroutine expect_pieces(listener, all, pieces, done)
+    subroutine expect_pieces(listener, all, pieces)
         class(progress_t), intent(inout), optional :: listener
         integer, intent(in) :: all              !! Their number
         character(*), intent(in) :: pieces      !! What they are, in the plural
-        integer, intent(in), optional :: done   !! How many of them are done already
 
-        if (present(listener)) call listener%expect(all, pieces, done)
+        if (present(listener)) call listener%expect(all, pieces)
     end subroutine expect_pieces
 
     !> Tells a listener, where there is one, that a piece is done.

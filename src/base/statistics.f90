@@ -72,45 +72,26 @@ contains
         median = (sorted((n + 1)/2) + sorted(n/2 + 1))/2
     end function median_of
 
-    !> Heap sort.
+    !> Shell's sort: D. L. Shell, Commun. ACM 2 (1959) 30-32.
     pure subroutine sort(a)
         real(dp), intent(inout) :: a(:)
 
         real(dp) :: held
-        integer :: i, n
+        integer :: gap, i, k
 
-        n = size(a)
-        do i = n/2, 1, -1
-            call sift(a, i)
-        end do
-        do i = n, 2, -1
-            held = a(i)
-            a(i) = a(1)
-            a(1) = held
-            call sift(a(:i - 1), 1)
+        gap = size(a)
+        do while (gap > 1)
+            gap = max(1, int(gap/2.2_dp))
+            do i = gap + 1, size(a)
+                held = a(i)
+                k = i - gap
+                do while (k >= 1)
+                    if (.not. a(k) > held) exit
+                    a(k + gap) = a(k)
+                    k = k - gap
+                end do
+                a(k + gap) = held
+            end do
         end do
     end subroutine sort
-
-    !> Lets an element sink to its place in the heap.
-    pure subroutine sift(a, first)
-        real(dp), intent(inout) :: a(:)
-        integer, intent(in) :: first
-
-        real(dp) :: moved
-        integer :: parent, child
-
-        parent = first
-        moved = a(parent)
-        do
-            child = 2*parent
-            if (child > size(a)) exit
-            if (child < size(a)) then
-                if (a(child + 1) > a(child)) child = child + 1
-            end if
-            if (.not. a(child) > moved) exit
-            a(parent) = a(child)
-            parent = child
-        end do
-        a(parent) = moved
-    end subroutine sift
 end module gracecg_base_statistics

@@ -223,20 +223,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         integer :: n, m
-        logical :: ok(2)
 
         if (size(fields) < head%fields) then
             call file%fail_at(i, 'expected at least '//integer_text(head%fields)// &
                               ' fields, found '//integer_text(size(fields)), error)
             return
         end if
-        call parse_integer(fields(2)%text, n, ok(1))
-        call parse_integer(fields(3)%text, m, ok(2))
-        if (.not. all(ok) .or. m < 0 .or. n < m .or. n > head%max_degree) then
-            call file%fail_at(i, 'degree and order must be integers with 0 <= order <= degree '// &
-                              '<= max_degree = '//integer_text(head%max_degree), error)
-            return
-        end if
+        call file%get_integer(i, fields(2), 'degree', n, error, 0, head%max_degree)
+        call file%get_integer(i, fields(3), 'order', m, error, 0, n)
+        if (allocated(error)) return
         if (n > ubound(c, 1) .or. m > ubound(c, 2)) then
             call file%check_numbers(i, fields(4:), 4, error)
             return
@@ -245,13 +240,9 @@ contains
             call file%fail_at(i, 'this degree and order was given before', error)
             return
         end if
-        call parse_real(fields(4)%text, c(n, m), ok(1))
-        call parse_real(fields(5)%text, s(n, m), ok(2))
-        if (all(ok)) then
-            call file%check_numbers(i, fields(6:), 6, error)
-        else
-            call file%fail_at(i, 'C and S must be finite numbers', error)
-        end if
+        call file%get_real(i, fields(4), 'C', c(n, m), error)
+        call file%get_real(i, fields(5), 'S', s(n, m), error)
+        call file%check_numbers(i, fields(6:), 6, error)
         given(n, m) = .true.
     end subroutine read_row
 end module gracecg_environment_gfc_file

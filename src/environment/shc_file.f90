@@ -10,7 +10,7 @@ module gracecg_environment_shc_file
     use gracecg_base_constants, only: EARTH_RADIUS_IGRF
     use gracecg_base_error, only: error_t, add_context, fail
     use gracecg_files_table, only: table_file_t, read_table
-    use gracecg_base_text, only: string_t, integer_text, parse_integer, parse_real
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_environment_spherical_harmonics, only: MAX_DEGREE
     use gracecg_environment_geomagnetic_field, only: igrf_t, coefficients_at, new_igrf
     implicit none
@@ -54,25 +54,24 @@ contains
         integer, intent(out) :: degree, epoch_count
         type(error_t), allocatable, intent(out) :: error
 
+        character(16), parameter :: NAMES(4) = [character(16) :: 'lowest degree', 'highest degree', 'number of epochs', &
+                                                'order of splines']
         type(string_t), allocatable :: fields(:)
         integer :: numbers(4), k
-        logical :: ok
 
         allocate (fields, source=file%fields(HEAD_ROW))
-        ok = size(fields) >= size(numbers)
-        do k = 1, size(numbers)
-            if (ok) call parse_integer(fields(k)%text, numbers(k), ok)
-        end do
-        if (ok) ok = numbers(1) >= 1 .and. numbers(2) >= numbers(1) .and. numbers(3) >= 1
-        if (.not. ok) then
+        if (size(fields) < size(numbers)) then
             call file%fail_at(HEAD_ROW, 'expected the integers: lowest degree, highest degree, '// &
                               'number of epochs, order of the splines, steps', error)
             return
         end if
-        degree = numbers(2)
-        epoch_count = numbers(3)
+        do k = 1, size(numbers)
+            call file%get_integer(HEAD_ROW, fields(k), trim(NAMES(k)), numbers(k), error, low=1)
+        end do
         call file%check_numbers(HEAD_ROW, fields(size(numbers) + 1:), size(numbers) + 1, error)
         if (allocated(error)) return
+        degree = numbers(2)
+        epoch_count = numbers(3)
         if (degree > MAX_DEGREE) then
             call file%fail_at(HEAD_ROW, 'the highest degree must not exceed '// &
                               integer_text(MAX_DEGREE), error)
@@ -92,16 +91,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
-        logical :: ok
+        integer :: k
 
-        allocate (fields, source=file%fields(EPOCH_ROW))
-        ok = size(fields) == epoch_count
-        allocate (epochs(size(fields)))
-        if (ok) call parse_values(fields, epochs, ok)
-        if (ok) ok = all(epochs(2:) > epochs(:epoch_count - 1))
-        if (ok) return
-        call file%fail_at(EPOCH_ROW, 'expected '//integer_text(epoch_count)//' epochs in '// &
-                          'decimal years, rising', error)
+        allocate (epochs(epoch_count))
+        call file%get_fields(EPOCH_ROW, epoch_count, 'epochs in decimal years, rising', fields, error)
+        do k = 1, epoch_count
+            call file%get_real(EPOCH_ROW, fields(k), 'epoch', epochs(k), error)
+        end do
+        if (allocated(error)) return
+        if (.not. all(epochs(2:) > epochs(:epoch_count - 1))) call file%fail_at(EPOCH_ROW, 'the epochs must rise', error)
     end subroutine read_epochs
 
     !> Lists of coefficients in the order of new_igrf, one column an epoch.
@@ -137,34 +135,22 @@ contains
         type(table_file_t), intent(in) :: file
         integer, intent(in) :: i                        !! Row of the file
         integer, intent(in) :: degree, epoch_count
-        integer, intent(out) :: place                   !! In the list of coefficients; 0 if wrong
+        integer, intent(out) :: place                   !! In the list of coefficients
         real(dp), intent(out) :: values(:)              !! One an epoch
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
-        integer :: n, m
-        logical :: ok(2)
+        integer :: n, m, k
 
-        place = 0
-        values = 0
-        allocate (fields, source=file%fields(i))
-        if (size(fields) /= epoch_count + 2) then
-            call file%fail_at(i, 'expected degree, order and '//integer_text(epoch_count)// &
-                              ' values, found '//integer_text(size(fields))//' fields', error)
-            return
-        end if
-        call parse_integer(fields(1)%text, n, ok(1))
-        call parse_integer(fields(2)%text, m, ok(2))
-        if (.not. all(ok) .or. n < 1 .or. n > degree .or. abs(m) > n) then
-            call file%fail_at(i, 'degree and order must be integers with 1 <= degree <= '// &
-                              integer_text(degree)//' and -degree <= order <= degree', error)
-            return
-        end if
+        call file%get_fields(i, epoch_count + 2, 'degree, order and a value for each epoch', fields, error)
+        call file%get_integer(i, fields(1), 'degree', n, error, 1, degree)
+        call file%get_integer(i, fields(2), 'order', m, error, -n, n)
+        do k = 1, epoch_count
+            call file%get_real(i, fields(k + 2), 'value', values(k), error)
+        end do
         place = n**2
         if (m > 0) place = n**2 + 2*m - 1
         if (m < 0) place = n**2 - 2*m
-        call parse_values(fields(3:), values, ok(1))
-        if (.not. ok(1)) call file%fail_at(i, 'the values must be finite numbers', error)
     end subroutine read_row
 
     !> The name of a place in the list of coefficients.
@@ -180,18 +166,4 @@ contains
             integer_text((rest + 1)/2)//')'
     end function coefficient_name
 
-    subroutine parse_values(fields, values, ok)
-        type(string_t), intent(in) :: fields(:)
-        real(dp), intent(out) :: values(:)      !! As many as there are fields
-        logical, intent(out) :: ok
-
-        integer :: k
-
-        ok = .true.
-        values = 0
-        do k = 1, size(fields)
-            call parse_real(fields(k)%text, values(k), ok)
-            if (.not. ok) return
-        end do
-    end subroutine parse_values
 end module gracecg_environment_shc_file

@@ -8,7 +8,7 @@ module gracecg_environment_wind
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: integer_text
     use gracecg_files_table, only: table_file_t, read_table
     use gracecg_environment_table_wind, only: WIND_LATITUDES, WIND_LOCAL_TIMES, WIND_EAST, WIND_NORTH
     implicit none
@@ -48,7 +48,9 @@ module gracecg_environment_wind
         procedure :: evaluate => evaluate_table
     end type tabulated_wind_t
 
-    integer, parameter :: COLUMNS = 4           !! of a file: latitude, local time, north, east
+    !> Of a file
+    character(24), parameter :: COLUMNS(4) = [character(24) :: 'latitude (deg)', 'local time (h)', 'northward wind (m/s)', &
+                                              'eastward wind (m/s)']
     real(dp), parameter :: FASTEST_WIND = 3000.0_dp
     !! m/s: above any wind of the thermosphere, below what a slip of units or columns gives
 
@@ -129,18 +131,14 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(table_file_t) :: table
-        real(dp), allocatable :: rows(:, :)     ! (column, row)
+        real(dp), allocatable :: rows(:, :)     ! (row, column)
         integer :: i, n, local_times, latitudes
 
         call read_table(file, table, error)
+        call table%get_numbers(COLUMNS, rows, error)
         if (allocated(error)) return
         n = table%row_count()
-        allocate (rows(COLUMNS, n))
-        do i = 1, n
-            call parse_row(table, i, rows(:, i), error)
-        end do
-        if (allocated(error)) return
-        local_times = count(rows(1, :) <= rows(1, 1))
+        local_times = count(rows(:, 1) <= rows(1, 1))
         latitudes = n/local_times
         if (local_times*latitudes /= n .or. latitudes < 2 .or. local_times < 2) then
             call fail(error, file//': '//integer_text(n)//' rows are no complete grid: every '// &
@@ -149,41 +147,18 @@ contains
             return
         end if
         do i = 1, n
-            call check_place(table, i, rows(:2, i), local_times, latitudes, error)
+            call check_row(table, i, rows(i, :), local_times, latitudes, error)
             if (allocated(error)) return
         end do
-        wind = table_of(reshape(rows(4, :), [local_times, latitudes]), &
-                        reshape(rows(3, :), [local_times, latitudes]))
+        wind = table_of(reshape(rows(:, 4), [local_times, latitudes]), &
+                        reshape(rows(:, 3), [local_times, latitudes]))
     end subroutine read_wind
 
-    !> The four numbers of a row.
-    subroutine parse_row(table, row, numbers, error)
+    !> Checks that a row stands where the regular grid wants it, and that no wind is too fast.
+    subroutine check_row(table, row, numbers, local_times, latitudes, error)
         type(table_file_t), intent(in) :: table
         integer, intent(in) :: row
-        real(dp), intent(out) :: numbers(COLUMNS)
-        type(error_t), allocatable, intent(inout) :: error
-
-        character(15), parameter :: NAMES(COLUMNS) = [character(15) :: &
-            'latitude', 'local time', 'northward wind', 'eastward wind']
-        character(3), parameter :: UNITS(COLUMNS) = [character(3) :: 'deg', 'h', 'm/s', 'm/s']
-        real(dp), parameter :: LOWEST(COLUMNS) = [-90.0_dp, 0.0_dp, -FASTEST_WIND, -FASTEST_WIND]
-        real(dp), parameter :: HIGHEST(COLUMNS) = [90.0_dp, 24.0_dp, FASTEST_WIND, FASTEST_WIND]
-        type(string_t), allocatable :: fields(:)
-        integer :: i
-
-        call table%get_fields(row, COLUMNS, 'latitude (deg), local time (h), northward and '// &
-                              'eastward wind (m/s)', fields, error)
-        do i = 1, COLUMNS
-            call table%get_real(row, fields(i), trim(NAMES(i)), numbers(i), error, &
-                                LOWEST(i), HIGHEST(i), UNITS(i))
-        end do
-    end subroutine parse_row
-
-    !> Checks that a row stands where the regular grid wants it.
-    subroutine check_place(table, row, place, local_times, latitudes, error)
-        type(table_file_t), intent(in) :: table
-        integer, intent(in) :: row
-        real(dp), intent(in) :: place(2)                !! Latitude in deg, local time in h
+        real(dp), intent(in) :: numbers(4)              !! Of COLUMNS
         integer, intent(in) :: local_times, latitudes
         type(error_t), allocatable, intent(out) :: error
 
@@ -192,12 +167,15 @@ contains
 
         expected(1) = -90 + 180.0_dp*((row - 1)/local_times)/(latitudes - 1)
         expected(2) = 24.0_dp*mod(row - 1, local_times)/local_times
-        if (any(abs(place - expected) > TOLERANCE)) then
+        if (any(abs(numbers(:2) - expected) > TOLERANCE)) then
             call table%fail_at(row, 'the grid is not regular: expected latitude '// &
                                number_text(expected(1))//' deg and local time '// &
                                number_text(expected(2))//' h here (latitudes from -90 to '// &
                                '90 deg, within each the local times from 0 h on, equally '// &
                                'spaced)', error)
+        else if (any(abs(numbers(3:)) > FASTEST_WIND)) then
+            call table%fail_at(row, 'a wind of '//number_text(maxval(abs(numbers(3:))))//' m/s is faster than '// &
+                               number_text(FASTEST_WIND)//' m/s', error)
         end if
-    end subroutine check_place
+    end subroutine check_row
 end module gracecg_environment_wind

@@ -65,19 +65,17 @@ contains
         call check(error, condition < 10, 'units must not spoil the condition')
     end subroutine test_solve
 
-    !> The sums over groups, some of which do not depend on a parameter, are those over all; with weights, and a NaN shows.
+    !> The sums over groups, some of which do not depend on a parameter, are those over all; a NaN shows.
     subroutine test_groups(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: GROUPS(3, 3) = reshape([1, 5, 2, 2, 4, 2, 6, 6, 1], [3, 3])
-        real(dp) :: rows_of(3, 6), weights(6), normal(3, 3), rhs(3), expected(3, 3), expected_rhs(3)
-        integer :: i
+        real(dp) :: rows_of(3, 6), normal(3, 3), rhs(3), expected(3, 3), expected_rhs(3)
 
         rows_of = ROWS
         rows_of(2, 1:5:2) = 0
         rows_of([1, 3], 6) = 0
-        weights = [(0.5_dp*i, i=1, 6)]
-        call normal_equations(rows_of, ROWS(1, :), expected, expected_rhs, weights)
-        call grouped_normal_equations(GROUPS, rows_of, ROWS(1, :), normal, rhs, weights)
+        call normal_equations(rows_of, ROWS(1, :), expected, expected_rhs)
+        call grouped_normal_equations(GROUPS, rows_of, ROWS(1, :), normal, rhs)
         call check(error, all(abs(normal - expected) <= 1e-14_dp*abs(expected)) .and. &
                    all(abs(rhs - expected_rhs) <= 1e-14_dp*abs(expected_rhs)))
         rows_of(2, 3) = ieee_value(1.0_dp, ieee_quiet_nan)

@@ -178,7 +178,7 @@ contains
 
         call tell(listener, 'the orbit')
         call check(error, trim(listener%latest), 'the orbit')
-        call expect_pieces(listener, 8, 'runs', done=2)
+        call listener%expect(8, 'runs', 2)
         call tell(listener, 'front-1')
         call check(error, trim(listener%latest), '2/8 runs, 25 %: front-1')
         call listener%expect_parts(4, 'chapters')

@@ -139,7 +139,7 @@ contains
             '_empty.txt', 'holds no data', &
             '_columns.txt', 'txt:7: has 3 columns', &
             '_number.txt', '"-2O" is not a finite number', &
-            '_speed.txt', 'txt:7: eastward wind: -20000 is', &
+            '_speed.txt', 'txt:7: a wind of 20000 m/s', &
             '_incomplete.txt', '11 rows are no complete grid', &
             '_latitudes.txt', 'txt:6: the grid is not regular', &
             '_no_poles.txt', 'expected latitude -90 deg', &
