@@ -187,12 +187,10 @@ gracecg_status gracecg_earth_radiation_open(const char *constants, int32_t rings
                                             gracecg_object **model, gracecg_error *error);
 
 /* At inertial positions [n][3] outside the Earth, `seconds`[n] after `epoch`: net flux [n][3] (W/m^2, inertial, away
-   from the Earth), the sum of irradiance times direction over the segments; or by segments, of which a model has s =
-   1 + 3 rings (rings + 1): irradiance [n][s] (W/m^2) on a surface that faces each, and the direction [n][s][3] from
-   it (unit vectors, inertial); each or NULL. */
+   from the Earth), the sum of irradiance times direction over the segments. */
 gracecg_status gracecg_earth_radiation_evaluate(const gracecg_object *model, const gracecg_utc *epoch, size_t n,
                                                 const double *seconds, const double *position, double *flux,
-                                                double *irradiance, double *direction, gracecg_error *error);
+                                                gracecg_error *error);
 
 /* ------------------------------------------------------------------ cases, force model, propagation */
 

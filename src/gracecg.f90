@@ -35,7 +35,7 @@ module gracecg
     use gracecg_environment_iers_file, only: read_earth_parameters
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_product, &
         conjugate_quaternion, quaternion_from_axis_angle, normalised, quaternion_rate
-    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     ! Models of the environment
     use gracecg_environment_geopotential, only: gravity_model_t, point_mass_gravity_t, geopotential_t, &
         new_geopotential, egm96
@@ -48,7 +48,7 @@ module gracecg
     use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather, &
         space_weather_source_t
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
-        density_wave_t, new_density_wave
+        density_wave_t
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_environment_dtm, only: dtm_t, new_dtm, DTM_EDITIONS
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
@@ -136,7 +136,7 @@ module gracecg
     public :: rotation_z, rotation_matrix, quaternion_of_matrix, quaternion_product, conjugate_quaternion
     public :: quaternion_from_axis_angle, normalised, quaternion_rate
     public :: earth_orientation_t, earth_parameters_t, new_earth_orientation, read_earth_parameters, EARTH_ORIENTATIONS
-    public :: earth_fixed_to_geodetic, geodetic_to_earth_fixed
+    public :: earth_fixed_to_geodetic
 
     public :: gravity_model_t, point_mass_gravity_t, geopotential_t, new_geopotential, egm96, read_gfc
     public :: new_gravity_model, GRAVITY_MODELS, new_geomagnetic_model, GEOMAGNETIC_MODELS
@@ -145,7 +145,7 @@ module gracecg
     public :: space_weather_t, embedded_space_weather, read_space_weather, space_weather_source_t
     public :: storm_field_deviation
     public :: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm_t, new_dtm, DTM_EDITIONS
-    public :: exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
+    public :: exponential_density_t, new_exponential_density, density_wave_t
     public :: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
     public :: sun_position, conical_shadow
     public :: earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings

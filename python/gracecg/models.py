@@ -259,5 +259,5 @@ class EarthRadiation(Handle):
         where = numbers(position, 3)
         flux = np.empty_like(where)
         call("earth_radiation_evaluate", self._handle, Utc.of(epoch)._c(), len(where),
-             pointer(spread(seconds, len(where))), pointer(where), pointer(flux), ffi.NULL, ffi.NULL)
+             pointer(spread(seconds, len(where))), pointer(where), pointer(flux))
         return flux

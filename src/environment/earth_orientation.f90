@@ -48,7 +48,6 @@ module gracecg_environment_earth_orientation
     contains
         procedure :: from_inertial          !! C: v_earth = C v_inertial
         procedure :: axis                   !! About which it turns, inertial axes
-        procedure :: delayed                !! The same, with time counted from later
     end type earth_orientation_t
 
     real(dp), parameter :: MJD_J2000 = 51544.5_dp       ! 2000-01-01 12 h
@@ -116,16 +115,6 @@ contains
         pole = [0.0_dp, 0.0_dp, 1.0_dp]
         if (.not. self%turns_about_z) pole = self%equator(3, :)
     end function axis
-
-    !> The orientation whose t = 0 is this one's t = `time`.
-    pure type(earth_orientation_t) function delayed(self, time)
-        class(earth_orientation_t), intent(in) :: self
-        real(dp), intent(in) :: time        !! s
-
-        delayed = self
-        delayed%angle = self%angle + self%rate*time
-        delayed%equator = self%equator + time*self%equator_rate
-    end function delayed
 
     !> Earth rotation angle: 2 pi (0.7790572732640 + 1.00273781191135448 T_u), T_u days of UT1 since J2000 (IERS
     !> Conventions 2010 eq. 5.15), 0 <= angle < 2 pi, rad.

@@ -4,7 +4,7 @@ module gracecg_environment_earth_shape
     use gracecg_base_constants, only: WGS84_SEMI_MAJOR_AXIS, WGS84_FLATTENING
     implicit none
     private
-    public :: earth_fixed_to_geodetic, geodetic_to_earth_fixed
+    public :: earth_fixed_to_geodetic
 
     real(dp), parameter :: A = WGS84_SEMI_MAJOR_AXIS        !! m
     real(dp), parameter :: F = WGS84_FLATTENING
@@ -50,22 +50,6 @@ contains
             u = [from_axis - E2*A*foot(1)**3, z + EP2*B*foot(2)**3]
         end function along_normal
     end subroutine earth_fixed_to_geodetic
-
-    !> Earth-fixed coordinates in m of a geodetic place.
-    pure function geodetic_to_earth_fixed(latitude, longitude, height) result(position)
-        real(dp), intent(in) :: latitude        !! Geodetic, rad
-        real(dp), intent(in) :: longitude       !! rad, positive east
-        real(dp), intent(in) :: height          !! Above the ellipsoid, m
-        real(dp) :: position(3)
-
-        real(dp) :: prime_vertical_radius, from_axis
-
-        prime_vertical_radius = A/sqrt(1 - E2*sin(latitude)**2)
-        from_axis = (prime_vertical_radius + height)*cos(latitude)
-        position(1) = from_axis*cos(longitude)
-        position(2) = from_axis*sin(longitude)
-        position(3) = (prime_vertical_radius*(1 - E2) + height)*sin(latitude)
-    end function geodetic_to_earth_fixed
 
     pure function direction(x, y) result(u)
         real(dp), intent(in) :: x, y

@@ -4,11 +4,10 @@
 module gracecg_environment_thermosphere
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, require_range
     implicit none
     private
     public :: density_model_t, atmosphere_point_t, atmosphere_state_t
-    public :: density_wave_t, new_density_wave, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
+    public :: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     public :: EARTH_RADIUS, SURFACE_GRAVITY, GAS_CONSTANT, ATOMIC_MASS_UNIT, MASS_O
 
     type :: atmosphere_point_t
@@ -78,23 +77,6 @@ contains
 
         lowest_height = self%valid_from
     end function lowest_height
-
-    !> A density wave. Fails for an amplitude that would make the density negative and for a period
-    !> that is not positive.
-    subroutine new_density_wave(amplitude, period, phase, wave, error)
-        real(dp), intent(in) :: amplitude   !! Relative, 0 to 1
-        real(dp), intent(in) :: period      !! s
-        real(dp), intent(in) :: phase       !! rad, any
-        type(density_wave_t), intent(out) :: wave
-        type(error_t), allocatable, intent(out) :: error
-
-        call require_range('relative amplitude of the density wave', amplitude, &
-                           [0.0_dp, 1.0_dp], '', error)
-        call require_range('period of the density wave', period, [1e-3_dp, 1e6_dp], 's', error)
-        call require_range('phase of the density wave', phase, [-1e3_dp, 1e3_dp], 'rad', error)
-        if (allocated(error)) return
-        wave = density_wave_t(amplitude, period, phase)
-    end subroutine new_density_wave
 
     !> The relative change of the density at a time: amplitude sin(2 pi t/period + phase).
     pure real(dp) function relative_change(self, elapsed_seconds)

@@ -535,16 +535,14 @@ contains
     end function c_earth_radiation_open
 
     !> gracecg_earth_radiation_evaluate
-    function c_earth_radiation_evaluate(model, epoch, n, seconds, position, flux, irradiance, direction, error) &
-        result(status) bind(c, name='gracecg_earth_radiation_evaluate')
+    function c_earth_radiation_evaluate(model, epoch, n, seconds, position, flux, error) result(status) bind(c, &
+        name='gracecg_earth_radiation_evaluate')
         integer(c_intptr_t), intent(in), value :: model
         type(c_utc_t), intent(in), optional :: epoch
         integer(c_size_t), intent(in), value :: n
         real(c_double), intent(in), optional :: seconds(*)
         real(c_double), intent(in), optional :: position(3, *)
         real(c_double), intent(inout), optional :: flux(3, *)
-        real(c_double), intent(inout), optional :: irradiance(*)
-        real(c_double), intent(inout), optional :: direction(3, *)
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
@@ -556,12 +554,12 @@ contains
         call check_count(n, 'n', 0, huge(0), outcome)
         call check_numbers(seconds, n, 'seconds', .true., outcome)
         call check_positions(position, n, 'position', outcome)
+        call need(present(flux) .or. n == 0, 'flux', outcome)
         if (outcome%good() .and. n > 0) then
             call acquire(int(model, i8), model_in)
             select type (model_in)
             class is (earth_radiation_object_t)
-                call earth_radiation_evaluate(model_in, epoch_in, int(n), seconds, position, flux, irradiance, &
-                    direction, outcome)
+                call earth_radiation_evaluate(model_in, epoch_in, int(n), seconds, position, flux, outcome)
             class default
                 call refuse_handle('Earth radiation model', outcome)
             end select

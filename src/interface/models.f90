@@ -3,7 +3,7 @@ module gracecg_interface_models
     use gracecg, only: dp, error_t, utc_t, gravity_model_t, new_gravity_model, GRAVITY_MODELS, geomagnetic_model_t, &
         new_geomagnetic_model, GEOMAGNETIC_MODELS, decimal_year, density_model_t, new_density_model, density_settings_t, &
         space_weather_source_t, atmosphere_point_t, atmosphere_state_t, tabulated_wind_t, embedded_wind, read_wind, &
-        julian_centuries_tt, earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
+        julian_centuries_tt, earth_radiation_t, new_earth_radiation, standard_rings, &
         EARTH_RADIATION_EPOCH_JD, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year
     use gracecg, only: position_of_sun => sun_position
     use gracecg_base_constants, only: SECONDS_PER_DAY, EARTH_RADIUS_EGM96, MJD_TO_JD
@@ -45,7 +45,6 @@ module gracecg_interface_models
     !> The Earth's light behind a handle.
     type, extends(object_t) :: earth_radiation_object_t
         type(earth_radiation_t) :: model                !! With its rings
-        integer :: segments = 0                         !! How many there are
     end type earth_radiation_object_t
 
 contains
@@ -264,57 +263,28 @@ contains
         type(error_t), allocatable :: failure
 
         call new_earth_radiation(made%model, constants, standard_rings(rings), solar_irradiance, failure)
-        made%segments = 1 + 3*rings*(rings + 1)
         call outcome%take(failure)
     end subroutine earth_radiation_open
 
-    !> The Earth's radiation at positions and times: net flux [n][3] (W/m^2, inertial, away from the Earth), which is the sum of
-    !> irradiance times direction over the s segments; irradiance [n][s] (W/m^2) and direction [n][s][3] of each.
-    subroutine earth_radiation_evaluate(model, epoch, n, seconds, position, flux, irradiance, direction, outcome)
+    !> The Earth's radiation at positions and times: net flux [n][3] (W/m^2, inertial, away from the Earth).
+    subroutine earth_radiation_evaluate(model, epoch, n, seconds, position, flux, outcome)
         class(earth_radiation_object_t), intent(in) :: model
         type(utc_t), intent(in) :: epoch
         integer, intent(in) :: n                                !! Places
         real(dp), intent(in) :: seconds(n), position(3, n)      !! s from the epoch; inertial, m
-        real(dp), intent(inout), optional :: flux(3, n)         !! Inertial, W/m^2
-        real(dp), intent(inout), optional :: irradiance(*)      !! Of the segments, place after place, W/m^2
-        real(dp), intent(inout), optional :: direction(3, *)    !! From them, unit vectors
-        type(outcome_t), intent(inout) :: outcome
-
-        type(earth_irradiance_t) :: light
-        real(dp) :: total(3)
-        integer :: i, j, before
-
-        do i = 1, n
-            call light_at(model%model, epoch, seconds(i), position(:, i), light, outcome)
-            if (.not. outcome%good()) return
-            before = (i - 1)*model%segments
-            if (present(irradiance)) irradiance(before + 1:before + light%count) = light%irradiance(:light%count)
-            if (present(direction)) direction(:, before + 1:before + light%count) = light%direction(:, :light%count)
-            total = 0
-            do j = 1, light%count
-                total = total + light%irradiance(j)*light%direction(:, j)
-            end do
-            if (present(flux)) flux(:, i) = total
-        end do
-    end subroutine earth_radiation_evaluate
-
-    !> The Earth's light at a place outside of it.
-    subroutine light_at(model, epoch, seconds, position, light, outcome)
-        type(earth_radiation_t), intent(in) :: model
-        type(utc_t), intent(in) :: epoch
-        real(dp), intent(in) :: seconds, position(3)    !! s from the epoch; inertial, m
-        type(earth_irradiance_t), intent(out) :: light
+        real(dp), intent(inout) :: flux(3, n)                   !! Inertial, W/m^2
         type(outcome_t), intent(inout) :: outcome
 
         type(utc_t) :: time
+        integer :: i
 
-        if (norm2(position) <= EARTH_RADIUS_EGM96) &
-            call outcome%refuse(STATUS_BAD_VALUE, 'a position lies inside the Earth')
-        call later_time(epoch, seconds, time, outcome)
-        if (.not. outcome%good()) return
-        call model%irradiance_at(position, position_of_sun(julian_centuries_tt(time)), &
-                                 time%mjd + time%seconds/SECONDS_PER_DAY + (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), light)
-        if (.not. all(abs(light%irradiance(:light%count)) <= huge(1.0_dp))) &
-            call outcome%refuse(STATUS_BAD_VALUE, 'the irradiance would be NaN or infinite')
-    end subroutine light_at
+        do i = 1, n
+            if (norm2(position(:, i)) <= EARTH_RADIUS_EGM96) &
+                call outcome%refuse(STATUS_BAD_VALUE, 'a position lies inside the Earth')
+            call later_time(epoch, seconds(i), time, outcome)
+            if (.not. outcome%good()) return
+            call model%model%flux_at(position(:, i), position_of_sun(julian_centuries_tt(time)), time%mjd + &
+                                     time%seconds/SECONDS_PER_DAY + (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), flux(:, i))
+        end do
+    end subroutine earth_radiation_evaluate
 end module gracecg_interface_models

@@ -28,7 +28,6 @@ contains
                     new_unittest('published-matrix', test_matrix), &
                     new_unittest('a-day-later', test_day), &
                     new_unittest('by-the-angle-alone', test_report), &
-                    new_unittest('counted-from-later', test_delayed), &
                     new_unittest('files-of-the-iers', test_files), &
                     new_unittest('through-a-leap-second', test_leap_second), &
                     new_unittest('corrupted-files', test_corrupted), &
@@ -110,16 +109,6 @@ contains
         call new_earth_orientation('ptolemy', utc_t(47528, 0.0_dp), 1.7_dp, earth_parameters_t(), earth, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'ptolemy', 'report, iau'])
     end subroutine test_report
-
-    subroutine test_delayed(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(earth_orientation_t) :: earth, later
-
-        earth = iau_orientation(utc_t(61100, 0.0_dp), earth_parameters_t(0.0672_dp, 0.0_dp, [0.1_dp, 0.39_dp]*ARCSECOND))
-        later = earth%delayed(1234.5_dp)
-        call check(error, maxval(abs(later%from_inertial(10.0_dp) - earth%from_inertial(1244.5_dp))) < 1e-13_dp)
-    end subroutine test_delayed
 
     !> The three formats, of the same days; rows of finals2000A and of series 20 are the published ones.
     subroutine test_files(error)

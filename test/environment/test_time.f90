@@ -6,7 +6,7 @@ module test_time
         WGS84_SEMI_MAJOR_AXIS, WGS84_FLATTENING
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_time
-    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use fixture, only: check, test_failed, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
@@ -335,6 +335,19 @@ contains
             end do
         end do
     end subroutine test_ellipsoid_round_trip
+
+    !> Earth-fixed coordinates of a geodetic place.
+    pure function geodetic_to_earth_fixed(latitude, longitude, height) result(position)
+        real(dp), intent(in) :: latitude, longitude, height
+        real(dp) :: position(3)
+
+        real(dp), parameter :: E2 = WGS84_FLATTENING*(2 - WGS84_FLATTENING)
+        real(dp) :: radius
+
+        radius = WGS84_SEMI_MAJOR_AXIS/sqrt(1 - E2*sin(latitude)**2)
+        position(:2) = (radius + height)*cos(latitude)*[cos(longitude), sin(longitude)]
+        position(3) = (radius*(1 - E2) + height)*sin(latitude)
+    end function geodetic_to_earth_fixed
 
     subroutine test_ellipsoid_poles(error)
         type(error_type), allocatable, intent(out) :: error

@@ -4,7 +4,8 @@ module test_c_models
     use gracecg, only: dp, error_t, utc_t, parse_utc, utc_plus, gmst_1982, geopotential_t, egm96, igrf_t, igrf, decimal_year, &
         dtm_t, new_dtm, density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
         atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, tabulated_wind_t, &
-        sun_position, conical_shadow, julian_centuries_tt, ESTIMATOR_NAMES, CASE_NAMES, LIBRARY_VERSION
+        sun_position, conical_shadow, julian_centuries_tt, ESTIMATOR_NAMES, CASE_NAMES, LIBRARY_VERSION, &
+        earth_radiation_t, new_earth_radiation, standard_rings, EARTH_RADIATION_EPOCH_JD
     use gracecg_interface_general, only: INTERFACE_VERSION
     use c_library
     use c_checks
@@ -208,7 +209,7 @@ contains
         status = gracecg_free(wind)
     end subroutine test_air
 
-    !> The flux is the sum over the segments; the Sun and its shadow are those of the Fortran API.
+    !> The flux, the Sun and its shadow are those of the Fortran API.
     subroutine test_light(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -216,9 +217,11 @@ contains
         type(utc_struct) :: epoch
         integer(c_intptr_t) :: model
         integer(c_int) :: status
-        real(dp) :: sun(3), free(1), flux(3), irradiance(38), direction(3, 38), segment_sum(3)
+        type(utc_t) :: time
+        type(earth_radiation_t) :: light
+        type(error_t), allocatable :: problem
+        real(dp) :: sun(3), free(1), flux(3), expected(3)
         real(dp), parameter :: SECONDS(1) = [1000.0_dp]
-        integer :: i
 
         status = gracecg_utc_parse(c_string(DATE), epoch)
         status = gracecg_sun_position(epoch, ONE, SECONDS, sun, failure)
@@ -232,14 +235,11 @@ contains
         call check_ok(error, status, failure)
         status = gracecg_earth_radiation_evaluate(model, epoch, ONE, SECONDS, PLACE, flux, error=failure)
         call check_ok(error, status, failure)
-        status = gracecg_earth_radiation_evaluate(model, epoch, 2_c_size_t, [0.0_dp, SECONDS], [PLACE, PLACE], &
-                                                  irradiance=irradiance, direction=direction, error=failure)
-        call check_ok(error, status, failure)
-        segment_sum = 0
-        do i = 20, 38       ! of the second place
-            segment_sum = segment_sum + irradiance(i)*direction(:, i)
-        end do
-        call check_equal(error, flux, segment_sum, 'sum over the segments')
+        time = utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1))
+        call new_earth_radiation(light, 'report', standard_rings(2), 1367.0_dp, problem)
+        call light%flux_at(PLACE, sun_position(julian_centuries_tt(time)), &
+                           time%mjd + time%seconds/86400 + (2400000.5_dp - EARTH_RADIATION_EPOCH_JD), expected)
+        call check_equal(error, flux, expected, 'flux')
         ! some 240 W/m^2 of heat, and reflected light; upwards
         call check(error, dot_product(flux, PLACE)/norm2(PLACE) > 150 .and. &
                    dot_product(flux, PLACE)/norm2(PLACE) < 600, 'size of the flux')

@@ -204,8 +204,8 @@ module c_declarations
             integer(c_int) :: status
         end function gracecg_earth_radiation_open
 
-        function gracecg_earth_radiation_evaluate(model, epoch, n, seconds, position, flux, irradiance, direction, &
-            error) result(status) bind(c, name='gracecg_earth_radiation_evaluate')
+        function gracecg_earth_radiation_evaluate(model, epoch, n, seconds, position, flux, error) result(status) &
+            bind(c, name='gracecg_earth_radiation_evaluate')
             import :: c_double, c_int, c_intptr_t, c_size_t, error_struct, utc_struct
             integer(c_intptr_t), intent(in), value :: model
             type(utc_struct), intent(in), optional :: epoch
@@ -213,8 +213,6 @@ module c_declarations
             real(c_double), intent(in), optional :: seconds(*)
             real(c_double), intent(in), optional :: position(*)
             real(c_double), intent(inout), optional :: flux(*)
-            real(c_double), intent(inout), optional :: irradiance(*)
-            real(c_double), intent(inout), optional :: direction(*)
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_earth_radiation_evaluate
