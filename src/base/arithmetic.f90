@@ -1,5 +1,6 @@
 !> Whether the compiler's flags left the arithmetic what this project counts on (IEEE 754): infinities and NaN can be
-!> told from numbers, numbers below `tiny` are not taken for zero, and a sum that was rounded is not put right.
+!> told from numbers, numbers below `tiny` are not taken for zero, and a sum that was rounded is not put right
+!> (`gracecg_base_decimal` lives on what rounding leaves).
 !>
 !> Flags such as `-ffast-math` let a compiler take it that there is no NaN. Then a test for it is no test: what is not
 !> a number would be read, and handed out as a result.

@@ -5,9 +5,11 @@
 !> are exact in double precision and one operation rounds correctly (W. D. Clinger, "How to read floating point numbers
 !> accurately", PLDI 1990). Otherwise the run-time library decides.
 !>
-!> Writing: 17 digits always suffice, and a decimal of 15 digits or fewer that reads back as x is x rounded to 15 (D.
-!> Goldberg, ACM Computing Surveys 23 (1991) 5-48). A decimal that is farther from x than half the spacing of the reals
-!> there does not read back: so most need no trial.
+!> Writing: a decimal reads back as x when it lies within half the spacing of the reals around x (a quarter below a power
+!> of two). 17 digits always suffice, and a decimal of 15 digits or fewer that reads back as x is x rounded to 15 (D.
+!> Goldberg, ACM Computing Surveys 23 (1991) 5-48). So x 10^k is computed once, with twice the digits of double precision;
+!> the decimals of 15, 16 and 17 digits below and above it follow from its whole part, and how far each is from x is known
+!> to 1e-14 of the last digit. Of two that read back the nearer is taken.
 module gracecg_base_decimal
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i8
@@ -18,6 +20,10 @@ module gracecg_base_decimal
     integer(i8), parameter :: FULL = 10_i8**17              !! From here on an integer of 64 bits takes no digit more
     integer(i8), parameter :: EXACT_INTEGER = 2_i8**53
     integer, parameter :: EXACT_TENS = 22                   !! Largest power of ten that is exact in double precision
+    integer, parameter :: MOST_TENS = 2*EXACT_TENS          !! Largest that is a product of two such
+    integer, parameter :: MOST_DIGITS = 17                  !! Always enough to tell two numbers apart
+    integer(i8), parameter :: LEAST = 10_i8**(MOST_DIGITS - 1)  ! of 17 digits
+    real(dp), parameter :: SPLITTER = 2.0_dp**27 + 1        ! of Dekker's product
     character(1), parameter :: LF = achar(10)
     !> The powers of ten that are exact
     real(dp), parameter :: POWER(0:EXACT_TENS) = [1e0_dp, 1e1_dp, 1e2_dp, 1e3_dp, 1e4_dp, 1e5_dp, 1e6_dp, 1e7_dp, 1e8_dp, &
@@ -186,44 +192,103 @@ contains
         integer(i8), intent(out) :: digits      !! At most 17; may end with zeros
         integer, intent(out) :: exponent        !! Of the last digit
 
-        character(32) :: buffer
-        integer(i8) :: whole, unit
-        real(dp) :: half_spacing, again
-        integer :: last, excess, more
+        logical :: sure
 
-        write (buffer, '(es31.16e4)') x
-        call take_digits_of(buffer, whole, last)
-        half_spacing = 0.5_dp*spacing(x)*10.0_dp**(-last)   ! in units of the 17th digit
+        call digits_at_once(x, digits, exponent, sure)
+        if (.not. sure) call digits_by_trial(x, digits, exponent)
+    end subroutine shortest_digits
+
+    !> The same without reading back. Not sure: outside of 1e-28 to 1e16, or where a decimal lies on the border of what
+    !> reads back as x.
+    pure subroutine digits_at_once(x, digits, exponent, sure)
+        real(dp), intent(in) :: x
+        integer(i8), intent(out) :: digits
+        integer, intent(out) :: exponent
+        logical, intent(out) :: sure
+
+        real(dp), parameter :: DOUBT = 1e-6_dp          ! nearer to a limit, in the 17th digit, nothing is said
+        real(dp) :: large, small, tens, more_tens, rest, below, above, border_below, border_above
+        integer(i8) :: whole, unit
+        integer :: excess, scale
+
+        digits = 0
+        exponent = 0
+        sure = .false.
+        if (.not. (x > 1e-28_dp .and. x < 1e16_dp)) return
+        scale = MOST_DIGITS - 1 - floor(log10(x))       ! 1 to 44
+        call exact_power(scale, tens, more_tens)
+        call exact_product(x, tens, large, small)
+        small = small + x*more_tens
+        unit = floor(small + 0.5_dp, i8)
+        whole = int(large, i8) + unit               ! large has no fraction: it is above 2^53
+        rest = small - real(unit, dp)
+        if (whole < LEAST .or. whole >= 10*LEAST) return    ! next to a power of ten
+        border_above = 0.5_dp*spacing(x)*tens       ! in units of the 17th digit
+        border_below = merge(border_above/2, border_above, fraction(x) <= 0.5_dp)
         do excess = 2, 0, -1
             unit = 10_i8**excess
-            digits = (whole + unit/2)/unit
-            exponent = last + excess
-            if (excess == 0) return
-            if (abs(digits*unit - whole) > half_spacing + 1) cycle
-            if (excess == 1 .and. mod(whole, 10_i8) == 5) then      ! which of two is nearer 17 digits do not tell
-                write (buffer, '(es31.15e4)') x
-                call take_digits_of(buffer, digits, exponent)
+            digits = whole/unit
+            below = real(whole - digits*unit, dp) + rest    ! from the decimal below x to x
+            above = unit - below                            ! from x to the decimal above
+            exponent = excess - scale
+            sure = min(abs(above - border_above), abs(below - border_below)) > DOUBT
+            if (.not. sure) return
+            if (above < border_above .and. (above <= below .or. below > border_below)) then
+                digits = digits + 1
+                return
+            else if (below < border_below) then
+                return
             end if
-            do more = 0, merge(1, 0, fraction(x) <= 0.5_dp)     ! above a power of two the reals lie farther apart
-                digits = digits + more
-                write (buffer, '(i0, a, i0)') digits, 'e', exponent
-                read (buffer, *) again
-                if (abs(again - x) <= 0) return
-            end do
         end do
+        sure = .false.
+    end subroutine digits_at_once
 
-    contains
+    !> The first of 15, 16 and 17 digits that read back as x.
+    pure subroutine digits_by_trial(x, digits, exponent)
+        real(dp), intent(in) :: x
+        integer(i8), intent(out) :: digits
+        integer, intent(out) :: exponent
 
-        pure subroutine take_digits_of(text, digits, exponent)
-            character(*), intent(in) :: text
-            integer(i8), intent(out) :: digits
-            integer, intent(out) :: exponent
+        character(*), parameter :: FORMATS(3) = ['(es32.14e4)', '(es32.15e4)', '(es32.16e4)']
+        character(32) :: buffer
+        real(dp) :: again
+        integer :: i, point, letter
 
-            integer :: at
-            logical :: negative, sure, ok
+        do i = 1, size(FORMATS)
+            write (buffer, FORMATS(i)) x
+            read (buffer, *) again
+            if (abs(again - x) <= 0) exit
+        end do
+        point = index(buffer, '.')
+        letter = index(buffer, 'E')
+        read (buffer(letter + 1:), *) exponent
+        exponent = exponent - (letter - point - 1)
+        buffer = buffer(:point - 1)//buffer(point + 1:letter - 1)
+        read (buffer, *) digits
+    end subroutine digits_by_trial
 
-            at = verify(text, ' ')
-            call take_decimal(text, at, negative, digits, exponent, sure, ok)
-        end subroutine take_digits_of
-    end subroutine shortest_digits
+    !> 10^n as large + small, exactly.
+    pure subroutine exact_power(n, large, small)
+        integer, intent(in) :: n            !! 0 to MOST_TENS
+        real(dp), intent(out) :: large, small
+
+        call exact_product(POWER(min(n, EXACT_TENS)), POWER(n - min(n, EXACT_TENS)), large, small)
+    end subroutine exact_power
+
+    !> a b = product + error, exactly: T. J. Dekker, Numer. Math. 18 (1971) 224-242.
+    pure subroutine exact_product(a, b, product, error)
+        real(dp), intent(in) :: a, b
+        real(dp), intent(out) :: product, error
+
+        real(dp) :: a1, a2, b1, b2
+
+        product = a*b
+        a1 = SPLITTER*a
+        a1 = a1 - (a1 - a)
+        a2 = a - a1
+        b1 = SPLITTER*b
+        b1 = b1 - (b1 - b)
+        b2 = b - b1
+        error = (((a1*b1 - product) + a1*b2) + a2*b1) + a2*b2
+    end subroutine exact_product
 end module gracecg_base_decimal

@@ -372,7 +372,7 @@ contains
         if (allocated(error)) return
 
         status = gracecg_options_replace(case, c_string('&optimal sigma_rod_gain = 1 /'), changed, failure)
-        call check_refused(error, status, FAILED, failure, '&a_priori')
+        call check_refused(error, status, FAILED, failure, '"sigma_rod_gain" is not known')
         status = gracecg_options_replace(case, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'changed')
         status = gracecg_free(case)
