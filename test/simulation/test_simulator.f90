@@ -1,10 +1,8 @@
 !> Simulated observations: their epochs, their noise, and that they are the same again.
 module test_simulation
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use statistics, only: chi_square_limits, Z_999
@@ -16,8 +14,6 @@ module test_simulation
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
         drawn_wave, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, operator_of_run
-    use gracecg_simulation_instrument_limits, only: instrument_warnings
-    use gracecg_simulation_satellite, only: satellite_t
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_files_file, only: file_exists, remove_file
@@ -50,7 +46,6 @@ contains
                     new_unittest('the-truth-stays-behind', test_no_truth), &
                     new_unittest('intervals-are-refused', test_intervals), &
                     new_unittest('saturation-is-refused', test_saturation), &
-                    new_unittest('limits-of-instruments', test_limits), &
                     new_unittest('scale-factors-age', test_aged)]
     end subroutine collect_simulation
 
@@ -182,56 +177,6 @@ contains
         call check_observations(observations, failure)
         call check_fails(error, message_of(failure), [character(24) :: 'magnetometer', 'full scale'])
     end subroutine test_saturation
-
-    !> Each setting beyond its limit has its sentence, but for the report's own scale factors, which are beyond theirs.
-    subroutine test_limits(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(satellite_t) :: satellite
-
-        call expect('')
-        satellite%accelerometer%scale1(2) = 0.98_dp
-        satellite%accelerometer%bias(1) = 3e-6_dp
-        satellite%accelerometer%scale2(2) = -51
-        satellite%accelerometer%scale3(3) = ieee_value(1.0_dp, ieee_quiet_nan)
-        satellite%magnetometer%bias(2) = -101e-9_dp
-        satellite%magnetometer%linearity = 26e-9_dp
-        satellite%magnetometer%noise = 4e-9_dp
-        satellite%accelerometer%resolution = 2e-10_dp       ! not in force
-        satellite%magnetometer%range = 60e-6_dp
-        satellite%magnetometer%resolution = 30e-9_dp
-        call expect('scale1 - 1, y axis; scale2, y axis; scale3, z axis; bias, x axis; bias, y axis; linearity error; noise')
-        satellite = satellite_t()
-        satellite%accelerometer%quantised = .true.
-        satellite%accelerometer%resolution = 2e-10_dp
-        satellite%accelerometer%limited = .true.
-        satellite%magnetometer%limited = .true.
-        satellite%magnetometer%quantised = .true.
-        call expect('resolution: 2.000000E-10 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
-        satellite%accelerometer%quantised = .false.
-        satellite%magnetometer%range = 60e-6_dp
-        satellite%magnetometer%resolution = 30e-9_dp
-        call expect('full scale; resolution')
-
-    contains
-
-        !> These and no others
-        subroutine expect(parts)
-            character(*), intent(in) :: parts       !! Divided by semicolons
-
-            type(string_t), allocatable :: warnings(:)
-            integer :: i, first, length
-
-            if (allocated(error)) return
-            call instrument_warnings(satellite, warnings)
-            first = 1
-            do i = 1, size(warnings)
-                length = index(parts(first:)//';', ';') - 1
-                call check(error, length > 0 .and. index(warnings(i)%text, parts(first:first + length - 1)) > 0, warnings(i)%text)
-                first = first + length + 2
-            end do
-            call check(error, first > len(parts), 'a warning too few')
-        end subroutine expect
-    end subroutine test_limits
 
     !> The scale factors three years after their calibration: section 3.2.1 lets y change by 1 % a year, x by 0.01
     !> and z by 0.2.

@@ -10,7 +10,6 @@ module gracecg_cli_calibration_argument
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_options, only: read_options
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_instrument_limits, only: instrument_warnings
     use gracecg_simulation_case_library, only: CASE_GROUPS, expanded_cases
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
@@ -19,7 +18,7 @@ module gracecg_cli_calibration_argument
     implicit none
     private
     public :: study_t, add_study_options, take_study, put_shard, SHARD_MARK
-    public :: add_cases_option, take_calibration, take_firing_calibration, take_calibrations, warn_of_instruments, MOST_CASES
+    public :: add_cases_option, take_calibration, take_firing_calibration, take_calibrations, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
     character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
@@ -86,8 +85,6 @@ contains
         logical, intent(in), optional :: may_rest   !! As of take_calibrations
         integer, intent(in), optional :: shard      !! What SHARD_MARK in --out stands for
 
-        integer :: i
-
         study%path = ''
         if (arguments%declares('--algorithm')) call arguments%get('--algorithm', study%algorithms, misuse)
         if (arguments%declares('--algorithms')) call arguments%get('--algorithms', study%algorithms, misuse)
@@ -101,10 +98,6 @@ contains
         call check_writable(study%path, error)
         if (allocated(error)) return
         call take_calibrations(arguments, default, study%calibrations, misuse, error, may_rest)
-        if (allocated(misuse) .or. allocated(error) .or. .not. arguments%declares('--runs')) return
-        do i = 1, size(study%calibrations)
-            call warn_of_instruments(study%calibrations(i)%case, console)
-        end do
     end subroutine take_study
 
     !> Puts the number of the shard where a path has SHARD_MARK.
@@ -228,21 +221,6 @@ contains
         call arguments%get('--options', path, error)
         if (.not. allocated(error)) call read_options(path, calibration%options, error)
     end subroutine take_calibration
-
-    !> Warns of the settings of a case's instruments that are beyond what the report says of them: for commands that
-    !> draw their samples.
-    subroutine warn_of_instruments(case, console)
-        type(case_t), intent(in) :: case
-        type(console_t), intent(inout) :: console
-
-        type(string_t), allocatable :: warnings(:)
-        integer :: i
-
-        call instrument_warnings(case%satellite, warnings)
-        do i = 1, size(warnings)
-            call console%warn('case '//trim(case%name)//': '//warnings(i)%text)
-        end do
-    end subroutine warn_of_instruments
 
     !> The same for who estimates: fails, too, when all torque rods of the case are off.
     subroutine take_firing_calibration(arguments, name, calibration, error)

@@ -9,7 +9,7 @@ module gracecg_cli_simulate
     use gracecg_estimation_options, only: estimation_options_t, write_options, OPTIONS_FILE
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_cli_calibration_argument, only: take_calibration, warn_of_instruments
+    use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t, quoted_word
     implicit none
@@ -57,7 +57,6 @@ contains
         order%case = calibration%case
         call write_run(order, calibration%options, summary, error)
         if (allocated(error)) return
-        call warn_of_instruments(order%case, console)
         call console%warn_all(summary%warnings)
         call report(order, summary, console)
     end subroutine run_simulate
