@@ -79,10 +79,10 @@ contains
         by_accelerometer = range > DEPENDENCE
         work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, by_camera .or. by_accelerometer), &
                              by_camera .and. by_accelerometer)
-        work%found = in_part(work%verdict, pick_text(by_camera, 'star camera', 'accelerometer'))// &
-            ' the accelerometer''s weights change the errors by a factor of up to '//plain_text(range, '(f10.1)')// &
+        work%found = trim(in_part(work%verdict, pick_text(by_camera, 'star camera', 'accelerometer')))// &
+            ' the accelerometer''s weights change the errors by a factor of up to '//trim(plain_text(range, '(f10.1)'))// &
             '; that of the star camera, from '//trim(STAR_TEXT(1))//' down to '//trim(STAR_TEXT(n - 1))//', by '// &
-            plain_text(change, '(es9.1)')//' of them at most.'
+            trim(plain_text(change, '(es9.1)'))//' of them at most.'
     end subroutine examine_weights
 
     !> The accuracy of section 7.1(3) in the best case of each axis.
@@ -106,7 +106,7 @@ contains
         do axis = 1, 3
             place = minloc(work%rows%predicted(axis), 1)
             best(axis) = work%rows(place)%predicted(axis)
-            found = found//' '//AXES(axis)//' '//mm_text(best(axis))//' mm in '//trim(work%rows(place)%case_name)// &
+            found = found//' '//AXES(axis)//' '//trim(mm_text(best(axis)))//' mm in '//trim(work%rows(place)%case_name)// &
                 merge('.', ',', axis == 3)
         end do
         call work%conclude(count(best <= BEST_ACCURACY), 3, 'axes', found)
@@ -149,9 +149,10 @@ contains
             end associate
         end do
         call work%conclude(count(share < SMALL_SHARE), size(share), 'components', 'the curvature makes '// &
-            range_text(share)//' % of their variance, on average '//plain_text(100*sum(share)/size(share), '(f10.0)')//' %.')
+            trim(range_text(share))//' % of their variance, on average '// &
+            trim(plain_text(100*sum(share)/size(share), '(f10.0)'))//' %.')
         work%details = 'Without the density wave, whose size and period the report does not give, the curvature '// &
-            'changes it by '//range_text(smooth)//' %: of smooth drag and light the statement holds for '// &
+            'changes it by '//trim(range_text(smooth))//' %: of smooth drag and light the statement holds for '// &
             share_text(count(smooth < SMALL_SHARE), size(smooth))//' components.'
     end subroutine judge_curved_force
 
@@ -182,10 +183,10 @@ contains
         reduced = maxval(work%rows(2::3)%condition)
         across = minval(work%rows(3::3)%condition)
         call work%conclude(count([full < REGULAR .and. across > SINGULAR]), 1, '', 'condition of the full state to '// &
-                           plain_text(full, '(f10.1)')//', of the reduced one to '//plain_text(reduced, '(f10.1)')//'.')
+                           trim(plain_text(full, '(f10.1)'))//', of the reduced one to '//trim(plain_text(reduced, '(f10.1)'))//'.')
         work%details = 'With unit weights every observation determines the length of q as well '// &
             'as its direction; weighed by its own covariance, which has rank three, the full state is '// &
-            pick_text(across > SINGULAR, 'singular', 'not singular')//' (condition '//plain_text(across, '(es9.1)')// &
+            pick_text(across > SINGULAR, 'singular', 'not singular')//' (condition '//trim(plain_text(across, '(es9.1)'))// &
             ' and more).'
     end subroutine examine_condition
 
@@ -274,9 +275,10 @@ contains
         best = 3 + minloc([(maxval(work%rows(k)%predicted), k=4, 6)], 1)
         associate (two => work%rows(best))
             call work%conclude(count([all(two%predicted <= BEST_ACCURACY)]), 1, '', 'by theory the front satellite''s '// &
-                trim(two%setting)//' together have '//mm_text(two%predicted(1))//', '//mm_text(two%predicted(2))//' and '// &
-                mm_text(two%predicted(3))//' mm, the best single one, '//trim(work%rows(single)%setting)//', at its worst '// &
-                mm_text(maxval(work%rows(single)%predicted))//' mm.')
+                trim(two%setting)//' together have '//trim(mm_text(two%predicted(1)))//', '// &
+                trim(mm_text(two%predicted(2)))//' and '//trim(mm_text(two%predicted(3)))//' mm, the best single one, '// &
+                trim(work%rows(single)%setting)//', at its worst '// &
+                trim(mm_text(maxval(work%rows(single)%predicted)))//' mm.')
         end associate
     end subroutine examine_two_steps
 
@@ -353,11 +355,11 @@ contains
         so_many = abs(mean/STARS_OF_REPORT - 1) <= ROUGHLY .and. range(1) >= STARS_AT_LEAST
         better = all(best(3, :) < first(3, :))
         work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, so_many .or. better), so_many .and. better)
-        work%found = in_part(work%verdict, pick_text(so_many, 'number', 'choice'))//' a field has '// &
-            plain_text(mean, '(f10.1)')//' stars on average of all attitudes, '//integer_text(range(1))//' to '// &
+        work%found = trim(in_part(work%verdict, pick_text(so_many, 'number', 'choice')))//' a field has '// &
+            trim(plain_text(mean, '(f10.1)'))//' stars on average of all attitudes, '//integer_text(range(1))//' to '// &
             integer_text(range(2))//' in the cases; with the best '//integer_text(STARS_AT_LEAST)// &
-            ' sigma about the boresight is '//range_text(best(3:, :)/first(3:, :))//' % of that with the first.'
-        work%details = 'Across the boresight it is '//plain_text(100*sum(best(:2, :))/sum(first(:2, :)), '(f6.0)')// &
+            ' sigma about the boresight is '//trim(range_text(best(3:, :)/first(3:, :)))//' % of that with the first.'
+        work%details = 'Across the boresight it is '//trim(plain_text(100*sum(best(:2, :))/sum(first(:2, :)), '(f6.0)'))// &
             ' % on average. What the star camera''s noise does to the offset: Figure 6.5.'
     end subroutine judge_stars
 end module gracecg_studies_estimate_statements

@@ -122,75 +122,49 @@ contains
         end select
     end subroutine conclude
 
-    !> What in_part gives, with blanks behind it.
-    pure function part_field(verdict, half) result(field)
-        integer, intent(in) :: verdict
-        character(*), intent(in) :: half
-        character(len(half) + 24) :: field
-
-        select case (verdict)
-        case (HOLDS)
-            field = 'Holds:'
-        case (HOLDS_NOT)
-            field = 'Does not hold:'
-        case default
-            field = 'Holds for the '//half//' only:'
-        end select
-    end function part_field
-
     !> How the finding of a statement of two halves begins.
     pure function in_part(verdict, half) result(text)
         integer, intent(in) :: verdict    !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
         character(*), intent(in) :: half            !! Which holds, if one does
-        character(len_trim(part_field(verdict, half))) :: text
+        character(len(half) + 24) :: text           !! Blanks behind it, as of the texts below
 
-        text = part_field(verdict, half)
+        select case (verdict)
+        case (HOLDS)
+            text = 'Holds:'
+        case (HOLDS_NOT)
+            text = 'Does not hold:'
+        case default
+            text = 'Holds for the '//half//' only:'
+        end select
     end function in_part
-
-    !> What plain_text gives, with blanks behind it.
-    pure function plain_field(value, form) result(field)
-        real(dp), intent(in) :: value
-        character(*), intent(in) :: form
-        character(16) :: field
-
-        integer :: last
-
-        write (field, form) value
-        field = adjustl(field)
-        last = len_trim(field)
-        if (field(last:last) == '.') field(last:last) = ' '
-    end function plain_field
 
     !> A number without what stands before and behind its digits.
     pure function plain_text(value, form) result(text)
         real(dp), intent(in) :: value    !! Any unit
         character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
-        character(len_trim(plain_field(value, form))) :: text
+        character(16) :: text
 
-        text = plain_field(value, form)
+        integer :: last
+
+        write (text, form) value
+        text = adjustl(text)
+        last = len_trim(text)
+        if (text(last:last) == '.') text(last:last) = ' '
     end function plain_text
 
     !> Millimetres with two significant digits and more.
     pure function mm_text(value) result(text)
         real(dp), intent(in) :: value               !! m
-        character(len_trim(plain_field(value/MILLIMETRE, '(f10.4)'))) :: text
+        character(16) :: text
 
-        text = plain_field(value/MILLIMETRE, '(f10.4)')
+        text = plain_text(value/MILLIMETRE, '(f10.4)')
     end function mm_text
-
-    !> What range_text gives, with blanks behind it.
-    pure function range_field(parts) result(field)
-        real(dp), intent(in) :: parts(:, :)
-        character(36) :: field
-
-        field = plain_text(100*minval(parts), '(f6.0)')//' to '//plain_text(100*maxval(parts), '(f6.0)')
-    end function range_field
 
     !> The least and the greatest part of 1, in percent.
     pure function range_text(parts) result(text)
         real(dp), intent(in) :: parts(:, :)    !! Parts of 1
-        character(len_trim(range_field(parts))) :: text
+        character(36) :: text
 
-        text = range_field(parts)
+        text = trim(plain_text(100*minval(parts), '(f6.0)'))//' to '//plain_text(100*maxval(parts), '(f6.0)')
     end function range_text
 end module gracecg_studies_examination

@@ -81,7 +81,7 @@ contains
                         if (alone(axis) >= both(axis)) cycle
                         better = better + 1
                         if (better == 1) first = trim(work%rows(k)%setting)//' in '//trim(work%rows(k)%case_name)// &
-                            ': '//AXES(axis)//' '//mm_text(alone(axis))//' against '//mm_text(both(axis))//' mm'
+                            ': '//AXES(axis)//' '//trim(mm_text(alone(axis)))//' against '//trim(mm_text(both(axis)))//' mm'
                     end do
                 end associate
             end do
@@ -180,11 +180,12 @@ contains
             end do
         end do
         call work%conclude(count(left_out >= SMALL_SHARE), size(left_out), 'trials', 'what the fit leaves out (other '// &
-            'torques, scale factors, biases) makes at most '//plain_text(100*maxval(left_out), '(f10.1)')// &
+            'torques, scale factors, biases) makes at most '//trim(plain_text(100*maxval(left_out), '(f10.1)'))// &
             ' % of the variance of one rod''s worst axis.')
-        work%details = 'One rod''s torque is more than '//plain_text(DOMINATES, '(f10.0)')//' times that of all others in '// &
+        work%details = 'One rod''s torque is more than '//trim(plain_text(DOMINATES, '(f10.0)'))// &
+            ' times that of all others in '// &
             share_text(size(left_out) - weak, size(left_out))//' trials. With all torques known, the worst axis of one rod is '// &
-            'at least '//plain_text(loss, '(f10.1)')//' times that of two'// &
+            'at least '//trim(plain_text(loss, '(f10.1)'))//' times that of two'// &
             pick_text(loss > 1 .and. work%verdict == HOLDS_NOT, ': what is lacking is observability.', '.')
     end subroutine judge_dominance
 
@@ -234,7 +235,7 @@ contains
                 if (best == 1) shortest = shortest + 1
                 turns = turns + count(minloc(errors, 1) < size(LENGTHS))
                 best_lengths = best_lengths//pick_text(i > 1, ', ', ' ')//integer_text(LENGTHS(best))//' s in '// &
-                    trim(rows(1)%case_name)//' ('//mm_text(worst(best))//' mm; at 60 s '//mm_text(worst(1))//')'
+                    trim(rows(1)%case_name)//' ('//trim(mm_text(worst(best)))//' mm; at 60 s '//trim(mm_text(worst(1)))//')'
             end associate
         end do
         call work%conclude(shortest, n, 'places', 'the worst axis is best at 60 s in '//share_text(shortest, n)// &
