@@ -75,7 +75,7 @@ ENDINGS = ("_mm", "_s", "_deg", "_nt", "_tesla", "_m", "_m_s", "_m_s2", "_m_s3",
 WITHOUT_UNIT = {"case", "satellite", "epoch_utc", "utc", "algorithm", "axis", "source", "magnetometer", "converged", "iterations",
                 "condition", "runs", "run", "camera", "q1", "q2", "q3", "q4", "sigma_q1", "sigma_q2", "sigma_q3", "sigma_q4",
                 "worst_x", "worst_y", "worst_z", "variance_factor", "edited_accelerometer", "edited_star_camera", "stars",
-                "unit", "least", "greatest", "mean", "low", "high", "on_ticks", "automatic",
+                "unit", "least", "greatest", "mean", "low", "high", "on_ticks",
                 "attitude_only", "near_centre", "excess", "centre_difference", "round", "day", "kp", "figure", "quantity", "inside", "fill", "place",
                 "contradicted", "belief", "size", "detectable_values", "refused", "own_test", "own_test_stated", "named", "silently_wrong", "worst_sigmas"}
 

@@ -42,7 +42,7 @@ COLUMNS = {
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
 COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error,at_the_bound,not_converged"
-COLUMNS["windows.csv"] = ("case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,on_ticks,automatic,"
+COLUMNS["windows.csv"] = ("case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,on_ticks,"
                           "attitude_only,excess,near_centre,centre_difference")
 COLUMNS["com_budget.csv"] = "table,effect,dx_mm,dy_mm,dz_mm"
 COLUMNS["designed_manoeuvres.csv"] = "satellite,rod,waveform,amplitude_a_m2,frequency_hz,phase_deg,start_s,stop_s"

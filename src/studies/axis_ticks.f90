@@ -7,11 +7,8 @@ module gracecg_studies_axis_ticks
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: limits_on_ticks, automatic_step, automatic_limits, same_limits, share_covered, MOST_INTERVALS
+    public :: limits_on_ticks, same_limits, share_covered
 
-    integer, parameter :: MOST_INTERVALS = 4
-    !! Between the tick marks of an axis of Figures 5.2-5.8, 6.2, 6.3 and 6.6: no printed one has more
-    real(dp), parameter :: MANTISSAS(3) = [1.0_dp, 2.0_dp, 5.0_dp]
     real(dp), parameter :: ROUNDING = 1e-9_dp   !! Of a step: so near to a mark counts as on it
 
 contains
@@ -36,39 +33,6 @@ contains
         mark = anint(steps)
         if (mark > steps + ROUNDING) mark = mark - 1
     end function marks_below
-
-    !> The finest step of 1, 2 or 5 times a power of ten with which MOST_INTERVALS intervals reach over the curve.
-    !> 0 for a curve without extent.
-    pure real(dp) function automatic_step(least, greatest) result(step)
-        real(dp), intent(in) :: least, greatest     !! Of the curve
-
-        real(dp) :: limits(2), decade
-        integer :: exponent, i
-
-        step = 0
-        if (.not. greatest > least) return
-        ! MOST_INTERVALS steps below this decade are shorter than the curve
-        do exponent = floor(log10((greatest - least)/MOST_INTERVALS)), 400
-            decade = 10.0_dp**exponent
-            do i = 1, size(MANTISSAS)
-                step = MANTISSAS(i)*decade
-                limits = limits_on_ticks(least, greatest, step)
-                if (limits(2) - limits(1) < (MOST_INTERVALS + 0.5_dp)*step) return
-            end do
-        end do
-    end function automatic_step
-
-    !> The limits of an axis with the automatic step.
-    pure function automatic_limits(least, greatest) result(limits)
-        real(dp), intent(in) :: least, greatest     !! Of the curve
-        real(dp) :: limits(2)
-
-        real(dp) :: step
-
-        step = automatic_step(least, greatest)
-        limits = [least, greatest]
-        if (step > 0) limits = limits_on_ticks(least, greatest, step)
-    end function automatic_limits
 
     !> Whether two axes end at the same tick marks.
     pure logical function same_limits(a, b, step) result(same)

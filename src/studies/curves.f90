@@ -15,7 +15,7 @@ module gracecg_studies_curves
     use gracecg_simulation_simulator, only: propagate_case, disturbance_at
     use gracecg_studies_table_figure_windows, only: WINDOW_SATELLITE, WINDOW_FIGURE, WINDOW_QUANTITY, WINDOW_AXIS, &
         WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
-    use gracecg_studies_axis_ticks, only: limits_on_ticks, automatic_limits, same_limits, share_covered
+    use gracecg_studies_axis_ticks, only: limits_on_ticks, same_limits, share_covered
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
@@ -55,8 +55,6 @@ module gracecg_studies_curves
         logical :: on_ticks
         !! The tick marks next outside the curve are the printed limits: it stays inside, and reaches into the first
         !! and the last interval
-        logical :: automatic
-        !! An axis with the finest step of 1, 2, 5 for at most 4 intervals has the printed limits
         logical :: attitude_only            !! Depends on the attitude dynamics alone
     end type window_check_t
 
@@ -65,18 +63,16 @@ module gracecg_studies_curves
         integer :: attitude = 0         !! Curves that depend on the attitude dynamics alone
         integer :: attitude_inside = 0  !! Of these, within their windows
         integer :: attitude_on_ticks = 0    !! Of these, with the printed limits at the tick marks next outside
-        integer :: attitude_automatic = 0   !! Of these, with the printed limits by the automatic step
         real(dp) :: attitude_fill = 1   !! Least share of its window that one of these covers
         integer :: surface = 0          !! The others: surface forces and torques
         integer :: surface_inside = 0   !! Of these, within their windows
         integer :: surface_on_ticks = 0     !! Of these, as of the attitude
-        integer :: surface_automatic = 0    !! Of these, as of the attitude
         integer :: surface_near = 0     !! Of these, with the mean near the window's centre
     end type window_counts_t
 
     character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
     character(*), parameter :: WINDOW_COLUMNS = 'case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,'// &
-        'on_ticks,automatic,attitude_only,excess,near_centre,centre_difference'     !! Of the table of curves and windows
+        'on_ticks,attitude_only,excess,near_centre,centre_difference'     !! Of the table of curves and windows
 
 contains
 
@@ -171,7 +167,6 @@ contains
         check%fill = share_covered(check%least, check%greatest, check%low, check%high)
         check%on_ticks = same_limits(limits_on_ticks(check%least, check%greatest, check%step), &
                                      [check%low, check%high], check%step)
-        check%automatic = same_limits(automatic_limits(check%least, check%greatest), [check%low, check%high], check%step)
         centre = (check%low + check%high)/2
         reference = abs(centre)
         if (centre == 0) reference = (check%high - check%low)/2
@@ -195,11 +190,9 @@ contains
             counts%attitude = count(attitude)
             counts%attitude_inside = count(attitude .and. checks%inside)
             counts%attitude_on_ticks = count(attitude .and. checks%on_ticks)
-            counts%attitude_automatic = count(attitude .and. checks%automatic)
             if (any(attitude)) counts%attitude_fill = minval(checks%fill, attitude)
             counts%surface = count(.not. attitude)
             counts%surface_on_ticks = count(.not. attitude .and. checks%on_ticks)
-            counts%surface_automatic = count(.not. attitude .and. checks%automatic)
             counts%surface_inside = count(.not. attitude .and. checks%inside)
             counts%surface_near = count(.not. attitude .and. checks%near_centre)
         end associate
@@ -259,7 +252,6 @@ contains
                 call table%add([c%low, c%high, c%fill])
                 call table%add(c%inside)
                 call table%add(c%on_ticks)
-                call table%add(c%automatic)
                 call table%add(c%attitude_only)
                 call table%add(c%excess)
                 call table%add(c%near_centre)

@@ -10,7 +10,7 @@ module gracecg_studies_estimate_windows
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_simulation_report_cases, only: SATELLITES
-    use gracecg_studies_axis_ticks, only: limits_on_ticks, automatic_limits, same_limits, share_covered
+    use gracecg_studies_axis_ticks, only: limits_on_ticks, same_limits, share_covered
     use gracecg_studies_campaign, only: campaign_t
     use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_ALGORITHMS
     use gracecg_studies_published_axes, only: published_axis_limits, published_axis_step
@@ -37,7 +37,6 @@ module gracecg_studies_estimate_windows
         real(dp) :: least = 0, greatest = 0 !! Of the first POINTS_OF_CASE runs, m
         real(dp) :: fill = 0                !! Share of the window that those cover
         logical :: on_ticks = .false.       !! The tick marks next outside those are the printed limits
-        logical :: automatic = .false.      !! So are the limits with the automatic step
     end type estimate_window_t
 
     !> How many points and panels meet their windows.
@@ -46,8 +45,6 @@ module gracecg_studies_estimate_windows
         integer :: points = 0       !! Estimates
         integer :: inside = 0       !! Of these
         integer :: on_ticks = 0     !! Panels: as in estimate_window_t
-        integer :: automatic = 0    !! Panels: as in estimate_window_t
-        real(dp) :: fill = 1        !! Least share of a window that is covered
     end type estimate_counts_t
 
 contains
@@ -121,7 +118,6 @@ contains
         window%greatest = maxval(points(:POINTS_OF_CASE, :))
         window%fill = share_covered(window%least, window%greatest, window%low, window%high)
         window%on_ticks = same_limits(limits_on_ticks(window%least, window%greatest, window%step), limits, window%step)
-        window%automatic = same_limits(automatic_limits(window%least, window%greatest), limits, window%step)
     end function window_of
 
     !> The counts over panels.
@@ -133,8 +129,6 @@ contains
         counts%points = sum(windows%points)
         counts%inside = sum(windows%inside)
         counts%on_ticks = count(windows%on_ticks)
-        counts%automatic = count(windows%automatic)
-        counts%fill = minval(windows%fill)
     end function count_estimate_windows
 
     !> The panels of Figures 6.2, 6.3 and 6.6, a row each.
@@ -144,8 +138,7 @@ contains
 
         integer :: i
 
-        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,'// &
-                              'on_ticks,automatic')
+        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,on_ticks')
         do i = 1, size(windows)
             associate (w => windows(i))
                 call table%add(w%figure)
@@ -157,7 +150,6 @@ contains
                 call table%add(w%points)
                 call table%add(w%inside)
                 call table%add(w%on_ticks)
-                call table%add(w%automatic)
             end associate
         end do
     end function estimate_windows_table

@@ -3,13 +3,12 @@
 module gracecg_studies_published_case
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t, split, append
     use gracecg_simulation_case, only: case_t, case_text
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     implicit none
     private
-    public :: built_in_case, built_in_calibration, settings_checksum, changed_settings
+    public :: built_in_case, built_in_calibration, settings_checksum
 
     !> The cases that are the report's: as they are built in, and with the cards as printed
     character(15), parameter :: CASES(12) = [character(15) :: REPORT_CASE_NAMES, PRINTED_CASE_NAMES]
@@ -83,47 +82,4 @@ contains
         end do
         checksum = int(total)
     end subroutine settings_checksum
-
-    !> The lines of a case file that a built-in case does not have, but for the name. Fails when a setting is not
-    !> finite, or there is no such built-in case.
-    subroutine changed_settings(case, name, lines, error)
-        type(case_t), intent(in) :: case
-        character(*), intent(in) :: name                !! Of the built-in case
-        type(string_t), allocatable, intent(out) :: lines(:)    !! 'key = value', without blanks around
-        type(error_t), allocatable, intent(out) :: error
-
-        type(case_t) :: built_in
-        type(string_t), allocatable :: ours(:), theirs(:)
-        character(:), allocatable :: text, other
-        integer :: i, k
-        logical :: found
-
-        allocate (lines(0))
-        call report_case(name, built_in, error)
-        built_in%name = case%name
-        if (.not. allocated(error)) call case_text(case, text, error)
-        if (.not. allocated(error)) call case_text(built_in, other, error)
-        if (allocated(error)) return
-        ours = split(text, new_line('a'))
-        theirs = split(other, new_line('a'))
-        do i = 1, size(ours)
-            if (index(ours(i)%text, '=') == 0) cycle
-            found = .false.
-            do k = 1, size(theirs)
-                found = found .or. ours(i)%text == theirs(k)%text
-            end do
-            do k = 1, size(lines)       ! the same of another rod
-                found = found .or. lines(k)%text == setting_of(ours(i)%text)
-            end do
-            if (.not. found) call append(lines, trim(setting_of(ours(i)%text)))
-        end do
-    end subroutine changed_settings
-
-    !> A line of a namelist without its comment.
-    function setting_of(line) result(setting)
-        character(*), intent(in) :: line
-        character(index(line//'!', '!') - 1) :: setting
-
-        setting = adjustl(line(:len(setting)))
-    end function setting_of
 end module gracecg_studies_published_case

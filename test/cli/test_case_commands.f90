@@ -165,8 +165,7 @@ contains
         place = index(text, 'front-1')
         call make_file(error, 'renamed.nml', text(:place - 1)//'mine'//text(place + 7:))
         call succeeds(error, 'verify --cases '//FOLDER//'edited.nml,'//FOLDER//'renamed.nml', output)
-        call check(error, index(output, 'front-1, edited: not the case of the report. Against front-1 it has '// &
-                                'amplitude = 10'//achar(10)) > 0, output)
+        call check(error, index(output, 'front-1, edited: not the case of the report'//achar(10)) > 0, output)
         call check(error, index(output, 'mine: curves and the printed axis') > 0, output)
         call check(error, index(output, 'mine, edited') == 0, output)
         call succeeds(error, 'montecarlo --runs 2 --algorithms ascfest --cases '// &

@@ -96,13 +96,11 @@ contains
         checks%inside = [.true., .false., .true., .true., .false.]
         checks%near_centre = [.true., .true., .false., .false., .true.]
         checks%on_ticks = [.true., .true., .false., .true., .false.]
-        checks%automatic = [.false., .true., .true., .true., .true.]
         checks%fill = [0.5_dp, 0.25_dp, 0.125_dp, 1.0_dp, 1.0_dp]
         counts = count_windows(checks)
         call check(error, counts%attitude == 2 .and. counts%attitude_inside == 1 .and. counts%surface == 3 .and. &
                    counts%surface_inside == 2 .and. counts%surface_near == 1)
-        call check(error, counts%attitude_on_ticks == 2 .and. counts%surface_on_ticks == 1 .and. &
-                   counts%attitude_automatic == 1 .and. counts%surface_automatic == 3)
+        call check(error, counts%attitude_on_ticks == 2 .and. counts%surface_on_ticks == 1)
         call check(error, counts%attitude_fill, 0.25_dp)
     end subroutine test_windows
 

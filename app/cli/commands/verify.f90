@@ -4,7 +4,7 @@ module gracecg_cli_verify
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: string_t, integer_text, pick_text, share_text
+    use gracecg_base_text, only: integer_text, pick_text, share_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
@@ -16,7 +16,7 @@ module gracecg_cli_verify
     use gracecg_studies_estimate_windows, only: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, &
         count_estimate_windows, estimate_windows_table, LEAST_SHARE_INSIDE, POINTS_OF_CASE
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, MODEL_FIELD_ERROR
-    use gracecg_studies_published_case, only: built_in_case, changed_settings
+    use gracecg_studies_published_case, only: built_in_case
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
@@ -53,11 +53,9 @@ contains
                                 'leaves its window by at most 5 % of its width; `fill` is the share of the '// &
                                 'window that it covers; `ticks` says whether it reaches into the first and the '// &
                                 'last interval between the printed tick marks, as a curve does for which a '// &
-                                'program chose the axis; `rule`, whether the finest step of 1, 2, 5 that needs at '// &
-                                'most 4 intervals gives the printed limits, as it does for most of the report''s '// &
-                                'axes. A case file with other settings than the built-in case is compared, too, '// &
-                                'and named as edited: that measures what the comparison can see. When no case is '// &
-                                'named, the points of Figures 6.2, 6.3 and 6.6 are compared as well.', &
+                                'program chose the axis. A case file with other settings than the built-in case '// &
+                                'is compared, too, and named as edited: that measures what the comparison can '// &
+                                'see. When no case is named, the points of Figures 6.2, 6.3 and 6.6 are compared as well.', &
                                 'gracecg verify front-1 back-1 --out curves')
         call add_cases_option(arguments, 'front-1,back-1')
         call arguments%add_option('--runs', 'N', 'of Figures 6.2, 6.3 and 6.6, for whose points no case may be '// &
@@ -103,8 +101,7 @@ contains
             call verify_case(calibrations(i)%case, verification, error)
             if (allocated(error)) return
             if (i > 1) call console%line('')
-            call show(calibrations(i)%case, verification, console, error)
-            if (allocated(error)) return
+            call show(calibrations(i)%case, verification, console)
             call add_rows(calibrations(i)%case, verification, table)
             if (folder == '') cycle
             path = folder//'/'//curves_file_name(calibrations(i)%case%name)
@@ -125,7 +122,7 @@ contains
         type(verification_t), intent(in) :: verification
         type(data_table_t), intent(inout) :: table
 
-        integer, parameter :: OF_WINDOWS = 11       ! Columns that other cases leave empty
+        integer, parameter :: OF_WINDOWS = 10       ! Columns that other cases leave empty
         integer :: i, curve, axis
 
         if (case%number == CASE_WITH_WINDOWS) then
@@ -148,13 +145,11 @@ contains
         end do
     end subroutine add_rows
 
-    subroutine show(case, verification, console, error)
+    subroutine show(case, verification, console)
         type(case_t), intent(in) :: case
         type(verification_t), intent(in) :: verification
         type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
 
-        type(string_t), allocatable :: changed(:)
         character(:), allocatable :: reference
         character(16) :: published
 
@@ -167,33 +162,11 @@ contains
         if (published_name(published) == reference) then
             call console%line(trim(case%name)//': curves and the printed axis windows, SI units, body axes')
         else
-            call changed_settings(case, reference, changed, error)
-            if (allocated(error)) return
-            call console%line(trim(case%name)//', edited: not the case of the report. Against '//reference//' it has '// &
-                              settings_text(changed))
+            call console%line(trim(case%name)//', edited: not the case of the report')
             call console%line('Its curves and the axis windows printed for '//reference//', SI units, body axes')
         end if
         call show_windows(check_windows(trim(case%satellite%name), verification), console)
     end subroutine show
-
-    !> The first few settings that are changed.
-    function settings_text(changed) result(text)
-        type(string_t), intent(in) :: changed(:)
-        character(:), allocatable :: text
-
-        integer, parameter :: SHOWN = 4
-        integer :: i
-
-        text = 'fewer torque rods at work'      ! what is left out is no line of the file
-        do i = 1, min(size(changed), SHOWN)
-            if (i == 1) then
-                text = changed(1)%text
-            else
-                text = text//'; '//changed(i)%text
-            end if
-        end do
-        if (size(changed) > SHOWN) text = text//'; and '//integer_text(size(changed) - SHOWN)//' more'
-    end function settings_text
 
     !> A line for each curve that has a printed window, and the counts.
     subroutine show_windows(checks, console)
@@ -206,15 +179,15 @@ contains
         integer :: i
 
         call console%line('fig quantity            axis unit     from       to    least greatest fill inside   ticks '// &
-                          'rule mean')
+                          'mean')
         do i = 1, size(checks)
             associate (c => checks(i))
                 unit = '1e'//integer_text(decimal_exponent(max(abs(c%low), abs(c%high))))
                 scale = 10.0_dp**decimal_exponent(max(abs(c%low), abs(c%high)))
-                write (line, '(a4, a21, 2a, 4a9, i4, 6a)') c%figure, padded(curve_words(c%quantity), 21), c%axis//'  ', &
+                write (line, '(a4, a21, 2a, 4a9, i4, 5a)') c%figure, padded(curve_words(c%quantity), 21), c%axis//'  ', &
                     padded(unit, 5), column_number(c%low/scale), column_number(c%high/scale), column_number(c%least/scale), &
                     column_number(c%greatest/scale), nint(100*c%fill), '% ', padded(inside_words(c), 10), &
-                    yes_or_no(c%on_ticks)//'  ', yes_or_no(c%automatic)//'  ', mean_words(c)
+                    yes_or_no(c%on_ticks)//'  ', mean_words(c)
             end associate
             call console%line(trim(line))
         end do
@@ -226,12 +199,10 @@ contains
         type(console_t), intent(inout) :: console
 
         call console%line('attitude dynamics alone: '//share_text(counts%attitude_inside, counts%attitude)// &
-                          ' inside, '//integer_text(counts%attitude_on_ticks)//' on the ticks, '// &
-                          integer_text(counts%attitude_automatic)//' by the rule; least fill '// &
+                          ' inside, '//integer_text(counts%attitude_on_ticks)//' on the ticks; least fill '// &
                           whole_percent(counts%attitude_fill))
         call console%line('surface forces and torques: '//share_text(counts%surface_inside, counts%surface)// &
-                          ' inside, '//integer_text(counts%surface_on_ticks)//' on the ticks, '// &
-                          integer_text(counts%surface_automatic)//' by the rule')
+                          ' inside, '//integer_text(counts%surface_on_ticks)//' on the ticks')
         call console%line('surface forces and torques, mean within 15 % of the window''s centre: '// &
                           share_text(counts%surface_near, counts%surface))
     end subroutine show_counts
@@ -257,7 +228,7 @@ contains
         call console%line('')
         call console%line('Estimates of '//integer_text(runs)//' runs and the printed axis windows of Figures 6.2, 6.3 '// &
                           'and 6.6, mm')
-        call console%line('fig satellite algorithm   axis  window from, to     least  greatest fill inside    ticks rule')
+        call console%line('fig satellite algorithm   axis  window from, to     least  greatest fill inside    ticks')
         call show_panels(campaign_windows(campaign, 1), console)
         call show_panels(campaign_windows(campaign, 2), console)
         call show_panels(loss_windows(losses), console)
@@ -282,10 +253,10 @@ contains
 
         do i = 1, size(windows)
             associate (w => windows(i))
-                write (line, '(a4, a10, a12, a4, 2f8.1, 2f10.3, i5, a, 1x, a11, 2a)') w%figure, padded(w%satellite, 10), &
+                write (line, '(a4, a10, a12, a4, 2f8.1, 2f10.3, i5, a, 1x, a11, a)') w%figure, padded(w%satellite, 10), &
                     padded(w%algorithm, 12), padded(w%axis, 4), [w%low, w%high, w%least, w%greatest]/MILLIMETRE, &
                     nint(100*w%fill), '%', padded(share_text(w%inside, w%points), 11), &
-                    yes_or_no(w%on_ticks)//'   ', yes_or_no(w%automatic)
+                    yes_or_no(w%on_ticks)
             end associate
             call console%line(trim(line))
         end do

@@ -24,7 +24,6 @@ module gracecg_cli_report
     use gracecg_studies_published_axes, only: published_axes_table
     use gracecg_studies_published_rms, only: ALLOWED_BAND
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
-    use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, variations_table, VARIATIONS
     use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
         revolutions_table
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
@@ -126,7 +125,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(timing_study_t) :: revolutions(size(SATELLITES))
-        type(variation_t) :: changes(VARIATIONS)
         type(data_table_t) :: windows
         integer :: i
 
@@ -143,9 +141,6 @@ contains
         if (.not. allocated(error)) call folder%put('gravity_gradient', gradient_table(gradient_along_orbit( &
             revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP)), &
             'front satellite; offset 1 mm, its components alike; radial, transverse, normal', error)
-        if (.not. allocated(error)) call study_window_sensitivity(folder%threads, changes, error)
-        if (.not. allocated(error)) call folder%put('window_sensitivity', variations_table(changes), &
-                                                    'front-1 and back-1, windows of Figures 5.4 to 5.8', error)
     end subroutine put_revolutions
 
     subroutine put_revolution(folder, satellite, revolution, windows, console, error)

@@ -64,7 +64,7 @@ class Findings:
         """The curves of Figures 5.2 to 5.8 that meet their printed axes."""
         attitude, surface = (self.report.where("windows", attitude_only=only) for only in (True, False))
         return Counts(attitude=len(attitude), surface=len(surface), attitude_fill=min(row["fill"] for row in attitude),
-                      **{f"attitude_{name}": sum(row[name] for row in attitude) for name in ("inside", "on_ticks", "automatic")},
+                      **{f"attitude_{name}": sum(row[name] for row in attitude) for name in ("inside", "on_ticks")},
                       surface_inside=sum(row["inside"] for row in surface), surface_near=sum(row["near_centre"] for row in surface))
 
     @staticmethod
