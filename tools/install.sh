@@ -18,7 +18,7 @@
 #   INCLUDEDIR/NAME.h                 the C interfaces
 #   INCLUDEDIR/gracecg/NAME.mod       the Fortran interfaces: the umbrella modules alone
 #   MANDIR/man1/gracecg.1             the manual page
-#   PREFIX/share/bash-completion/completions/gracecg, PREFIX/share/zsh/site-functions/_gracecg
+#   PREFIX/share/bash-completion/completions/gracecg
 #   PREFIX/share/doc/gracecg          the licence; the sources and rights of the data
 #
 # fpm puts the objects of all packages into one archive, each named after its source. The library gracecg is those of
@@ -46,7 +46,6 @@ if [ -n "${PORTABLE:-}" ] && [ -z "${HWCAPS+set}" ] && [ "$(uname -sm)" = 'Linux
 fi
 readonly hwcaps
 readonly bash_completion=$prefix/share/bash-completion/completions/gracecg
-readonly zsh_completion=$prefix/share/zsh/site-functions/_gracecg
 
 for folder in "$prefix" "$bindir" "$libdir" "$includedir" "$mandir"; do
     case $folder in
@@ -61,7 +60,7 @@ done
 # The installed files, without DESTDIR; arguments: the levels of processors.
 installed_files() {
     local name licence level
-    printf '%s\n' "$bindir/gracecg" "$mandir/man1/gracecg.1" "$bash_completion" "$zsh_completion" \
+    printf '%s\n' "$bindir/gracecg" "$mandir/man1/gracecg.1" "$bash_completion" \
         "$docdir/LICENSE" "$docdir/DATA.md"
     for name in $names; do
         printf '%s\n' "$libdir/lib$name.a" "$libdir/lib$name.so" "$libdir/lib$name.so.$major" "$libdir/lib$name.so.$version" \
@@ -149,8 +148,6 @@ build() {
     write_pkg_config gracecg_level1 'Level-1 data of GRACE and GRACE-FO for gracecg: files, time, frames, estimates' \
         'Requires: gracecg' >"$stage/gracecg_level1.pc"
     tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
-    "$stage/bin/gracecg" completion bash >"$stage/completion.bash"
-    "$stage/bin/gracecg" completion zsh >"$stage/completion.zsh"
 }
 
 copy() {
@@ -171,8 +168,7 @@ copy() {
         install -D -m 644 "$stage/include/$name.mod" "$destdir$includedir/gracecg/$name.mod"
     done
     install -D -m 644 "$stage/gracecg.1" "$destdir$mandir/man1/gracecg.1"
-    install -D -m 644 "$stage/completion.bash" "$destdir$bash_completion"
-    install -D -m 644 "$stage/completion.zsh" "$destdir$zsh_completion"
+    install -D -m 644 packaging/completion.bash "$destdir$bash_completion"
     install -D -m 644 LICENSE "$destdir$docdir/LICENSE"
     install -D -m 644 data/README.md "$destdir$docdir/DATA.md"
     for licence in LICENSES/*; do

@@ -3,7 +3,7 @@ module gracecg_cli_command_line
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_arithmetic, only: check_arithmetic
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t, append
+    use gracecg_base_text, only: string_t
     use gracecg_files_value, only: did_you_mean
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -24,7 +24,6 @@ module gracecg_cli_command_line
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
     use gracecg_cli_design, only: declare_design, run_design
-    use gracecg_cli_completion, only: declare_completion, run_completion
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation, &
         declare_star_camera, run_star_camera
@@ -35,6 +34,7 @@ module gracecg_cli_command_line
     !> Exit statuses: done, the work failed, wrong usage
     integer, parameter :: STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_MISUSED = 2
     character(*), parameter :: LF = new_line('a')
+    character(*), parameter :: OF_VERSION = 'gracecg '//VERSION
 
 contains
 
@@ -62,7 +62,6 @@ contains
             command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', declare_timing, run_timing), &
             command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', declare_report, run_report), &
             command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
-            command_t('completion', 'completes the command line in bash or zsh', declare_completion, null()), &
             command_t('model gravity', 'gravitational acceleration and potential', declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
             command_t('model density', 'thermosphere: density, temperature, composition', declare_density, run_density), &
@@ -83,26 +82,20 @@ contains
         type(command_t), allocatable :: commands(:)
         type(error_t), allocatable :: misuse, error, output_error
         type(string_t), allocatable :: asked(:)
+        character(:), allocatable :: text
         integer :: position, used
 
         commands = own_commands()
         if (present(others)) commands = [commands, others]
-        asked = help_first(words)
-        call find_command(asked, commands, position, used, misuse)
-        if (allocated(misuse)) then
-            continue
-        else if (position > 0) then
-            call run_command(commands, position, asked(used + 1:), console, misuse, error)
-        else if (wants_version(asked)) then
-            call console%line('gracecg '//VERSION)
-        else if (size(asked) > 0) then
-            if (any(COMMAND_GROUPS == asked(1)%text)) then
-                call console%line(list_of(commands, asked(1)%text))
-            else
-                call console%line(overview(commands))
-            end if
-        else
-            call console%line(overview(commands))
+        asked = words
+        if (size(words) > 1) then
+            if (words(1)%text == 'help') asked = [words(2:), string_t('--help')]
+        end if
+        call find_command(asked, commands, position, used, text, misuse)
+        if (position > 0) then
+            call run_command(commands(position), asked(used + 1:), console, misuse, error)
+        else if (.not. allocated(misuse)) then
+            call console%line(text)
         end if
         call console%finish(output_error)
 
@@ -120,73 +113,61 @@ contains
         end if
     end subroutine run_command_line
 
-    !> `help COMMAND` as `COMMAND --help`; other words as they are.
-    function help_first(words) result(asked)
-        type(string_t), intent(in) :: words(:)
-        type(string_t), allocatable :: asked(:)
-
-        asked = words
-        if (size(words) < 2) return
-        if (words(1)%text == 'help') then
-            asked = words(2:)
-            call append(asked, '--help')
-        end if
-    end function help_first
-
     !> The work of `gracecg command`.
-    subroutine run_command(commands, position, words, console, misuse, error)
-        type(command_t), intent(in) :: commands(:)
-        integer, intent(in) :: position             !! Of the command
-        type(string_t), intent(in) :: words(:)
+    subroutine run_command(command, words, console, misuse, error)
+        type(command_t), intent(in) :: command
+        type(string_t), intent(in) :: words(:)      !! Behind its name
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(arguments_t) :: arguments
 
-        call commands(position)%declare(arguments)
+        call command%declare(arguments)
         call arguments%parse(words, misuse)
         if (allocated(misuse)) return
         if (arguments%wants_help) then
             call console%line(arguments%help_text())
         else if (arguments%wants_version) then
-            call console%line('gracecg '//VERSION)
+            call console%line(OF_VERSION)
         else
             call check_arithmetic(error)
-            if (allocated(error)) return
-            if (associated(commands(position)%run)) then
-                call commands(position)%run(arguments, console, misuse, error)
-            else    ! the one command that wants to know all of them
-                call run_completion(arguments, commands, console, misuse)
-            end if
+            if (.not. allocated(error)) call command%run(arguments, console, misuse, error)
         end if
     end subroutine run_command
 
-    !> The command that the first word, or that of a group and the second word, names. Position 0: none is
-    !> named, but help or the version is asked for.
-    subroutine find_command(words, commands, position, used, misuse)
+    !> The command that the first word, or that of a group and the second word, names. Position 0: none is named, but
+    !> help or the version is asked for.
+    subroutine find_command(words, commands, position, used, text, misuse)
         type(string_t), intent(in) :: words(:)
         type(command_t), intent(in) :: commands(:)
         integer, intent(out) :: position    !! In commands
         integer, intent(out) :: used        !! Words that make its name
+        character(:), allocatable, intent(out) :: text      !! What is asked for where the position is 0
         type(error_t), allocatable, intent(out) :: misuse
 
         character(len(commands%name)), allocatable :: names(:)
-        character(:), allocatable :: name
+        character(:), allocatable :: name, group
 
         position = 0
-        used = 0
+        text = overview(commands)
+        name = ''
+        group = ''
+        do used = 1, min(2, size(words))
+            associate (word => words(used)%text)
+                if (word == '--help' .or. word == '-h' .or. word == 'help') return
+                if (word == '--version') text = OF_VERSION
+                if (word == '--version') return
+                name = trim(name//' '//word)
+                if (used == 1) name = word
+                if (used == 2 .or. all(COMMAND_GROUPS /= word)) exit
+                group = word
+                text = list_of(commands, group)
+            end associate
+        end do
         if (size(words) == 0) return
-        if (is_help(words(1)%text) .or. words(1)%text == '--version') return
-        name = words(1)%text
-        used = 1
-        if (any(COMMAND_GROUPS == name)) then
-            if (size(words) < 2) then
-                call fail(misuse, 'which '//name//'?'//LF//list_of(commands, name))
-                return
-            end if
-            if (is_help(words(2)%text) .or. words(2)%text == '--version') return
-            name = name//' '//words(2)%text
-            used = 2
+        if (name == group) then
+            call fail(misuse, 'which '//name//'?'//LF//text)
+            return
         end if
         names = commands%name
         position = findloc(names == name, .true., 1)
@@ -194,23 +175,6 @@ contains
             call fail(misuse, 'unknown command "'//name//'"'//did_you_mean(name, names)// &
                       LF//'commands: gracecg --help')
     end subroutine find_command
-
-    pure logical function is_help(word)
-        character(*), intent(in) :: word
-
-        is_help = word == '--help' .or. word == '-h' .or. word == 'help'
-    end function is_help
-
-    pure logical function wants_version(words)
-        type(string_t), intent(in) :: words(:)
-
-        integer :: i
-
-        wants_version = .false.
-        do i = 1, min(2, size(words))
-            wants_version = wants_version .or. words(i)%text == '--version'
-        end do
-    end function wants_version
 
     !> The help of the program itself.
     function overview(commands) result(text)

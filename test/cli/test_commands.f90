@@ -1,4 +1,4 @@
-!> The commands, run in this process with what they say captured: usage, help, completion, formats, what cannot be written,
+!> The commands, run in this process with what they say captured: usage, help, formats, what cannot be written,
 !> and the commands that have no tests of their own.
 module test_commands
     use gracecg_base_kinds, only: dp
@@ -42,7 +42,6 @@ contains
                     new_unittest('lines-fit', test_lines_fit), &
                     new_unittest('pattern', test_pattern), &
                     new_unittest('panels-as-json', test_panels), &
-                    new_unittest('completion', test_completion), &
                     new_unittest('level1', test_level1), &
                     new_unittest('empty-and-wrong-paths', test_paths)]
     end subroutine collect_commands
@@ -483,31 +482,6 @@ contains
         call check(error, index(output, '"figure": "6.6", "satellite": "front", "algorithm": '// &
                    '"ascrest", "axis": "z"') > 0 .and. index(output, '"low_mm": "mm"') > 0, output)
     end subroutine test_panels
-
-    !> What may follow some words, of which shells complete; tools/check_install.py lets bash and zsh do it.
-    subroutine test_completion(error)
-        type(error_type), allocatable, intent(out) :: error
-        !> Words that are typed, what is offered then, and what is not
-        character(*), parameter :: OFFERED(3, 13) = reshape([character(36) :: &
-            '', 'magnetometer-loss:', 'gravity', '', 'level1:Level-1 data', '--help', 'model', 'star-camera:', 'simulate', &
-            'help', 'simulate:', '--help', 'help model', 'gravity:', 'simulate', 'level1', 'convert:', 'gravity', &
-            'magnetometer-loss', '--field-error:', '@list', 'magnetometer-loss', 'back-3', '@folders', &
-            'estimate run1 --algorithm', 'sequential', '--out', 'simulate front-1 --out', '@folders', 'front-1', &
-            'simulate front-1 --seed', '', 'front-1', 'montecarlo --algorithms', '@list', '@files', &
-            'bound --cases', 'printed', '--cases'], [3, 13])
-        character(:), allocatable :: output
-        integer :: i
-
-        do i = 1, size(OFFERED, 2)
-            call succeeds(error, 'completion words -- '//trim(OFFERED(1, i)), output)
-            call check(error, index(output, trim(OFFERED(2, i))) > 0 .or. OFFERED(2, i) == '', OFFERED(2, i)//output)
-            call check(error, index(output, trim(OFFERED(3, i))) == 0, output)
-        end do
-        call succeeds(error, 'completion zsh', output)
-        call check(error, index(output, '#compdef gracecg'), 1)
-        call refused(error, 'completion fish', STATUS_MISUSED, [character(W) :: 'unknown shell "fish"', 'bash and zsh'])
-        call refused(error, 'completion bash zsh', STATUS_MISUSED, [character(W) :: 'unexpected argument "zsh"'])
-    end subroutine test_completion
 
     !> Level-1 files are listed, shown, converted and checked; a broken one among others is told.
     subroutine test_level1(error)
