@@ -64,7 +64,7 @@ contains
         call add_study_options(arguments, '--algorithms --runs', join(REPORT_ESTIMATORS, ','), integer_text(REPORT_RUNS))
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
                                   'of the whole campaign. auto: K and N of the launcher or job array (Slurm, SGE, Open MPI, '// &
-                                  'MPICH; auto/N of an array of PBS). '//SHARD_MARK//' in names of files stands for K')
+                                  'MPICH). '//SHARD_MARK//' in names of files stands for K')
         call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
                                   join(SOURCE_NAMES, ', ')//' (the three others that are no noise)', choices=SOURCE_NAMES)
         call add_study_options(arguments, '--seed --threads --out')
@@ -341,21 +341,15 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse
 
         character(:), allocatable :: text, problem
-        integer :: slash, given
+        integer :: slash
         logical :: ok(2)
 
         call arguments%get('--shard', text, misuse, default='1/1')
-        given = 0
-        slash = index(text, '/')
-        if (text == AUTO .or. index(text, AUTO//'/') == 1) then
-            ok = .true.
-            if (slash > 0) call parse_integer(text(slash + 1:), given, ok(1))
-            call refuse_if(slash > 0 .and. .not. (ok(1) .and. given > 0), 'option --shard: "'//text// &
-                           '" is not auto, or auto/N with a whole number', misuse)
-            if (allocated(misuse)) return
-            call find_place(given, request%shard, request%shards, problem)
-            if (allocated(problem)) call refuse_if(.true., 'option --shard '//text//': '//problem, misuse)
+        if (text == AUTO) then
+            call find_place(request%shard, request%shards, problem)
+            if (allocated(problem)) call refuse_if(.true., 'option --shard auto: '//problem, misuse)
         else
+            slash = index(text, '/')
             call parse_integer(text(:slash - 1), request%shard, ok(1))
             call parse_integer(text(slash + 1:), request%shards, ok(2))
             call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
