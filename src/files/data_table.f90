@@ -3,7 +3,6 @@
 module gracecg_files_data_table
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, split, integer_text, logical_text, real_text
     use gracecg_files_csv, only: csv_writer_t, csv_field
@@ -43,7 +42,6 @@ module gracecg_files_data_table
     contains
         procedure :: column => add_column       !! Declares a column
         procedure :: columns_of => add_columns  !! Declares several columns that only files have
-        procedure :: columns_by_axis            !! Declares the columns of a vector
         generic :: add => add_text, add_real, add_reals, add_integer, add_long_integer, add_logical
         !! Puts the next value, or the next values, into the row
         procedure :: add_nothing                !! Leaves a cell empty
@@ -100,21 +98,6 @@ contains
             call self%column(pieces(i)%text)
         end do
     end subroutine add_columns
-
-    !> Declares the columns of a vector, one for each axis: `before`x`after`, headed `heading`x|`unit`.
-    subroutine columns_by_axis(self, before, after, layout, heading, unit)
-        class(data_table_t), intent(inout) :: self
-        character(*), intent(in) :: before, after       !! Of the axis in the names: 'sigma_' and '_mm'
-        character(*), intent(in) :: layout              !! For people, of one value
-        character(*), intent(in) :: heading             !! For people, before the axis
-        character(*), intent(in) :: unit                !! For people
-
-        integer :: k
-
-        do k = 1, size(AXES)
-            call self%column(before//AXES(k)//after, layout, heading//AXES(k)//'|'//unit)
-        end do
-    end subroutine columns_by_axis
 
     subroutine put(self, kind, text, value)
         class(data_table_t), intent(inout) :: self

@@ -8,7 +8,7 @@ module gracecg_planning_scan
     use gracecg_base_progress, only: progress_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_vectors, only: cross, inverse_3x3
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_pattern
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, rod_pattern
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -22,10 +22,10 @@ module gracecg_planning_scan
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, states_from, last_time, ORBIT_INTERVAL
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
     implicit none
     private
-    public :: orbit_place_t, scan_orbit, x_is_weakest, rods_at_place
+    public :: orbit_place_t, scan_orbit, x_is_weakest
 
     !> A calibration that starts at one place of the orbit.
     type :: orbit_place_t
@@ -89,32 +89,6 @@ contains
 
         x_is_weakest = place%acceleration(1) < minval(place%acceleration(2:3))
     end function x_is_weakest
-
-    !> The report's two rods as a rule of its section 4.2 chooses them by the field at a place of a case's orbit, for an
-    !> arc that begins there. A time after the orbit's end counts as its end.
-    subroutine rods_at_place(case, rule, time, revolutions, rods, error)
-        type(case_t), intent(in) :: case
-        character(*), intent(in) :: rule                !! One of PATTERN_RULES
-        real(dp), intent(in) :: time                    !! s from the epoch
-        integer, intent(in) :: revolutions              !! Of the orbit
-        type(torque_rods_t), intent(inout) :: rods      !! Their activations are replaced; they start at 0
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), parameter :: STEP = 10                ! Of the orbit, s
-        type(nominal_orbit_t) :: orbit
-        type(torque_rods_t) :: chosen
-        type(loads_t) :: acting
-        real(dp) :: state(STATE_SIZE, 0:0), at
-
-        call new_nominal_orbit(case, orbit, error, revolutions, STEP)
-        if (allocated(error)) return
-        at = min(time, last_time(orbit))
-        state = states_from(orbit, at, STEP, 0)
-        call orbit%dynamics%loads(at, state(:, 0), acting)
-        call new_harmonic_manoeuvre(chosen, rod_pattern(rule, acting%field), ROD_AMPLITUDE, ROD_FREQUENCY, 0.0_dp, &
-                                    case%duration, error)
-        if (.not. allocated(error)) call take_manoeuvre(chosen, rods)
-    end subroutine rods_at_place
 
     subroutine look_at_place(self, i, error)
         class(scan_t), intent(inout) :: self

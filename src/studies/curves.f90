@@ -4,6 +4,7 @@ module gracecg_studies_curves
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: pick_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_units, only: unit_of_column
     use gracecg_environment_time, only: time_tag
@@ -19,8 +20,8 @@ module gracecg_studies_curves
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
-    public :: curves_table, curves_file_name, curve_column, add_window_rows
-    public :: CURVE_NAMES, WINDOW_COLUMNS, WINDOW_TOLERANCE, CENTRE_TOLERANCE
+    public :: curves_table, curves_file_name, curve_column, begin_windows, add_window_rows
+    public :: CURVE_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
     !> Names of the curves, in the order of their second index in `verification_t`
     character(20), parameter :: CURVE_NAMES(15) = [character(20) :: &
@@ -71,8 +72,6 @@ module gracecg_studies_curves
     end type window_counts_t
 
     character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
-    character(*), parameter :: WINDOW_COLUMNS = 'case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,'// &
-        'on_ticks,attitude_only,excess,near_centre,centre_difference'     !! Of the table of curves and windows
 
 contains
 
@@ -233,11 +232,32 @@ contains
         end do
     end function curves_table
 
-    !> The curves of a case against their windows as rows of WINDOW_COLUMNS.
+    !> The columns of a table of curves and windows.
+    subroutine begin_windows(table, compared)
+        type(data_table_t), intent(inout) :: table
+        logical, intent(in) :: compared             !! Its curves have windows
+
+        call table%column('case')
+        call table%column('quantity', 'a', 'quantity')
+        call table%column('axis', 'a', '')
+        call table%column('unit')
+        call table%column('least', 'es11.4', 'least')
+        call table%column('greatest', 'es11.4', 'greatest')
+        call table%column('mean', pick_text(compared, '', 'es11.4'), 'mean')
+        call table%column('figure')
+        call table%column('low', pick_text(compared, 'es10.3', ''), 'from')
+        call table%column('high', pick_text(compared, 'es10.3', ''), 'to')
+        call table%column('fill', pick_text(compared, 'f4.2', ''), 'fill')
+        call table%column('inside', pick_text(compared, 'a', ''), 'inside')
+        call table%column('on_ticks', pick_text(compared, 'a', ''), 'ticks')
+        call table%columns_of('attitude_only,excess,near_centre,centre_difference')
+    end subroutine begin_windows
+
+    !> The curves of a case against their windows, a row each.
     subroutine add_window_rows(case_name, checks, table)
         character(*), intent(in) :: case_name       !! In the first column
         type(window_check_t), intent(in) :: checks(:)
-        type(data_table_t), intent(inout) :: table  !! With WINDOW_COLUMNS; gets a row for each check
+        type(data_table_t), intent(inout) :: table  !! By begin_windows; gets a row for each check
 
         integer :: i
 

@@ -16,7 +16,7 @@ module gracecg_studies_estimate_windows
     use gracecg_studies_published_axes, only: published_axis_limits, published_axis_step
     implicit none
     private
-    public :: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, count_estimate_windows, estimate_windows_table
+    public :: estimate_window_t, campaign_windows, loss_windows, estimate_windows_table
     public :: LEAST_SHARE_INSIDE, POINTS_OF_CASE
 
     integer, parameter :: POINTS_OF_CASE = 15           !! Runs in each of these figures
@@ -38,14 +38,6 @@ module gracecg_studies_estimate_windows
         real(dp) :: fill = 0                !! Share of the window that those cover
         logical :: on_ticks = .false.       !! The tick marks next outside those are the printed limits
     end type estimate_window_t
-
-    !> How many points and panels meet their windows.
-    type :: estimate_counts_t
-        integer :: panels = 0       !! Windows
-        integer :: points = 0       !! Estimates
-        integer :: inside = 0       !! Of these
-        integer :: on_ticks = 0     !! Panels: as in estimate_window_t
-    end type estimate_counts_t
 
 contains
 
@@ -120,17 +112,6 @@ contains
         window%on_ticks = same_limits(limits_on_ticks(window%least, window%greatest, window%step), limits, window%step)
     end function window_of
 
-    !> The counts over panels.
-    pure function count_estimate_windows(windows) result(counts)
-        type(estimate_window_t), intent(in) :: windows(:)
-        type(estimate_counts_t) :: counts
-
-        counts%panels = size(windows)
-        counts%points = sum(windows%points)
-        counts%inside = sum(windows%inside)
-        counts%on_ticks = count(windows%on_ticks)
-    end function count_estimate_windows
-
     !> The panels of Figures 6.2, 6.3 and 6.6, a row each.
     function estimate_windows_table(windows) result(table)
         type(estimate_window_t), intent(in) :: windows(:)
@@ -138,7 +119,18 @@ contains
 
         integer :: i
 
-        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,on_ticks')
+        call table%column('figure', 'a', 'fig')
+        call table%column('satellite', 'a', 'satellite')
+        call table%column('algorithm', 'a', 'algorithm')
+        call table%column('axis', 'a', 'axis')
+        call table%column('low_mm', 'f5.1', 'from')
+        call table%column('high_mm', 'f5.1', 'to')
+        call table%column('least_mm', 'f7.3', 'least')
+        call table%column('greatest_mm', 'f7.3', 'greatest')
+        call table%column('fill', 'f4.2', 'fill')
+        call table%column('points', 'i6', 'points')
+        call table%column('inside', 'i6', 'inside')
+        call table%column('on_ticks', 'a', 'ticks')
         do i = 1, size(windows)
             associate (w => windows(i))
                 call table%add(w%figure)

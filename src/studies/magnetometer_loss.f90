@@ -252,7 +252,13 @@ contains
 
         integer :: i, axis
 
-        call table%columns_of('case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm')
+        call table%column('case', 'a', 'case')
+        call table%column('algorithm', 'a', 'algorithm')
+        call table%column('magnetometer', 'a', 'field')
+        call table%column('axis', 'a', 'axis')
+        call table%column('runs')
+        call table%column('rms_mm', 'f10.5', 'here')
+        call table%column('predicted_mm', 'f10.5', 'theory')
         do i = 1, size(studies)
             do axis = 1, 3
                 call add_labels(studies(i), table)

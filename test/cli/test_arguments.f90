@@ -45,9 +45,11 @@ contains
         call arguments%add_option('--out', 'DIR', 'folder for the results', required=.true.)
         call arguments%add_option('--runs', 'N', 'number of runs')
         call arguments%add_option('--position', 'X Y Z', 'Earth-fixed position, m')
-        call arguments%add_option('--step', 'S', 'step, s')
+        call arguments%add_option('--step', 'S', 'step, s', default='10')
         call arguments%add_option('--quiet', '', 'shows no progress')
-        call arguments%add_option('--cases', 'LIST', 'names of cases, separated by commas')
+        call arguments%add_option('--cases', 'LIST', 'names of cases, separated by commas', &
+                                  choices=[character(7) :: 'front-1', 'back-1'], default='back-1,front-1')
+        call arguments%add_option('--shape', 'NAME', 'of the path', choices=[character(5) :: 'runs', 'walks'])
         words = split(line, ' ')
         call arguments%parse(words, failure)
     end subroutine parse
@@ -108,31 +110,33 @@ contains
         integer :: runs
 
         call parse('front-1 --out run', arguments, failure)
-        call arguments%get('--step', step, failure, default=10.0_dp)
-        call arguments%get('--runs', runs, failure, default=15)
-        call arguments%get('--position', position, failure, default=[1.0_dp, 2.0_dp, 3.0_dp])
-        call arguments%get('--cases', cases, failure, default='a,b')
-        call arguments%get('--cases', text, failure, default='a,b')
+        step = 1
+        runs = 15
+        position = 3
+        call arguments%get('--step', step, failure)
+        call arguments%get('--runs', runs, failure)
+        call arguments%get('--position', position, failure)
+        call arguments%get('--cases', cases, failure)
+        call arguments%get('--shape', text, failure)
         call check_passes(error, message_of(failure))
         call check(error, abs(step - 10) <= 0 .and. runs == 15 .and. &
                    abs(position(3) - 3) <= 0 .and. &
-                   size(cases) == 2 .and. text == 'a,b')
+                   size(cases) == 2 .and. text == '')
     end subroutine test_defaults
 
     subroutine test_lists(error)
         type(error_type), allocatable, intent(out) :: error
-        character(7), parameter :: CHOICES(2) = [character(7) :: 'front-1', 'back-1']
         type(arguments_t) :: arguments
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: cases(:)
 
         call parse('x --out run --cases Back-1,front-1', arguments, failure)
-        call arguments%get('--cases', cases, failure, choices=CHOICES)
+        call arguments%get('--cases', cases, failure)
         call check_passes(error, message_of(failure))
         call check(error, cases(1)%text//'|'//cases(2)%text, 'back-1|front-1')
         if (allocated(error)) return
         call parse('x --out run --cases front-1,fromt-1', arguments, failure)
-        call arguments%get('--cases', cases, failure, choices=CHOICES)
+        call arguments%get('--cases', cases, failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--cases', '"fromt-1"', 'front-1, back-1', &
                           'did you mean "front-1"'])
@@ -209,7 +213,7 @@ contains
         real(dp) :: step, position(3)
         integer :: runs
 
-        call parse('x --out run --step nan --runs 1.5 --position 1 2 3x', arguments, failure)
+        call parse('x --out run --step nan --runs 1.5 --position 1 2 3x --shape run', arguments, failure)
         call arguments%get('--step', step, failure, low=0.1_dp, high=60.0_dp, unit='s')
         call check_fails(error, message_of(failure), [character(W) :: '--step', '"nan"', 'from 0.1 to 60 s'])
         if (allocated(error)) return
@@ -223,9 +227,9 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: '--position', '"3x"', 'in m'])
         if (allocated(error)) return
         deallocate (failure)
-        call arguments%get('--out', text, failure, choices=[character(5) :: 'runs', 'walks'])
+        call arguments%get('--shape', text, failure)
         call check_fails(error, message_of(failure), &
-                         [character(W) :: '--out', 'one of runs, walks', 'did you mean "runs"'])
+                         [character(W) :: '--shape', 'one of runs, walks', 'did you mean "runs"'])
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--step', step, failure)
@@ -241,11 +245,11 @@ contains
                          [character(W) :: '--position is declared with 3 values, not 1'])
         if (allocated(error)) return
         call parse('x --out run --step 61', arguments, failure)
-        call arguments%get('--step', step, failure, default=1.0_dp, high=60.0_dp)
+        call arguments%get('--step', step, failure, high=60.0_dp)
         call check_fails(error, message_of(failure), [character(W) :: '--step', '61 is outside', 'at most 60'])
     end subroutine test_wrong_values
 
-    !> The first failure stays: the next values are the defaults, and nothing is looked up for them.
+    !> The first failure stays: the next values stay as they are, and nothing is looked up for them.
     subroutine test_first_failure(error)
         type(error_type), allocatable, intent(out) :: error
         type(arguments_t) :: arguments
@@ -256,15 +260,16 @@ contains
         integer :: runs, threads
 
         call parse('x --out run --runs many --step wide', arguments, failure)
-        call arguments%get('--runs', runs, failure, default=15)
-        call arguments%get('--step', step, failure, default=10.0_dp)
+        step = 10
+        call arguments%get('--runs', runs, failure)
+        call arguments%get('--step', step, failure)
         call arguments%get('--cases', cases, failure)
-        call arguments%get('--undeclared', text, failure, default='none')
+        call arguments%get('--undeclared', text, failure)
         call arguments%get_threads(threads, failure)
         call refuse_if(.true., 'a later one', failure)
         call check_fails(error, message_of(failure), [character(W) :: '--runs', '"many"'])
         call check(error, index(failure%message, 'step') + index(failure%message, 'later'), 0)
-        call check(error, size(cases) == 0 .and. text == 'none' .and. abs(step - 10) <= 0)
+        call check(error, size(cases) == 0 .and. text == '' .and. abs(step - 10) <= 0)
         if (allocated(error)) return
         deallocate (failure)
         call refuse_if(.false., 'nothing wrong', failure)

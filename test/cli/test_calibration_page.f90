@@ -11,7 +11,7 @@ module test_calibration_page
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_verdict
-    use gracecg_cli_calibration_advice, only: advice_of
+    use gracecg_cli_calibration_json, only: advice_of
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
     use command_fixture, only: run
     use testdrive, only: unittest_type, error_type, new_unittest

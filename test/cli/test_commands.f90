@@ -428,7 +428,7 @@ contains
             'montecarlo printed --runs 1 --algorithms assest-fde,optimal', 'magnetometer-loss --runs 1', 'trim', &
             'trim --runs 2', 'timing --step 600', 'timing back-1 --step 20 --pattern general', 'verify front-1 back-2', &
             'statements --runs 1', 'design --frequencies 0.1 0.1 --waveforms sine', &
-            'design --pattern y-z --at 2658 --map map.csv --step 600']
+            'design --manoeuvre front-3 --map map.csv --step 600']
         character(:), allocatable :: output
         integer :: i
 
@@ -436,7 +436,7 @@ contains
         do i = 1, size(LINES)
             if (allocated(error)) return
             if (index(LINES(i), 'map.csv') > 0) then
-                call succeeds(error, 'design --pattern y-z --at 2658 --step 600 --map '//FOLDER//'fit.csv', output)
+                call succeeds(error, 'design --manoeuvre front-3 --step 600 --map '//FOLDER//'fit.csv', output)
             else
                 call succeeds(error, trim(LINES(i)), output)
             end if
@@ -445,7 +445,7 @@ contains
     end subroutine test_lines_fit
 
     !> Rods by a rule of section 4.2: y-z gives the report's case at its place; the general rule takes other rods where the
-    !> field's weakest components are others, and both exclude what searches.
+    !> field's weakest components are others.
     subroutine test_pattern(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: by_rule, other
@@ -455,14 +455,6 @@ contains
         call check(error, by_rule, other)
         call succeeds(error, 'timing --step 300 --pattern general', by_rule)
         call check(error, by_rule /= other .and. index(by_rule, 'rods by the rule general') > 0, by_rule)
-        call succeeds(error, 'design --pattern y-z --at 2658', by_rule)
-        call succeeds(error, 'design --manoeuvre front-3 --satellite front --at 2658', other)
-        call check(error, by_rule, other)
-        call succeeds(error, 'design --pattern general --at 1400', other)
-        call check(error, index(other, LF//'x    sine') > 0 .and. index(other, LF//'z    sine') == 0, other)
-        call refused(error, 'design --pattern general --manoeuvre front-1', STATUS_MISUSED, &
-                     [character(W) :: '--manoeuvre and --pattern exclude'])
-        call refused(error, 'design --pattern general --anywhere', STATUS_MISUSED, [character(W) :: '--pattern does not search'])
         call refused(error, 'timing --pattern y', STATUS_MISUSED, [character(W) :: '--pattern', 'y-z, general'])
     end subroutine test_pattern
 

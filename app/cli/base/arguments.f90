@@ -2,7 +2,7 @@
 !>
 !> A command describes itself and its options with their defaults, parses the words behind its name and fetches
 !> typed values, one after the other; the first failure stays, so that one test behind them is enough. Help,
-!> parsing, completion and manual page come from that one description.
+!> parsing and manual page come from that one description.
 !> Options are `--name`, followed by as many values as declared, or `--name=value` (several
 !> values then by comma). A word that begins with a minus sign and a digit is a value. Behind `--`
 !> everything is a word. Every failure here is wrong usage.
@@ -12,8 +12,7 @@ module gracecg_cli_arguments
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, join, padded, parse_integer, split, split_words, integer_text
     use gracecg_cli_console, only: wrapped, quoted_word
-    use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
-        allowed_integer, did_you_mean
+    use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, did_you_mean
     implicit none
     private
     public :: arguments_t, option_t, refuse_if, MOST_RUNS
@@ -36,12 +35,11 @@ module gracecg_cli_arguments
         logical :: wants_help = .false.             !! --help or -h was given: nothing else counts
         logical :: wants_version = .false.          !! --version was given
         character(:), allocatable :: positionals    !! In the usage line: 'CASE', '[CASE ...]', ''
-        character(:), allocatable :: choices        !! What a positional word may be, by blanks; empty: anything
         type(option_t), allocatable :: options(:)   !! In the order of the help
         character(:), allocatable, private :: command, summary, example
         integer, private :: fewest = 0
         integer :: most = 0                         !! Positional words, at most
-        type(string_t), allocatable, private :: words(:)
+        type(string_t), allocatable :: words(:)     !! That are no option
         character(:), allocatable, private :: typed     !! Command and words as given
     contains
         procedure :: describe           !! Begins the declaration
@@ -52,7 +50,7 @@ module gracecg_cli_arguments
         procedure :: has                !! Was an option given?
         procedure :: declares           !! Has the command an option?
         generic :: get => get_real, get_reals, get_integer, get_long, get_text, get_list
-        !! The value or values of an option; after a failure nothing is looked up
+        !! The value or values of an option. What is neither given nor has a default stays as it is; after a failure all do
         procedure :: get_threads        !! The value of --threads
         procedure :: command_line       !! The command with its words, to be typed again
         procedure :: help_text          !! What --help prints
@@ -69,17 +67,14 @@ module gracecg_cli_arguments
 contains
 
     !> Begins the declaration of a command.
-    subroutine describe(self, command, positionals, fewest, most, summary, example, choices)
+    subroutine describe(self, command, positionals, fewest, most, summary, example)
         class(arguments_t), intent(out) :: self
         character(*), intent(in) :: command         !! As typed: 'model gravity'; may be empty
         character(*), intent(in) :: positionals     !! In the usage line: 'CASE', '[CASE ...]', ''
         integer, intent(in) :: fewest, most         !! Allowed number of positional words
         character(*), intent(in) :: summary         !! What the command does
         character(*), intent(in) :: example         !! One or more command lines, by new_line('a')
-        character(*), intent(in), optional :: choices(:)    !! What a positional word may be, for shells that complete
 
-        self%choices = ''
-        if (present(choices)) self%choices = join(choices, ' ')
         self%command = trim(PROGRAM_NAME//' '//command)
         self%positionals = positionals
         self%fewest = fewest
@@ -329,34 +324,28 @@ contains
         declares = option_position(self, name) > 0
     end function declares
 
-    !> One real number. Fails when the option is not given and has no default, or its value is not a
-    !> finite number within the limits (both ends included).
-    subroutine get_real(self, name, value, error, default, low, high, unit)
+    !> One real number. Fails when it is not a finite number within the limits (both ends included).
+    subroutine get_real(self, name, value, error, low, high, unit)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
-        real(dp), intent(out) :: value
+        real(dp), intent(inout) :: value
         type(error_t), allocatable, intent(inout) :: error
-        real(dp), intent(in), optional :: default       !! Where none is declared
         real(dp), intent(in), optional :: low, high
         character(*), intent(in), optional :: unit
 
         real(dp) :: values(1)
 
-        if (present(default)) then
-            call self%get_reals(name, values, error, [default], low, high, unit)
-        else
-            call self%get_reals(name, values, error, low=low, high=high, unit=unit)
-        end if
+        values = value
+        call self%get_reals(name, values, error, low, high, unit)
         value = values(1)
     end subroutine get_real
 
     !> As many real numbers as the option takes, each within the limits.
-    subroutine get_reals(self, name, value, error, default, low, high, unit)
+    subroutine get_reals(self, name, value, error, low, high, unit)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
-        real(dp), intent(out) :: value(:)
+        real(dp), intent(inout) :: value(:)
         type(error_t), allocatable, intent(inout) :: error
-        real(dp), intent(in), optional :: default(:)    !! Where none are declared, as long as `value`
         real(dp), intent(in), optional :: low, high
         character(*), intent(in), optional :: unit
 
@@ -364,9 +353,7 @@ contains
         character(:), allocatable :: problem
         integer :: i
 
-        value = 0
-        if (present(default)) value = default
-        call look_up(self, name, size(value), present(default), allowed_real(low, high, unit), given, error)
+        call look_up(self, name, size(value), given, error)
         do i = 1, size(given)
             call real_from_text(given(i)%text, value(i), problem, low, high, unit)
             call refuse(name, problem, error)
@@ -380,43 +367,38 @@ contains
         integer, intent(out) :: threads         !! At least 1
         type(error_t), allocatable, intent(inout) :: error
 
-        call self%get('--threads', threads, error, default=omp_get_num_procs(), low=1, high=MOST_THREADS)
+        threads = omp_get_num_procs()
+        call self%get('--threads', threads, error, low=1, high=MOST_THREADS)
     end subroutine get_threads
 
     !> One integer.
-    subroutine get_integer(self, name, value, error, default, low, high)
+    subroutine get_integer(self, name, value, error, low, high)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
-        integer, intent(out) :: value
+        integer, intent(inout) :: value
         type(error_t), allocatable, intent(inout) :: error
-        integer, intent(in), optional :: default        !! Where none is declared
         integer, intent(in), optional :: low, high
 
         type(string_t), allocatable :: given(:)
         character(:), allocatable :: problem
 
-        value = 0
-        if (present(default)) value = default
-        call look_up(self, name, 1, present(default), allowed_integer(low, high), given, error)
+        call look_up(self, name, 1, given, error)
         if (size(given) == 0) return
         call integer_from_text(given(1)%text, value, problem, low, high)
         call refuse(name, problem, error)
     end subroutine get_integer
 
     !> One integer of 64 bits, with its sign.
-    subroutine get_long(self, name, value, error, default)
+    subroutine get_long(self, name, value, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
-        integer(i8), intent(out) :: value
+        integer(i8), intent(inout) :: value
         type(error_t), allocatable, intent(inout) :: error
-        integer(i8), intent(in), optional :: default    !! Where none is declared
 
         type(string_t), allocatable :: given(:)
         logical :: ok
 
-        value = 0
-        if (present(default)) value = default
-        call look_up(self, name, 1, present(default), 'an integer', given, error)
+        call look_up(self, name, 1, given, error)
         if (size(given) == 0) return
         call parse_integer(given(1)%text, value, ok)
         if (.not. ok) call fail(error, 'option '//name//': "'//given(1)%text//'" is not an integer; it must be an '// &
@@ -424,46 +406,37 @@ contains
     end subroutine get_long
 
     !> One text, empty where there is none; of choices one, in whatever case, in their spelling.
-    subroutine get_text(self, name, value, error, default, choices)
+    subroutine get_text(self, name, value, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: value
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in), optional :: default       !! Where none is declared
-        character(*), intent(in), optional :: choices(:)    !! In place of the declared ones
 
         type(string_t), allocatable :: given(:)
 
         value = ''
-        if (present(default)) value = default
-        call look_up(self, name, 1, .true., '', given, error)
+        call look_up(self, name, 1, given, error)
         if (size(given) == 0) return
         value = given(1)%text
-        call choose(self, name, value, error, choices)
+        call choose(self, name, value, error)
     end subroutine get_text
 
     !> A list of different texts, separated by commas in one value; of choices, each one of these.
-    subroutine get_list(self, name, value, error, default, choices)
+    subroutine get_list(self, name, value, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         type(string_t), allocatable, intent(out) :: value(:)
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in), optional :: default       !! As given: 'front-1,back-1'; where none is declared
-        character(*), intent(in), optional :: choices(:)    !! In place of the declared ones
 
         type(string_t), allocatable :: given(:)
         integer :: i, k
 
         allocate (value(0))
-        call look_up(self, name, 1, .true., '', given, error)
-        if (size(given) > 0) then
-            value = split(given(1)%text, ',')
-        else if (present(default)) then
-            value = split(default, ',')
-        end if
+        call look_up(self, name, 1, given, error)
+        if (size(given) > 0) value = split(given(1)%text, ',')
         do i = 1, size(value)
             call refuse_if(value(i)%text == '', 'option '//name//': an empty name in the list', error)
-            call choose(self, name, value(i)%text, error, choices)
+            call choose(self, name, value(i)%text, error)
             do k = 1, i - 1
                 call refuse_if(value(k)%text == value(i)%text, 'option '//name//': "'//value(i)%text// &
                                '" is twice in the list', error)
@@ -472,23 +445,19 @@ contains
     end subroutine get_list
 
     !> Makes a text the choice that it means, where the option has choices.
-    subroutine choose(self, name, text, error, choices)
+    subroutine choose(self, name, text, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         character(:), allocatable, intent(inout) :: text
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in), optional :: choices(:)    !! In place of the declared ones
 
-        character(:), allocatable :: chosen, problem, allowed(:)
+        character(:), allocatable :: chosen, problem
 
         if (allocated(error)) return
-        if (present(choices)) then
-            allowed = choices
-        else
-            allowed = padded(split_words(self%options(option_position(self, name))%choices))
-        end if
-        if (size(allowed) == 0) return
-        call choice_from_text(text, allowed, chosen, problem)
+        associate (choices => self%options(option_position(self, name))%choices)
+            if (choices == '') return
+            call choice_from_text(text, padded(split_words(choices)), chosen, problem)
+        end associate
         call refuse(name, problem, error)
         if (.not. allocated(error)) text = chosen
     end subroutine choose
@@ -511,32 +480,23 @@ contains
         if (condition .and. .not. allocated(error)) call fail(error, message)
     end subroutine refuse_if
 
-    !> The values given for an option, else its default ones; none after an earlier failure. Without either it fails,
-    !> unless the caller can do without.
-    subroutine look_up(self, name, count, dispensable, allowed, given, error)
+    !> The values given for an option, else its default ones; none where there are neither, and after an earlier failure.
+    subroutine look_up(self, name, count, given, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         integer, intent(in) :: count            !! How many values the caller wants
-        logical, intent(in) :: dispensable      !! The caller has values of its own, or needs none
-        character(*), intent(in) :: allowed     !! Said when it is missing
         type(string_t), allocatable, intent(out) :: given(:)
         type(error_t), allocatable, intent(inout) :: error
 
         allocate (given(0))
-        if (allocated(error)) return
         call refuse_if(.not. self%declares(name), 'option '//name//' is not declared by '//self%command, error)
         if (allocated(error)) return
         associate (option => self%options(option_position(self, name)))
-            if (option%count /= count) then
-                call fail(error, 'option '//name//' is declared with '//integer_text(option%count)//' values, not '// &
-                          integer_text(count))
-            else if (option%given) then
-                given = option%values
-            else if (option%default /= '') then
-                given = split_words(option%default)
-            else if (.not. dispensable) then
-                call fail(error, 'option '//name//' '//option%placeholder//' is required: '//trim(allowed))
-            end if
+            call refuse_if(option%count /= count, 'option '//name//' is declared with '//integer_text(option%count)// &
+                           ' values, not '//integer_text(count), error)
+            if (allocated(error)) return
+            given = split_words(option%default)
+            if (option%given) given = option%values
         end associate
     end subroutine look_up
 

@@ -4,7 +4,7 @@
 module gracecg_cli_calibration_argument
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_text, only: string_t, append, integer_text, join, split_words
+    use gracecg_base_text, only: string_t, integer_text, join, split, split_words
     use gracecg_files_file, only: check_writable
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
@@ -16,8 +16,8 @@ module gracecg_cli_calibration_argument
     use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
-    public :: study_t, add_study_options, take_study, put_shard, SHARD_MARK
-    public :: add_cases_option, take_calibration, take_firing_calibration, take_calibrations, MOST_CASES
+    public :: study_t, add_study_options, take_options, take_study, put_shard, SHARD_MARK
+    public :: take_calibration, take_calibrations, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
     character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
@@ -49,6 +49,8 @@ contains
         do i = 1, size(list)
             associate (name => list(i)%text)
                 select case (name)
+                case ('--cases')
+                    call add_cases_option(arguments)
                 case ('--algorithm')
                     call arguments%add_option(name, 'NAME', 'one of '//join(ESTIMATOR_NAMES, ', '), &
                                               required=.not. present(algorithms), choices=ESTIMATOR_NAMES, default=algorithms)
@@ -59,6 +61,8 @@ contains
                     call arguments%add_option(name, 'N', 'of each simulation', default=runs)
                 case ('--seed')
                     call arguments%add_option(name, 'S', 'of the random numbers', default='1')
+                case ('--run')
+                    call arguments%add_option(name, 'K', 'number of the run: other random numbers of the same seed', default='1')
                 case ('--threads')
                     call arguments%add_option(name, 'N', 'to work on (default: the processors of the machine)')
                 case ('--out')
@@ -66,11 +70,44 @@ contains
                 case ('--format')
                     call add_format_option(arguments)
                 case ('--options')
-                    call add_options_option(arguments)
+                    call arguments%add_option(name, 'FILE', 'namelist file that says how to estimate, instead of the groups '// &
+                                              '&estimation, &optimal and &sequential of the case file')
                 end select
             end associate
         end do
     end subroutine add_study_options
+
+    !> The option --cases LIST, of commands that take words CASE.
+    subroutine add_cases_option(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        character(*), parameter :: WORDS = 'another way to name '
+
+        if (arguments%most == 1) then
+            call arguments%add_option('--cases', 'CASE', WORDS//'the CASE: a built-in case or a namelist file')
+        else
+            call arguments%add_option('--cases', 'LIST', WORDS//'each CASE, separated by commas: built-in cases, groups of '// &
+                                      'them ('//join(CASE_GROUPS, ', ')//') or namelist files')
+        end if
+    end subroutine add_cases_option
+
+    !> Takes those of the options that the command has.
+    subroutine take_options(arguments, console, study, misuse, fewest)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(study_t), intent(inout) :: study
+        type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
+        integer, intent(in) :: fewest           !! Runs
+
+        if (arguments%declares('--algorithm')) call arguments%get('--algorithm', study%algorithms, misuse)
+        if (arguments%declares('--algorithms')) call arguments%get('--algorithms', study%algorithms, misuse)
+        if (arguments%declares('--runs')) call arguments%get('--runs', study%runs, misuse, low=fewest, high=MOST_RUNS)
+        if (arguments%declares('--seed')) call arguments%get('--seed', study%seed, misuse)
+        if (arguments%declares('--threads')) call arguments%get_threads(study%threads, misuse)
+        study%path = ''
+        if (arguments%declares('--out')) call arguments%get('--out', study%path, misuse)
+        if (arguments%declares('--format')) call take_format(arguments, console, misuse)
+    end subroutine take_options
 
     !> Takes those of the options that the command has, and its cases. Fails as take_calibrations does, and when the file
     !> for the table cannot be written.
@@ -84,14 +121,7 @@ contains
         logical, intent(in), optional :: may_rest   !! As of take_calibrations
         integer, intent(in), optional :: shard      !! What SHARD_MARK in --out stands for
 
-        study%path = ''
-        if (arguments%declares('--algorithm')) call arguments%get('--algorithm', study%algorithms, misuse)
-        if (arguments%declares('--algorithms')) call arguments%get('--algorithms', study%algorithms, misuse)
-        if (arguments%declares('--runs')) call arguments%get('--runs', study%runs, misuse, low=1, high=MOST_RUNS)
-        if (arguments%declares('--seed')) call arguments%get('--seed', study%seed, misuse)
-        if (arguments%declares('--threads')) call arguments%get_threads(study%threads, misuse)
-        if (arguments%declares('--out')) call arguments%get('--out', study%path, misuse)
-        call take_format(arguments, console, misuse)
+        call take_options(arguments, console, study, misuse, 1)
         if (allocated(misuse)) return
         if (present(shard)) call put_shard(shard, study%path)
         call check_writable(study%path, error)
@@ -110,34 +140,8 @@ contains
         if (at > 0) path = path(:at - 1)//integer_text(shard)//path(at + len(SHARD_MARK):)
     end subroutine put_shard
 
-    !> The option --options FILE, of commands that take a CASE.
-    subroutine add_options_option(arguments)
-        type(arguments_t), intent(inout) :: arguments
-
-        call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate, instead of the '// &
-                                  'groups &estimation, &optimal and &sequential of the case file')
-    end subroutine add_options_option
-
-    !> The option --cases LIST, of commands that take words CASE.
-    subroutine add_cases_option(arguments, default, single)
-        type(arguments_t), intent(inout) :: arguments
-        character(*), intent(in) :: default             !! What is taken when no case is named, for the help
-        logical, intent(in), optional :: single         !! The command takes one case only; no when absent
-
-        character(*), parameter :: WORDS = 'another way to name '
-        character(:), allocatable :: ending
-
-        ending = ' (default '//default//')'
-        if (present(single)) then
-            call arguments%add_option('--cases', 'CASE', WORDS//'the CASE: a built-in case or a namelist file'//ending)
-        else
-            call arguments%add_option('--cases', 'LIST', WORDS//'each CASE, separated by commas: built-in cases, groups of '// &
-                                      'them ('//join(CASE_GROUPS, ', ')//') or namelist files'//ending)
-        end if
-    end subroutine add_cases_option
-
     !> All cases of a command that estimates, checked and each with a name of its own. Fails as
-    !> take_firing_calibration does for any of them, and when two have the same name.
+    !> take_calibration does for any of them, and when two have the same name.
     subroutine take_calibrations(arguments, default, calibrations, misuse, error, may_rest)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: default         !! Names, by commas, when the user names none
@@ -146,23 +150,21 @@ contains
         type(error_t), allocatable, intent(out) :: error        !! A case is
         logical, intent(in), optional :: may_rest   !! The torque rods may be off; no when absent
 
-        type(string_t), allocatable :: names(:)
-        logical :: resting
+        type(string_t), allocatable :: listed(:), given(:), names(:)
         integer :: i, k
 
-        call take_names(arguments, default, names, misuse)
+        call arguments%get('--cases', listed, misuse)
+        given = [arguments%words, listed]
+        call refuse_if(arguments%has('--satellite') .and. size(given) > 0, &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
+        if (size(given) == 0) given = split(default, ',')
+        call expanded_cases(given, names)
         call refuse_if(size(names) > 1 .and. arguments%most == 1, integer_text(size(names))// &
                        ' cases are named; this command takes one', misuse)
         if (allocated(misuse)) return
-        resting = .false.
-        if (present(may_rest)) resting = may_rest
         allocate (calibrations(size(names)))
         do i = 1, size(names)
-            if (resting) then
-                call take_calibration(arguments, names(i)%text, calibrations(i), error)
-            else
-                call take_firing_calibration(arguments, names(i)%text, calibrations(i), error)
-            end if
+            call take_calibration(arguments, names(i)%text, calibrations(i), error, may_rest)
             if (allocated(error)) return
             do k = 1, i - 1
                 if (calibrations(k)%case%name /= calibrations(i)%case%name) cycle
@@ -174,65 +176,30 @@ contains
         end do
     end subroutine take_calibrations
 
-    !> The names of the cases: the words, those of --cases and of the older --case, groups as their members.
-    subroutine take_names(arguments, default, names, misuse)
-        type(arguments_t), intent(in) :: arguments
-        character(*), intent(in) :: default
-        type(string_t), allocatable, intent(out) :: names(:)
-        type(error_t), allocatable, intent(inout) :: misuse
-
-        type(string_t), allocatable :: given(:), listed(:)
-        character(:), allocatable :: older
-        integer :: i
-
-        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
-                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
-
-        allocate (given(0))
-        do i = 1, arguments%positional_count()
-            call append(given, arguments%positional(i))
-        end do
-        if (arguments%has('--case')) then
-            call arguments%get('--case', older, misuse)
-            call append(given, older)
-        end if
-        if (arguments%has('--cases') .or. size(given) == 0) then
-            call arguments%get('--cases', listed, misuse, default=default)
-            do i = 1, size(listed)
-                call append(given, listed(i)%text)
-            end do
-        end if
-        call expanded_cases(given, names)
-    end subroutine take_names
-
-    !> The calibration of a name or path, with the options of --options if the command has it.
-    subroutine take_calibration(arguments, name, calibration, error)
+    !> The calibration of a name or path, with the options of --options if the command has it. Fails, too,
+    !> when all torque rods of the case are off.
+    subroutine take_calibration(arguments, name, calibration, error, may_rest)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: name            !! A built-in case or a case file
         type(calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: may_rest   !! All torque rods may be off; no when absent
 
         character(:), allocatable :: path
 
         call find_calibration(name, calibration, error)
         if (allocated(error)) return
-        if (.not. arguments%has('--options')) return
-        call arguments%get('--options', path, error)
-        if (.not. allocated(error)) call read_options(path, calibration%options, error)
-    end subroutine take_calibration
-
-    !> The same for who estimates: fails, too, when all torque rods of the case are off.
-    subroutine take_firing_calibration(arguments, name, calibration, error)
-        type(arguments_t), intent(in) :: arguments
-        character(*), intent(in) :: name            !! As of take_calibration
-        type(calibration_t), intent(out) :: calibration
-        type(error_t), allocatable, intent(out) :: error
-
-        call take_calibration(arguments, name, calibration, error)
+        if (arguments%has('--options')) then
+            call arguments%get('--options', path, error)
+            if (.not. allocated(error)) call read_options(path, calibration%options, error)
+        end if
+        if (present(may_rest)) then
+            if (may_rest) return
+        end if
         if (allocated(error)) return
         associate (case => calibration%case)
             call check_rods_fire(case%satellite%rods, case%duration, error)
             call add_context(error, 'case '//trim(case%name))
         end associate
-    end subroutine take_firing_calibration
+    end subroutine take_calibration
 end module gracecg_cli_calibration_argument

@@ -1,27 +1,19 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: join, integer_text, rounded_text
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, estimate_jointly
     use gracecg_estimation_run_information, only: run_information_t
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, information_of_case, SOURCES
-    use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_leakage, only: leakage_pair_t, leakage_of_case
     use gracecg_studies_consider_check, only: consider_check_t, check_consider
     use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
-    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
-    use gracecg_cli_console, only: console_t, console_width, wrapped
+    use gracecg_cli_arguments, only: MOST_RUNS
+    use gracecg_cli_console, only: console_width, wrapped
     use gracecg_cli_plan_results, only: add_leakage
-    use gracecg_cli_results, only: results_t, axis_columns
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_bound, run_bound
@@ -39,12 +31,12 @@ contains
         call arguments%describe('bound', '[CASE ...]', 0, MOST_CASES, &
                                 'The Cramer-Rao bound of the CG offset: the least standard deviation that any '// &
                                 'unbiased estimate can have with the manoeuvre and the noise spectra of a case '// &
-                                '(built-in name or namelist file), the drag a straight line in time; the worst '// &
+                                '(default all, the six built-in ones), the drag a straight line in time; the worst '// &
                                 'direction; and what is added by scale factors, rod gain, magnetometer bias, '// &
                                 'inertia and unmodelled torque that are known only within the limits of the '// &
                                 'group `a_priori` of the case file (consider covariance).', &
                                 'gracecg bound front-1 back-1'//new_line('a')//'gracecg bound front-2 front-3 --joint')
-        call add_cases_option(arguments, 'all, the six built-in cases')
+        call add_study_options(arguments, '--cases')
         call arguments%add_option('--joint', '', 'also of all cases together, as calibrations of one offset: what one joint '// &
                                   'estimate could reach')
         call arguments%add_option('--leakage', '', 'also with the leakage of the rods into the accelerometer estimated, of '// &
@@ -68,7 +60,8 @@ contains
         integer :: i
 
         call take_study(arguments, 'all', console, study, misuse, error, may_rest=.true.)
-        call arguments%get('--check', study%runs, misuse, default=0, low=1, high=MOST_RUNS)
+        study%runs = 0
+        call arguments%get('--check', study%runs, misuse, low=1, high=MOST_RUNS)
         if (allocated(misuse) .or. allocated(error)) return
         call table%columns_of(COLUMNS)
         call results%open('bound')

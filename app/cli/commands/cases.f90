@@ -1,9 +1,5 @@
 !> gracecg cases: lists the built-in cases, or shows a case as a namelist.
 module gracecg_cli_cases
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_environment_time, only: utc_text
     use gracecg_files_value, only: did_you_mean
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
@@ -11,11 +7,8 @@ module gracecg_cli_cases
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
-    use gracecg_files_data_table, only: data_table_t
+    use gracecg_planning_calibration, only: find_calibration, calibration_text
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_cases, run_cases, case_place, amplitudes_of

@@ -1,19 +1,11 @@
 !> gracecg design: plans the manoeuvre. Searches the best one, or judges a given one, at a place of the
 !> orbit or along revolutions.
 module gracecg_cli_design
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
-    use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_base_version, only: file_comments
-    use gracecg_environment_time, only: utc_plus, utc_text
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: check_writable
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: SATELLITES
-    use gracecg_planning_calibration, only: calibration_t, write_calibration
+    use gracecg_planning_calibration, only: write_calibration
     use gracecg_planning_candidates, only: design_settings_t, pattern_567
     use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
@@ -22,13 +14,10 @@ module gracecg_cli_design
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
     use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
-    use gracecg_planning_scan, only: rods_at_place
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, &
-        take_firing_calibration
-    use gracecg_cli_console, only: console_t, quoted_word
-    use gracecg_cli_plan_results, only: add_programme, add_leakage, add_reliable
-    use gracecg_cli_results, only: results_t, axis_columns
+    use gracecg_cli_calibration_argument, only: take_calibration
+    use gracecg_cli_console, only: quoted_word
+    use gracecg_cli_plan_results, only: rods_table, add_programme, add_leakage, add_reliable
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_design, run_design
@@ -62,13 +51,11 @@ contains
                                 'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
                                 'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
                                 'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
-        call add_cases_option(arguments, 'front-1', single=.true.)
+        call add_study_options(arguments, '--cases')
         call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE', &
                                   choices=SATELLITES, default='front')
         call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
                                   'without --satellite and CASE on the orbit of this case')
-        call arguments%add_option('--pattern', 'NAME', 'judge the report''s two rods as a rule of its section 4.2 chooses them '// &
-                                  'at the place, do not search: y-z, as in the report, or general', choices=PATTERN_RULES)
         call arguments%add_option('--at', 'S', 'start of the calibration, seconds from the epoch', default='0')
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
@@ -154,7 +141,7 @@ contains
         type(string_t), allocatable :: waveforms(:)
         integer :: i
 
-        request%plan%search = .not. (arguments%has('--manoeuvre') .or. arguments%has('--pattern'))
+        request%plan%search = .not. arguments%has('--manoeuvre')
         if (arguments%has('--anywhere')) request%plan%place = ANYWHERE
         if (arguments%has('--everywhere')) request%plan%place = EVERYWHERE
         call arguments%get('--at', request%plan%time, misuse, low=0.0_dp, unit='s')
@@ -176,13 +163,13 @@ contains
             call refuse_if(verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used), &
                            'option --rods: "'//rods//'" has to be one or several of x, y, z', misuse)
         end associate
-        call arguments%get('--target-mm', request%plan%target, misuse, default=0.0_dp, low=1e-9_dp, high=1e3_dp, unit='mm')
+        call arguments%get('--target-mm', request%plan%target, misuse, low=1e-9_dp, high=1e3_dp, unit='mm')
         request%plan%target = request%plan%target*MILLIMETRE
-        call arguments%get('--reliable', request%reliable, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='mm')
+        call arguments%get('--reliable', request%reliable, misuse, low=1e-6_dp, high=1e3_dp, unit='mm')
         request%reliable = request%reliable*MILLIMETRE
         call arguments%get('--revolutions', request%plan%revolutions, misuse, low=1, high=MOST_REVOLUTIONS)
         call arguments%get('--step', request%map_step, misuse, low=1, high=3600)
-        call arguments%get('--manoeuvres', request%manoeuvres, misuse, default=0, low=1, high=MOST_MANOEUVRES)
+        call arguments%get('--manoeuvres', request%manoeuvres, misuse, low=1, high=MOST_MANOEUVRES)
         call arguments%get('--out', request%out, misuse)
         call arguments%get('--map', request%map, misuse)
         call check_combination(arguments, misuse)
@@ -205,21 +192,10 @@ contains
                        'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
         call refuse_if(arguments%has('--reliable') .and. arguments%has('--everywhere'), &
                        'option --reliable goes with one place (--at, --anywhere), not with --everywhere', misuse)
-        call refuse_if(arguments%has('--manoeuvre') .and. arguments%has('--pattern'), 'options --manoeuvre and '// &
-                       '--pattern exclude each other: each gives the manoeuvre to judge', misuse)
         do i = 1, size(OF_THE_SEARCH)
-            call refuse_with('--manoeuvre')
-            call refuse_with('--pattern')
+            call refuse_if(arguments%has('--manoeuvre') .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
+                           trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre does not search', misuse)
         end do
-
-    contains
-
-        subroutine refuse_with(judging)
-            character(*), intent(in) :: judging     !! The option that judges a manoeuvre
-
-            call refuse_if(arguments%has(judging) .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
-                           trim(OF_THE_SEARCH(i))//' is for the search, and '//judging//' does not search', misuse)
-        end subroutine refuse_with
     end subroutine check_combination
 
     !> The case whose orbit it is, with the manoeuvre to judge when one is given.
@@ -233,31 +209,29 @@ contains
 
         type(calibration_t) :: of_manoeuvre
         type(study_t) :: study
-        character(:), allocatable :: satellite, name, manoeuvre, pattern
+        character(:), allocatable :: satellite, name, manoeuvre
         real(dp) :: rate, pointing
 
         call arguments%get('--satellite', satellite, misuse)
         call arguments%get('--manoeuvre', manoeuvre, misuse)
-        call arguments%get('--pattern', pattern, misuse)
         name = satellite//'-1'
         if (manoeuvre /= '' .and. .not. arguments%has('--satellite')) name = manoeuvre
         call take_study(arguments, name, console, study, misuse, error, may_rest=.true.)
         if (allocated(misuse) .or. allocated(error)) return
         calibration = study%calibrations(1)
         if (manoeuvre /= '') then
-            call take_firing_calibration(arguments, manoeuvre, of_manoeuvre, error)
+            call take_calibration(arguments, manoeuvre, of_manoeuvre, error)
             if (allocated(error)) return
             call take_manoeuvre(of_manoeuvre%case%satellite%rods, calibration%case%satellite%rods)
             calibration%case%duration = of_manoeuvre%case%duration
         end if
         associate (case => calibration%case)
-            call arguments%get('--duration', case%duration, misuse, default=real(case%duration, dp), low=SHORTEST_ARC, &
-                               high=LONGEST_ARC, unit='s')
-            call arguments%get('--rate-limit', rate, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='deg/s')
-            call arguments%get('--pointing-limit', pointing, misuse, default=0.0_dp, low=1e-6_dp, high=180.0_dp, unit='deg')
+            call arguments%get('--duration', case%duration, misuse, low=SHORTEST_ARC, high=LONGEST_ARC, unit='s')
+            rate = 0
+            pointing = 0
+            call arguments%get('--rate-limit', rate, misuse, low=1e-6_dp, high=1e3_dp, unit='deg/s')
+            call arguments%get('--pointing-limit', pointing, misuse, low=1e-6_dp, high=180.0_dp, unit='deg')
             if (allocated(misuse)) return
-            if (pattern /= '') call rods_at_place(case, pattern, request%plan%time, request%plan%revolutions, &
-                                                  case%satellite%rods, error)
             if (rate > 0) case%limits%rate = rate*DEGREE
             if (pointing > 0) case%limits%pointing = pointing*DEGREE
         end associate
@@ -332,28 +306,6 @@ contains
             call rods%to_json(results, 'rods', units=.false.)
         end associate
     end subroutine add_plan
-
-    function rods_table(rods) result(table)
-        type(torque_rods_t), intent(in) :: rods
-        type(data_table_t) :: table
-
-        integer :: i
-
-        call table%column('axis', 'a', 'rod')
-        call table%column('waveform', 'a', 'waveform')
-        call table%column('amplitude_a_m2', 'f17.3', 'amplitude, A m^2')
-        call table%column('frequency_hz', 'f15.6', 'frequency, Hz')
-        call table%column('phase_deg', 'f12.2', 'phase, deg')
-        call table%column('start_s', 'f8.2', 'start')
-        call table%column('stop_s', 'f9.2', 'stop, s')
-        do i = 1, rods%count
-            associate (rod => rods%activations(i))
-                call table%add(AXES(rod%axis))
-                call table%add(WAVEFORM_NAMES(rod%waveform))
-                call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
-            end associate
-        end do
-    end function rods_table
 
     !> What a second flight, half a revolution away, brings.
     subroutine add_pair(plan, console, results, error)

@@ -1,16 +1,11 @@
 !> gracecg errors: Figure 6.5 of CSR-TM-00-01, one error source off at a time.
 module gracecg_cli_errors
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
     use gracecg_simulation_operator_errors, only: SOURCES
     use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_all_knowledge, size_text
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, write_error_sources, &
         STUDY_NAMES
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option
-    use gracecg_cli_console, only: console_t, console_width, wrapped
-    use gracecg_cli_results, only: results_t
+    use gracecg_cli_console, only: console_width, wrapped
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_errors, run_errors
@@ -22,18 +17,15 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('errors', '[CASE]', 0, 1, &
-                                'The RMS error of the CG offset when one error source is switched off '// &
-                                'at a time, as in Figure 6.5 of CSR-TM-00-01: all-noise, linear-ng (the '// &
+                                'The RMS error of the CG offset of a case (default front-1) when one error source is '// &
+                                'switched off at a time, as in Figure 6.5 of CSR-TM-00-01: all-noise, linear-ng (the '// &
                                 'non-gravitational acceleration is a straight line in time), no-acc-noise, '// &
                                 'no-sca-noise, no-mag-noise (neither noise nor bias of the magnetometer). '// &
                                 'The estimator and its weights stay the same. Then what the operator may '// &
                                 'know wrongly (group operator of the case file), each source alone: '// &
                                 'its sigma is that of the case, else a priori, else a default size.', &
                                 'gracecg errors back-1 --runs 50')
-        call add_study_options(arguments, '--runs', runs='100')
-        call add_cases_option(arguments, 'front-1, as in the report', single=.true.)
-        call arguments%add_option('--case', 'CASE', 'the same, as in version 0.1')
-        call add_study_options(arguments, '--algorithm --seed --threads --out --format --options', 'ascfest')
+        call add_study_options(arguments, '--cases --runs --algorithm --seed --threads --out --format --options', 'ascfest', '100')
     end subroutine declare_errors
 
     !> The work of `gracecg errors`.

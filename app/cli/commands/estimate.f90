@@ -1,9 +1,6 @@
 !> gracecg estimate: the CG offset from an observation set.
 module gracecg_cli_estimate
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_files_file, only: check_writable
+    use gracecg_files_csv, only: csv_writer_t
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -15,21 +12,20 @@ module gracecg_cli_estimate
     use gracecg_estimation_joint_estimate, only: joint_options_t
     use gracecg_estimation_options, only: estimation_options_t, read_options
     use gracecg_estimation_plausibility, only: refuse_implausible
+    use gracecg_estimation_running_estimate, only: running_estimate_t
     use gracecg_estimation_solution, only: solution_t
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_calibration_argument, only: add_study_options
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_estimate_results, only: asked_estimate_t, show_estimate, show_iterations, publish_estimate, &
         write_estimate_page
     use gracecg_cli_joint, only: declare_joint_options, read_joint_options, run_joint, run_chain
     use gracecg_cli_page_program, only: page_folder
-    use gracecg_cli_results, only: add_format_option, take_format
-    use gracecg_cli_running_file, only: write_running_estimate
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_estimate, run_estimate
 
     integer, parameter :: MOST_RUNS = 1000
+    character(*), parameter :: RUNNING_COLUMNS = &
+        'time_s,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,edited_accelerometer,edited_star_camera'
     real(dp), parameter :: MOST_SECONDS = 1e4_dp        !! Of --arc
 
     !> What the user asks for.
@@ -123,7 +119,7 @@ contains
         call arguments%get('--options', request%asked%options_file, misuse)
         call arguments%get('--report', request%page, misuse)
         call arguments%get('--running', request%running_file, misuse)
-        call arguments%get('--arc', request%arc, misuse, default=0.0_dp, low=SHORTEST_ARC, high=MOST_SECONDS)
+        call arguments%get('--arc', request%arc, misuse, low=SHORTEST_ARC, high=MOST_SECONDS)
         call arguments%get_threads(request%threads, misuse)
         call read_joint_options(arguments, request%joint, misuse)
         associate (algorithm => request%asked%algorithm)
@@ -226,7 +222,7 @@ contains
             return
         end if
         call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call take_options(folder, options_file, options, error)
+        if (.not. allocated(error)) call choose_options(folder, options_file, options, error)
     end subroutine read_run
 
     !> What the algorithm makes of the observations.
@@ -250,7 +246,7 @@ contains
     end subroutine estimate
 
     !> The options of --options; without it those in the setup, or those that need no telling.
-    subroutine take_options(folder, options_file, options, error)
+    subroutine choose_options(folder, options_file, options, error)
         character(*), intent(in) :: folder, options_file
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
@@ -258,7 +254,7 @@ contains
         call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
         if (allocated(error) .or. options_file == '') return
         call read_options(options_file, options, error)
-    end subroutine take_options
+    end subroutine choose_options
 
     !> What the estimator had to bridge, and what the formal errors leave out.
     subroutine warn(knowledge, solution, console)
@@ -275,4 +271,22 @@ contains
             call console%warn('the setup gives no noise_about_axes of the star '// &
                                  'camera for some axis: the sigmas leave it out')
     end subroutine warn
+
+    !> Writes a row an epoch. Fails when the file cannot be written, and then leaves none half-written.
+    subroutine write_running_estimate(path, running, error)
+        character(*), intent(in) :: path    !! Of the CSV file
+        type(running_estimate_t), intent(in) :: running
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: k
+
+        call file%open(path, RUNNING_COLUMNS, [character(1) ::], error)
+        if (allocated(error)) return
+        do k = lbound(running%time, 1), ubound(running%time, 1)
+            call file%row([running%time(k), running%offset(:, k)/MILLIMETRE, running%sigma(:, k)/MILLIMETRE, &
+                           real(running%edited_accelerometer(k), dp), real(running%edited_star_camera(k), dp)])
+        end do
+        call file%commit(error)
+    end subroutine write_running_estimate
 end module gracecg_cli_estimate

@@ -1,11 +1,5 @@
 !> What gracecg estimate says of an estimate: for people, as CSV, and as JSON.
 module gracecg_cli_estimate_results
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, AXES
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_environment_time, only: utc_text
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
@@ -18,9 +12,8 @@ module gracecg_cli_estimate_results
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_calibration_json, only: put_input, put_observed, put_fit, put_verdict, put_fit_tables
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page
-    use gracecg_cli_results, only: results_t
+    use gracecg_cli_work
     implicit none
     private
     public :: asked_estimate_t, show_estimate, show_iterations, publish_estimate, write_estimate_page

@@ -1,22 +1,15 @@
 !> gracecg history: the offset over months and years, and when to calibrate next.
 module gracecg_cli_history
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, MICROMETRE, SECONDS_PER_DAY, JULIAN_YEAR
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_environment_time, only: utc_t, utc_text, parse_utc
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: check_writable
+    use gracecg_base_constants, only: MICROMETRE, SECONDS_PER_DAY, JULIAN_YEAR
+    use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
         history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_joint, only: show_offset
-    use gracecg_cli_results, only: results_t, add_format_option, take_format, axis_columns
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_history, run_history

@@ -1,11 +1,6 @@
 !> gracecg estimate of several calibrations, or of one long run in arcs: one offset.
 module gracecg_cli_joint
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, AXES
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_text, only: string_t, append, integer_text, rounded_text, join
-    use gracecg_environment_time, only: utc_t, utc_text
-    use gracecg_files_data_table, only: data_table_t
+    use gracecg_environment_time, only: utc_t
     use gracecg_files_file, only: directory_exists
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_observations_observation_set, only: observation_set_t
@@ -18,9 +13,7 @@ module gracecg_cli_joint
     use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
     use gracecg_estimation_saved_estimate, only: read_information
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, axis_columns
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_joint_options, read_joint_options, run_joint, run_chain, show_offset
@@ -77,9 +70,9 @@ contains
         call arguments%get('--changes', changes, error)
         if (changes /= '') call read_changes(changes, options%changes, error)
         if (allocated(error)) return
-        allocate (runs(arguments%positional_count()), names(0))
+        names = arguments%words
+        allocate (runs(size(names)))
         do i = 1, size(runs)
-            call append(names, arguments%positional(i))
             call read_run(names(i)%text, options_file, runs(i), console, error)
             if (allocated(error)) return
         end do

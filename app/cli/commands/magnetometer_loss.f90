@@ -1,18 +1,11 @@
 !> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
 module gracecg_cli_magnetometer_loss
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, real_text, rounded_text
-    use gracecg_files_data_table, only: data_table_t
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, field_settings, &
-        names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t
+        names_of_loss_cases, MODEL_FIELD_ERROR
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
@@ -30,11 +23,10 @@ contains
                                 'The RMS error of the CG offset when the magnetometer has failed and the '// &
                                 'field of the spherical harmonic model takes its place, as in Figure 6.6 of '// &
                                 'CSR-TM-00-01: ASCFEST and ASCREST, for the cases named or, as in the report, '// &
-                                'for front-2 and front-3. The model is wrong by a '// &
+                                'for cases 2 and 3 of --satellite. The model is wrong by a '// &
                                 'constant vector in body axes, drawn for every run.', &
                                 'gracecg magnetometer-loss front-2 back-2 --runs 20')
-        call add_cases_option(arguments, 'cases 2 and 3 of --satellite')
-        call add_study_options(arguments, '--runs', runs='100')
+        call add_study_options(arguments, '--cases --runs', runs='100')
         call arguments%add_option('--satellite', 'NAME', 'front or back: its cases 2 and 3, where no CASE is named', &
                                   choices=SATELLITES, default='front')
         call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each axis, nT; the '// &
@@ -60,7 +52,8 @@ contains
         call arguments%get('--field-error', deviation, misuse, low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
         call refuse_if(arguments%has('--kp') .and. arguments%has('--field-error'), &
                        '--kp and --field-error both say how wrong the field model is: give one', misuse)
-        call arguments%get('--kp', kp, misuse, default=0.0_dp, low=0.0_dp, high=9.0_dp)
+        kp = 0
+        call arguments%get('--kp', kp, misuse, low=0.0_dp, high=9.0_dp)
         if (arguments%has('--kp')) deviation = storm_field_deviation(kp)/NANOTESLA
         call take_study(arguments, names_of_loss_cases(satellite), console, study, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
@@ -70,38 +63,12 @@ contains
         heading = 'RMS error of the CG offset, mm: '//integer_text(study%runs)//' runs; error of the field model '// &
                   rounded_text(deviation, 6)//' nT on each axis'
         if (arguments%has('--kp')) heading = heading//', by (6.1) at Kp = '//real_text(kp)
-        call show(heading, studies, console)
+        call console%paragraph(heading)
+        call console%table(field_table(studies))
         call results%open('magnetometer-loss')
         call results%member('seed', study%seed)
         call results%member('field_error_nt', deviation)
         call results%publish(field_table(studies), console, error, study%path, trim(field_settings(study%seed, &
             deviation*NANOTESLA)))
     end subroutine run_magnetometer_loss
-
-    subroutine show(heading, studies, console)
-        character(*), intent(in) :: heading
-        type(field_study_t), intent(in) :: studies(:)
-        type(console_t), intent(inout) :: console
-
-        type(data_table_t) :: table
-        integer :: i, axis
-
-        call table%column('case', 'a', 'case')
-        call table%column('algorithm', 'a', 'algorithm')
-        call table%column('field', 'a', 'field')
-        do axis = 1, size(AXES)
-            call table%column('here', 'f10.5', AXES(axis)//' here')
-            call table%column('theory', 'f10.5', AXES(axis)//' theory')
-        end do
-        do i = 1, size(studies)
-            associate (s => studies(i))
-                call table%add(s%case_name)
-                call table%add(s%algorithm)
-                call table%add(FIELD_SOURCES(merge(2, 1, s%with_model)))
-                call table%add([(s%rms(axis), s%predicted(axis), axis=1, 3)]/MILLIMETRE)
-            end associate
-        end do
-        call console%paragraph(heading)
-        call console%table(table)
-    end subroutine show
 end module gracecg_cli_magnetometer_loss

@@ -1,12 +1,8 @@
 !> gracecg model NAME: single models at a place and time, one CSV row each.
 module gracecg_cli_model
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: ARCSECOND, ASTRONOMICAL_UNIT, DEGREE
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_constants, only: ARCSECOND, ASTRONOMICAL_UNIT
     use gracecg_base_quaternion, only: normalised, quaternion_product, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_text, only: integer_text, real_text
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_environment_time, only: utc_t, parse_utc, decimal_year, day_of_year, local_mean_solar_time, &
         julian_centuries_tt
     use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, iau_orientation
@@ -26,9 +22,8 @@ module gracecg_cli_model
     use gracecg_simulation_quest, only: quest, q_method
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t, STAR_SELECTIONS
     use gracecg_simulation_star_catalogue, only: builtin_star_catalogue
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, publish_row, add_format_option, take_format
+    use gracecg_cli_results, only: publish_row
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_gravity, run_gravity, declare_field, run_field, declare_density, run_density
@@ -115,7 +110,8 @@ contains
         integer :: degree, order
 
         call arguments%get('--degree', degree, misuse, low=0)
-        call arguments%get('--order', order, misuse, default=degree, low=0)
+        order = degree
+        call arguments%get('--order', order, misuse, low=0)
         call arguments%get('--model', name, misuse)
         call take_point(arguments, '--model', file, point, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
@@ -194,9 +190,12 @@ contains
         given = count([arguments%has('--f107'), arguments%has('--f107a'), arguments%has('--kp')])
         call refuse_if(given == 1 .or. given == 2, 'give all three of --f107, --f107a and --kp, or none', misuse)
         call arguments%get('--model', name, misuse)
-        call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
-        call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
-        call arguments%get('--kp', kp, misuse, default=0.0_dp)
+        f107 = 0
+        f107_mean = 0
+        kp = 0
+        call arguments%get('--f107', f107, misuse, unit='sfu')
+        call arguments%get('--f107a', f107_mean, misuse, unit='sfu')
+        call arguments%get('--kp', kp, misuse)
         call take_point(arguments, '', file, point, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         if (given == 0) then

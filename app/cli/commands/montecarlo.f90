@@ -1,13 +1,8 @@
 !> gracecg montecarlo: Tables 6.1 and 6.2 of CSR-TM-00-01, ours beside the published values and the
 !> theoretical prediction; and gracecg merge, which puts the shards of such a campaign together.
 module gracecg_cli_montecarlo
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, AXES
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: check_writable, file_exists, is_device
+    use gracecg_base_text, only: parse_integer
+    use gracecg_files_file, only: file_exists, is_device
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
@@ -19,13 +14,10 @@ module gracecg_cli_montecarlo
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: check_settings, merge_campaigns
     use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, put_shard, &
-        MOST_CASES, SHARD_MARK
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_calibration_argument, only: put_shard, SHARD_MARK
     use gracecg_cli_launcher, only: find_place
     use gracecg_cli_process, only: catch_interruption, caught_signal, signal_name
-    use gracecg_cli_results, only: take_format
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_montecarlo, run_montecarlo, declare_merge, run_merge
@@ -53,18 +45,17 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe(COMMAND, '[CASE ...]', 0, MOST_CASES, &
-                                'Simulates and estimates many calibrations of each case and prints the RMS '// &
-                                'error of the CG offset in the layout of Tables 6.1 and 6.2 of '// &
-                                'CSR-TM-00-01, beside the published values and the prediction of a '// &
+                                'Simulates and estimates many calibrations of each case (default all, the six '// &
+                                'built-in ones) and prints the RMS error of the CG offset in the layout of '// &
+                                'Tables 6.1 and 6.2 of CSR-TM-00-01, beside the published values and the prediction of a '// &
                                 'covariance analysis. A large campaign can be done in shards, on as many '// &
                                 'machines as there are, and put together by gracecg merge. With --runs-out '// &
                                 'it may be stopped at any moment, by Ctrl-C or otherwise: --resume goes on.', &
                                 'gracecg montecarlo front-3 back-3 --algorithms assest-fde --runs 100')
-        call add_cases_option(arguments, 'all, the six built-in cases')
-        call add_study_options(arguments, '--algorithms --runs', join(REPORT_ESTIMATORS, ','), integer_text(REPORT_RUNS))
+        call add_study_options(arguments, '--cases --algorithms --runs', join(REPORT_ESTIMATORS, ','), integer_text(REPORT_RUNS))
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
                                   'of the whole campaign. auto: K and N of the launcher or job array (Slurm, SGE, Open MPI, '// &
-                                  'MPICH). '//SHARD_MARK//' in names of files stands for K')
+                                  'MPICH). '//SHARD_MARK//' in names of files stands for K', default='1/1')
         call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
                                   join(SOURCE_NAMES, ', ')//' (the three others that are no noise)', choices=SOURCE_NAMES)
         call add_study_options(arguments, '--seed --threads --out')
@@ -182,8 +173,8 @@ contains
         if (.not. allocated(error)) call check_settings(campaign, former, 'this command and '//found, error)
         if (allocated(error)) return
         if (campaign%shard /= former%shard .or. campaign%shards /= former%shards) then
-            call fail(error, 'this command and '//found//' have different shards: '//shard_text(campaign)//' and '// &
-                      shard_text(former))
+            call fail(error, 'this command and '//found//' have different shards, of the file '// &
+                      integer_text(former%shard)//'/'//integer_text(former%shards))
             return
         end if
         do i = 1, size(campaign%cases)
@@ -194,13 +185,6 @@ contains
         call console%message(found//' has '//integer_text(runs_done(campaign))//' of '// &
                              integer_text(runs_wanted(campaign))//' runs: going on with the others')
     end subroutine resume
-
-    function shard_text(campaign) result(text)
-        type(campaign_t), intent(in) :: campaign
-        character(:), allocatable :: text
-
-        text = integer_text(campaign%shard)//'/'//integer_text(campaign%shards)
-    end function shard_text
 
     integer function runs_wanted(campaign)
         type(campaign_t), intent(in) :: campaign
@@ -287,52 +271,27 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse
         type(error_t), allocatable, intent(out) :: error
 
+        type(string_t), allocatable :: names(:)
         character(:), allocatable :: table_file
-        integer :: runs
+        integer :: runs, i
 
         call arguments%get('--runs', runs, misuse)
         call read_shard(arguments, runs, request, misuse)
-        call read_switches(arguments, request, misuse)
+        call arguments%get('--without', names, misuse)
+        request%without = join(padded(names), ',')
+        do i = 1, size(names)
+            if (.not. allocated(misuse)) call switch_off(request%switches, names(i)%text, misuse)
+        end do
         call read_campaign_files(arguments, table_file, request%runs_file, misuse)
         call arguments%get('--resume', request%resumed_file, misuse)
         call put_shard(request%shard, request%runs_file)
         call put_shard(request%shard, request%resumed_file)
-        request%resumed_file = without_ending(request%resumed_file)
         if (request%runs_file == '') request%runs_file = request%resumed_file
         request%keeps = request%runs_file /= '' .and. .not. is_device(request%runs_file)
         if (.not. allocated(misuse)) call check_writable(request%runs_file, error)
         if (.not. allocated(error)) call take_study(arguments, 'all', console, request%study, misuse, error, &
                                                     shard=request%shard)
     end subroutine read_request
-
-    !> The path of a runs file, where that of its journal is given.
-    function without_ending(path) result(runs_file)
-        character(*), intent(in) :: path
-        character(:), allocatable :: runs_file
-
-        integer :: ending
-
-        runs_file = path
-        ending = len(journal_path('x')) - 1
-        if (len(path) <= ending) return
-        if (journal_path(path(:len(path) - ending)) == path) runs_file = path(:len(path) - ending)
-    end function without_ending
-
-    subroutine read_switches(arguments, request, misuse)
-        type(arguments_t), intent(in) :: arguments
-        type(request_t), intent(inout) :: request
-        type(error_t), allocatable, intent(inout) :: misuse
-
-        type(string_t), allocatable :: names(:)
-        integer :: i
-
-        call arguments%get('--without', names, misuse)
-        request%without = join(padded(names), ',')
-        if (allocated(misuse)) return
-        do i = 1, size(names)
-            call switch_off(request%switches, names(i)%text, misuse)
-        end do
-    end subroutine read_switches
 
     subroutine read_shard(arguments, runs, request, misuse)
         type(arguments_t), intent(in) :: arguments
@@ -344,7 +303,7 @@ contains
         integer :: slash
         logical :: ok(2)
 
-        call arguments%get('--shard', text, misuse, default='1/1')
+        call arguments%get('--shard', text, misuse)
         if (text == AUTO) then
             call find_place(request%shard, request%shards, problem)
             if (allocated(problem)) call refuse_if(.true., 'option --shard auto: '//problem, misuse)
@@ -411,9 +370,9 @@ contains
                                 'campaign, to the last digit. Runs that no file has are reported, '// &
                                 'with the shards they are of; a run '// &
                                 'that several files have counts once.', &
-                                'gracecg montecarlo --cases front-3 --runs 20 --shard 1/2 --runs-out '// &
+                                'gracecg montecarlo front-3 --runs 20 --shard 1/2 --runs-out '// &
                                 'shard1.csv'//new_line('a')// &
-                                'gracecg montecarlo --cases front-3 --runs 20 --shard 2/2 --runs-out '// &
+                                'gracecg montecarlo front-3 --runs 20 --shard 2/2 --runs-out '// &
                                 'shard2.csv'//new_line('a')// &
                                 'gracecg merge shard1.csv shard2.csv --out table.csv')
         call add_study_options(arguments, '--out')
@@ -437,9 +396,9 @@ contains
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
 
-        allocate (parts(arguments%positional_count()), names(arguments%positional_count()))
+        names = arguments%words
+        allocate (parts(size(names)))
         do i = 1, size(parts)
-            names(i)%text = arguments%positional(i)
             call read_runs(names(i)%text, parts(i), error)
             if (allocated(error)) return
         end do
@@ -462,29 +421,25 @@ contains
         type(campaign_t), intent(in) :: parts(:), whole
         character(MOST_SHOWN*24 + 120) :: text
 
-        logical, allocatable :: given(:)
-        integer :: e, k, n, shown
+        logical :: lacks(0:parts(1)%shards - 1)
+        integer :: a, i, k, n, run
 
         text = 'shards are left out'
         n = parts(1)%shards
         if (n < 2 .or. any(parts%shards /= n)) return
-        text = 'run again shard'
-        shown = 0
-        do k = 1, n
-            do e = 1, size(whole%entries)
-                allocate (given(whole%runs), source=.false.)
-                associate (entry => whole%entries(1 + mod(e - 1, size(whole%entries, 1)), &
-                                                  1 + (e - 1)/size(whole%entries, 1)))
-                    given(entry%run) = .true.
-                end associate
-                if (.not. all(given(k::n))) exit
-                deallocate (given)
+        lacks = .false.
+        do i = 1, size(whole%cases)
+            do a = 1, size(whole%algorithms)
+                do run = 1, whole%runs
+                    if (all(whole%entries(a, i)%run /= run)) lacks(mod(run - 1, n)) = .true.
+                end do
             end do
-            if (.not. allocated(given)) cycle
-            deallocate (given)
-            shown = shown + 1
-            if (shown <= MOST_SHOWN) text = trim(text)//trim(merge(',', ' ', shown > 1))//' '//integer_text(k)//'/'//integer_text(n)
         end do
-        if (shown > MOST_SHOWN) text = trim(text)//' and '//integer_text(shown - MOST_SHOWN)//' more'
+        text = 'run again shard'
+        do k = 1, n
+            if (.not. lacks(k - 1) .or. count(lacks(:k - 1)) > MOST_SHOWN) cycle
+            text = trim(text)//trim(merge(',', ' ', count(lacks(:k - 1)) > 1))//' '//integer_text(k)//'/'//integer_text(n)
+        end do
+        if (count(lacks) > MOST_SHOWN) text = trim(text)//' and '//integer_text(count(lacks) - MOST_SHOWN)//' more'
     end function left_out
 end module gracecg_cli_montecarlo

@@ -1,17 +1,9 @@
 !> gracecg reliability: what the tests of the operator's beliefs are worth, tried.
 module gracecg_cli_reliability
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, join, padded, rounded_text
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
         size_text, SILENT_SIGMAS, FAR_BEYOND
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option, MOST_CASES
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_reliability, run_reliability
@@ -22,14 +14,12 @@ contains
     subroutine declare_reliability(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('reliability', '[CASE ...]', 0, MOST_CASES, &
-                                'Spoils simulated calibrations by one wrong belief of the operator after the other (gains, '// &
-                                'delays, directions, signs, interchanged axes, conventions, noise levels), each at up to '// &
-                                'three sizes, and counts how often the estimate contradicts it, names it, or is wrong '// &
-                                'without a word. `bound` says beforehand what can be detected.', &
-                                'gracecg reliability front-3 --only quaternions --runs 1')
-        call add_cases_option(arguments, 'front-3')
-        call add_study_options(arguments, '--algorithms --runs', 'optimal', '2')
+        call arguments%describe('reliability', '[CASE ...]', 0, MOST_CASES, 'Spoils simulated calibrations (default front-3) '// &
+                                'by one wrong belief of the operator after the other (gains, delays, directions, signs, '// &
+                                'interchanged axes, conventions, noise levels), each at up to three sizes, and counts how '// &
+                                'often the estimate contradicts it, names it, or is wrong without a word. `bound` says '// &
+                                'beforehand what can be detected.', 'gracecg reliability front-3 --only quaternions --runs 1')
+        call add_study_options(arguments, '--cases --algorithms --runs', 'optimal', '2')
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
         call arguments%add_option('--power', '', 'each belief with a value wrong by what its own test finds in 80 of 100 runs, '// &
                                   'as fits without noise say, instead of three sizes')

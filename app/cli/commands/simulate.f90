@@ -1,17 +1,13 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: integer_text
-    use gracecg_files_file, only: check_writable, make_directory, remove_file
+    use gracecg_files_file, only: make_directory, remove_file
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, write_options, OPTIONS_FILE
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
-    use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: take_calibration
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t, quoted_word
+    use gracecg_cli_console, only: quoted_word
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_simulate, run_simulate
@@ -30,8 +26,7 @@ contains
                                 'gracecg simulate front-1 --out run1 --seed 1 --run 1')
         call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE//' and the observation set; made if it is not '// &
                                   'there', required=.true.)
-        call arguments%add_option('--seed', 'S', 'of the random numbers', default='1')
-        call arguments%add_option('--run', 'K', 'number of the run: other random numbers of the same seed', default='1')
+        call add_study_options(arguments, '--seed --run')
         call arguments%add_option('--rods', 'S', 'also writes rods.csv, the moments that the torque rods truly '// &
                                   'had, every S seconds: estimate takes them in place of those commanded')
     end subroutine declare_simulate
@@ -49,10 +44,10 @@ contains
         call arguments%get('--out', order%folder, misuse)
         call arguments%get('--seed', order%seed, misuse)
         call arguments%get('--run', order%run, misuse, low=0)
-        call arguments%get('--rods', order%rods_interval, misuse, default=0.0_dp, low=1e-3_dp, high=10.0_dp)
+        call arguments%get('--rods', order%rods_interval, misuse, low=1e-3_dp, high=10.0_dp)
         if (allocated(misuse)) return
 
-        call take_calibration(arguments, arguments%positional(1), calibration, error)
+        call take_calibration(arguments, arguments%positional(1), calibration, error, may_rest=.true.)
         if (allocated(error)) return
         order%case = calibration%case
         call write_run(order, calibration%options, summary, error)
@@ -68,23 +63,14 @@ contains
         type(simulation_summary_t), intent(out) :: summary
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i
-
         call make_directory(order%folder, error)
-        if (.not. allocated(error)) call check_writable(order%folder//'/'//OPTIONS_FILE, error)
         if (allocated(error)) return
-        allocate (order%comments(2))
-        order%comments(1) = 'gracecg '//VERSION//' simulate'
-        order%comments(2) = 'case '//trim(order%case%name)//', seed '//integer_text(order%seed)// &
-            ', run '//integer_text(order%run)
-        call simulate_into(order, summary, error)
-        if (allocated(error)) return
+        order%comments = [character(100) :: 'gracecg '//VERSION//' simulate', 'case '//trim(order%case%name)//', seed '// &
+                          integer_text(order%seed)//', run '//integer_text(order%run)]
         call write_options(order%folder//'/'//OPTIONS_FILE, options, order%comments, error)
-        if (.not. allocated(error)) return
-        call remove_file(order%folder//'/'//TRUTH_FILE)
-        do i = 1, size(OBSERVATION_FILES)
-            call remove_file(order%folder//'/'//trim(OBSERVATION_FILES(i)))
-        end do
+        if (allocated(error)) return
+        call simulate_into(order, summary, error)
+        if (allocated(error)) call remove_file(order%folder//'/'//OPTIONS_FILE)
     end subroutine write_run
 
     !> What was written, and what to do next.

@@ -1,24 +1,14 @@
 !> gracecg timing: the best time for a calibration, Figures 6.1 and 6.4 of CSR-TM-00-01.
 module gracecg_cli_timing
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: tell
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_base_text, only: integer_text, string_t
     use gracecg_files_value, only: real_from_text
-    use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
     use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
         shortest_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
     use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, marked_places_table
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_plan_results, only: add_programme
-    use gracecg_cli_results, only: results_t
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_timing, run_timing
@@ -48,7 +38,7 @@ contains
                                 'and the predicted standard deviation of the CG offset.', &
                                 'gracecg timing front-1 --step 60 --out timing.csv'//new_line('a')// &
                                 'gracecg timing front-1 --step 120 --manoeuvres 2 --lengths 60,120')
-        call add_cases_option(arguments, 'front-1', single=.true.)
+        call add_study_options(arguments, '--cases')
         call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named', &
                                   choices=SATELLITES, default='front')
         call arguments%add_option('--pattern', 'NAME', 'rule of section 4.2 that chooses the two rods at each place, in place '// &
@@ -84,7 +74,9 @@ contains
         end associate
         if (allocated(error)) return
         call show_table(study, console)
-        call show_weakest_x(study, console)
+        call console%line('')
+        call console%line('angular acceleration smaller about x than about y and z: '// &
+                          integer_text(count(x_is_weakest(study%places))*step)//' s of the revolution')
         if (request%manoeuvres > 0) call plan_programme(study, request, asked%threads, console, error)
         if (.not. allocated(error)) call publish(study, request, asked%path, console, error)
     end subroutine run_timing
@@ -99,8 +91,8 @@ contains
         character(:), allocatable :: problem
         integer :: i
 
-        call arguments%get('--manoeuvres', request%manoeuvres, misuse, default=0, low=1, high=MOST_MANOEUVRES)
-        call arguments%get('--wanted-mm', request%wanted, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='mm')
+        call arguments%get('--manoeuvres', request%manoeuvres, misuse, low=1, high=MOST_MANOEUVRES)
+        call arguments%get('--wanted-mm', request%wanted, misuse, low=1e-6_dp, high=1e3_dp, unit='mm')
         request%wanted = request%wanted*MILLIMETRE
         call arguments%get('--lengths', words, misuse)
         call refuse_if(request%manoeuvres == 0 .and. (request%wanted > 0 .or. size(words) > 0), &
@@ -185,41 +177,4 @@ contains
         call console%table(marked_places_table(study))
         call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
     end subroutine show_table
-
-    !> When the angular acceleration about x is the smallest of the three: section 6.2 expects about
-    !> 100 s of a revolution.
-    subroutine show_weakest_x(study, console)
-        type(timing_study_t), intent(in) :: study
-        type(console_t), intent(inout) :: console
-
-        logical :: weakest(0:size(study%places) + 1)
-        character(:), allocatable :: text, last
-        integer :: i
-
-        weakest = [.false., x_is_weakest(study%places), .false.]
-        text = ''
-        do i = 1, size(study%places)
-            if (.not. weakest(i) .or. weakest(i - 1)) cycle
-            last = time_of(i + findloc(weakest(i:), .false., 1) - 2)
-            text = text//'; '//time_of(i)
-            if (last /= time_of(i)) text = text//' to '//last
-        end do
-        call console%line('')
-        call console%line('angular acceleration smaller about x than about y and z: '// &
-                          integer_text(count(weakest)*study%step)//' s of the revolution')
-        if (text /= '') call console%paragraph('(places at'//text(2:)//')')
-
-    contains
-
-        !> "1360 s (00:22:40)".
-        function time_of(i) result(time)
-            integer, intent(in) :: i
-            character(:), allocatable :: time
-
-            character(:), allocatable :: utc
-
-            utc = utc_text(utc_plus(study%case%epoch, real(study%places(i)%time, dp)))
-            time = integer_text(study%places(i)%time)//' s ('//utc(index(utc, 'T') + 1:)//')'
-        end function time_of
-    end subroutine show_weakest_x
 end module gracecg_cli_timing

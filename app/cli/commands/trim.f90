@@ -1,17 +1,8 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_cli_trim
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, AXES
-    use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: integer_text, real_text
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
         SIGMAS_OF_THRESHOLD, repeat_trim
-    use gracecg_cli_calibration_argument, only: study_t, add_study_options, take_study, add_cases_option
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, axis_columns
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_trim, run_trim
@@ -33,7 +24,7 @@ contains
                                 'kept. With --runs it trims N times, with the seeds from S on, and shows the RMS over the '// &
                                 'runs of as many rounds as --rounds says (then default 2); the threshold does not count.', &
                                 'gracecg trim front-3 --threshold-mm 0.1')
-        call add_cases_option(arguments, 'front-1', single=.true.)
+        call add_study_options(arguments, '--cases')
         call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default: three times '// &
                                   'the sigma of each axis, as little as one calibration can tell from nothing)')
         call arguments%add_option('--rounds', 'N', 'calibrations at most (default 10)')
@@ -75,11 +66,9 @@ contains
         type(trim_settings_t), intent(out) :: settings
         type(error_t), allocatable, intent(inout) :: misuse
 
-        type(trim_settings_t), parameter :: DEFAULT = trim_settings_t()
-
-        call arguments%get('--threshold-mm', settings%threshold, misuse, default=DEFAULT%threshold/MILLIMETRE, &
-                           low=1e-9_dp, high=MOST, unit='mm')
-        call arguments%get('--rounds', settings%rounds, misuse, default=DEFAULT%rounds, low=1, high=MOST_ROUNDS)
+        settings%threshold = settings%threshold/MILLIMETRE
+        call arguments%get('--threshold-mm', settings%threshold, misuse, low=1e-9_dp, high=MOST, unit='mm')
+        call arguments%get('--rounds', settings%rounds, misuse, low=1, high=MOST_ROUNDS)
         call arguments%get('--balance-error', settings%balance_error, misuse, low=0.0_dp, high=1.0_dp)
         call arguments%get('--balance-noise-mm', settings%balance_noise, misuse, low=0.0_dp, high=MOST, unit='mm')
         settings%threshold = settings%threshold*MILLIMETRE

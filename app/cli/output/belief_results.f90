@@ -1,12 +1,9 @@
 !> What the tests of the operator's beliefs have found: for people, and as JSON.
 module gracecg_cli_belief_results
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_text, only: rounded_text
     use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, say_contradiction
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t
+    use gracecg_cli_work
     implicit none
     private
     public :: show_beliefs, put_beliefs

@@ -1,21 +1,13 @@
 !> What montecarlo and merge print of a campaign: the layout of Tables 6.1 and 6.2 of CSR-TM-00-01.
 module gracecg_cli_campaign_tables
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES
-    use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_base_text, only: integer_text
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t
     use gracecg_studies_campaign_files, only: campaign_table
-    use gracecg_cli_number_text, only: percent_text
+    use gracecg_cli_work
     implicit none
     private
-    public :: show_campaign, publish_campaign, put_agreement, read_campaign_files, REPORT_RUNS
+    public :: show_campaign, publish_campaign, put_agreement, read_campaign_files, percent_text, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
     integer, parameter :: FEWEST_DIGITS = 5         !! That algorithms have alike who work alike
@@ -220,6 +212,17 @@ contains
                           ' runs: '//percent_text(sampling_error(runs)))
         if (found%not_converged > 0) call console%warn(integer_text(found%not_converged)//' runs did not converge')
     end subroutine show_agreement
+
+    !> A part of 1 as '12.3 %'.
+    function percent_text(part) result(text)
+        real(dp), intent(in) :: part            !! Of 1
+        character(:), allocatable :: text
+
+        character(12) :: digits
+
+        write (digits, '(f12.1)') 100*part
+        text = trim(adjustl(digits))//' %'
+    end function percent_text
 
     !> The same as CSV or JSON.
     subroutine publish_campaign(campaign, command, console, error)

@@ -2,25 +2,49 @@
 !> accelerometer (sigma without it and with it estimated, of one flight and of two half a revolution apart), and what no
 !> test of the operator's beliefs would see.
 module gracecg_cli_plan_results
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MILLIMETRE
-    use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_environment_time, only: utc_plus, utc_text
-    use gracecg_files_data_table, only: data_table_t
+    use gracecg_environment_time, only: utc_t
     use gracecg_files_json, only: json_writer_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, WAVEFORM_NAMES
     use gracecg_observations_parameters, only: belief_subject
     use gracecg_estimation_belief_words, only: say_undetected
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_leakage, only: leakage_pair_t
     use gracecg_planning_programme, only: candidate_t, programme_t
     use gracecg_planning_reliable_design, only: reliable_design_t
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: axis_columns
+    use gracecg_cli_work
     implicit none
     private
-    public :: add_programme, add_leakage, add_reliable
+    public :: rods_table, add_programme, add_leakage, add_reliable
 
 contains
+
+    !> The activations of the rods; with an epoch their times in UTC, too.
+    function rods_table(rods, epoch) result(table)
+        type(torque_rods_t), intent(in) :: rods
+        type(utc_t), intent(in), optional :: epoch      !! From which the times count
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%column('axis', 'a', 'rod')
+        call table%column('waveform', 'a', 'waveform')
+        call table%column('amplitude_a_m2', 'f17.3', 'amplitude, A m^2')
+        call table%column('frequency_hz', 'f15.6', 'frequency, Hz')
+        call table%column('phase_deg', 'f12.2', 'phase, deg')
+        call table%column('start_s', 'f8.2', 'start')
+        call table%column('stop_s', 'f9.2', 'stop, s')
+        if (present(epoch)) call table%columns_of('start_utc,stop_utc')
+        do i = 1, rods%count
+            associate (rod => rods%activations(i))
+                call table%add(AXES(rod%axis))
+                call table%add(WAVEFORM_NAMES(rod%waveform))
+                call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
+                if (.not. present(epoch)) cycle
+                call table%add(utc_text(utc_plus(epoch, rod%start)))
+                call table%add(utc_text(utc_plus(epoch, rod%stop)))
+            end associate
+        end do
+    end function rods_table
 
     !> A programme: a table, and `programme` in JSON.
     subroutine add_programme(candidates, programme, wanted, console, json)

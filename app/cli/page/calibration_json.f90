@@ -1,32 +1,134 @@
 !> What a calibration's page shows, as members of the JSON of `gracecg estimate`: the samples, the manoeuvre, what the fit
 !> tells of itself, the verdict, and the series behind the figures. docs/user-guide.md, section 6, names the members.
 module gracecg_cli_calibration_json
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, AXES
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
-    use gracecg_environment_time, only: utc_text, utc_plus, time_tag
+    use gracecg_environment_time, only: time_tag
     use gracecg_files_json, only: json_writer_t
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists
     use gracecg_spacecraft_moment_series, only: has_moments
-    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES, dipole_moment
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t
-    use gracecg_estimation_verdict, only: verdict_t, WANTED_ACCURACY, GRADE_BAD, STEP_TEST
-    use gracecg_cli_calibration_advice, only: advice_of
+    use gracecg_estimation_verdict, only: verdict_t, listed_axes, NOT_ZERO, WANTED_ACCURACY, GRADE_BAD, &
+        STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
+    use gracecg_cli_plan_results, only: rods_table
     use gracecg_cli_results, only: put_columns
+    use gracecg_observations_parameters, only: belief_subject
+    use gracecg_estimation_belief, only: testing_manoeuvre
+    use gracecg_estimation_belief_report, only: UNTESTED
+    use gracecg_cli_work
     implicit none
     private
-    public :: put_input, put_observed, put_fit, put_verdict, put_fit_tables
+    public :: put_input, put_observed, put_fit, put_verdict, put_fit_tables, advice_of
 
     character(8), parameter :: GRADES(GRADE_BAD) = [character(8) :: 'good', 'doubtful', 'bad']
     character(11), parameter :: STEPS(STEP_TEST) = [character(11) :: 'mend', 'give_noise', 'trim', 'leave', 'repeat', &
                                                     'lower_limit', 'recalibrate', 'test']
 
 contains
+
+    !> A sentence or two for each step.
+    function advice_of(verdict, mass, solution) result(advice)
+        type(verdict_t), intent(in) :: verdict
+        real(dp), intent(in) :: mass                !! Of the satellite, kg
+        type(solution_t), intent(in) :: solution
+        type(string_t), allocatable :: advice(:)
+
+        integer :: i
+
+        allocate (advice(size(verdict%next_steps)))
+        do i = 1, size(advice)
+            associate (step => verdict%next_steps(i))
+                select case (step%kind)
+                case (STEP_MEND)
+                    advice(i)%text = 'Mend what is marked with a cross, or leave the faulty samples out, and estimate '// &
+                        'again; if that is not possible, repeat the calibration.'
+                case (STEP_GIVE_NOISE)
+                    advice(i)%text = 'Give the noise levels of the instruments in `setup.nml` and estimate again: '// &
+                        'without them nobody can say which component may be trimmed.'
+                case (STEP_TRIM)
+                    advice(i)%text = trim_text(step%axes, mass, solution%offset)
+                case (STEP_LEAVE)
+                    advice(i)%text = 'Leave '//trim(listed_axes(step%axes))//' as it is: within '// &
+                        rounded_text(NOT_ZERO, 2)//' sigma of zero.'
+                case (STEP_REPEAT)
+                    advice(i)%text = 'Repeat for '//trim(listed_axes(step%axes))//': this manoeuvre at this place '// &
+                        'hardly shows it. Choose a place where the angular acceleration has another direction '// &
+                        '(`gracecg timing`), or drive the rods out of phase, and calibrate again. Do not trim what is '// &
+                        'not determined.'
+                case (STEP_LOWER_LIMIT)
+                    advice(i)%text = 'Take the sigmas for a lower limit: the residuals hold more than the '// &
+                        'instruments'' noise. `gracecg montecarlo` with a case of this satellite tells the error that '// &
+                        'such forces cause.'
+                case (STEP_TEST)
+                    advice(i)%text = test_text(solution)
+                case (STEP_RECALIBRATE)
+                    advice(i)%text = 'After the trim calibrate again: what is left should be within the sigmas and the '// &
+                        'error of the mass balancing.'
+                end select
+            end associate
+        end do
+    end function advice_of
+
+    !> Which manoeuvre would test what cannot be tested here, the belief with the largest effect first.
+    function test_text(solution) result(text)
+        type(solution_t), intent(in) :: solution
+        character(:), allocatable :: text
+
+        character(:), allocatable :: how
+        integer :: i, worst
+
+        text = 'Do not trim yet: what could not be tested may move the offset farther than is wanted.'
+        associate (report => solution%beliefs)
+            worst = 0
+            do i = 1, size(report%values)
+                if (report%values(i)%state /= UNTESTED) cycle
+                if (worst > 0) then
+                    if (maxval(abs(report%values(i)%effect)) <= maxval(abs(report%values(worst)%effect))) cycle
+                end if
+                worst = i
+            end do
+            if (worst > 0) then
+                call testing_manoeuvre(report%values(worst)%belief, how)
+                text = text//' The '//trim(belief_subject(report%values(worst)%belief))//' would be tested by '//how//'.'
+            end if
+            if (.not. report%signs_known) text = text//' The sign of the accelerometer is tested by no manoeuvre: move the '// &
+                'masses by a small known part, calibrate again, see that the offset changed by it, and set `signs_known` in '// &
+                'group `&a_priori` of setup.nml.'
+        end associate
+    end function test_text
+
+    function trim_text(chosen, mass, offset) result(text)
+        logical, intent(in) :: chosen(3)
+        real(dp), intent(in) :: mass, offset(3)     !! kg; m
+        character(:), allocatable :: text
+
+        character(:), allocatable :: moves, moments, comma
+        integer :: axis
+
+        moves = ''
+        moments = ''
+        comma = ''
+        do axis = 1, 3
+            if (.not. chosen(axis)) cycle
+            moves = moves//comma//signed(offset(axis)/MILLIMETRE)//' mm along '//AXES(axis)
+            moments = moments//comma//signed(mass*offset(axis)/MILLIMETRE)//' kg mm'
+            comma = ', '
+        end do
+        text = 'Trim: move the centre of mass by '//moves//' (towards the proof mass; the offset changes by the '// &
+            'negative of it). With '//rounded_text(mass, 4)//' kg these are mass moments of '//moments//'.'
+    end function trim_text
+
+    !> A number with its sign.
+    function signed(value) result(text)
+        real(dp), intent(in) :: value
+        character(:), allocatable :: text
+
+        text = rounded_text(value, 3)
+        if (value > 0) text = '+'//text
+    end function signed
 
     !> The text of a file that the estimate was made with; nothing where it cannot be read.
     subroutine put_input(path, json)
@@ -50,7 +152,8 @@ contains
         type(observation_set_t), intent(in) :: observations
         class(json_writer_t), intent(inout) :: json
 
-        integer :: head, i
+        type(data_table_t) :: rods
+        integer :: head
 
         associate (o => observations, knowledge => observations%knowledge)
             call json%member('duration_s', knowledge%duration)
@@ -68,23 +171,8 @@ contains
             if (has_orbit(o)) call put_samples('orbit', 0.0_dp, o%orbit_time, .true.)
             call json%end()
             call json%begin('manoeuvre')
-            call json%begin_array('rods')
-            do i = 1, knowledge%rods%count
-                associate (rod => knowledge%rods%activations(i))
-                    call json%begin(on_one_line=.true.)
-                    call json%member('axis', AXES(rod%axis))
-                    call json%member('waveform', trim(WAVEFORM_NAMES(rod%waveform)))
-                    call json%member('amplitude_a_m2', rod%amplitude)
-                    call json%member('frequency_hz', rod%frequency)
-                    call json%member('phase_deg', rod%phase/DEGREE)
-                    call json%member('start_s', rod%start)
-                    call json%member('stop_s', rod%stop)
-                    call json%member('start_utc', utc_text(utc_plus(knowledge%epoch, rod%start)))
-                    call json%member('stop_utc', utc_text(utc_plus(knowledge%epoch, rod%stop)))
-                    call json%end()
-                end associate
-            end do
-            call json%end()
+            rods = rods_table(knowledge%rods, knowledge%epoch)
+            call rods%to_json(json, 'rods', units=.false.)
             if (has_moments(knowledge%rods%measured)) call json%member('measured_moments', size(knowledge%rods%measured%time))
             call json%end()
         end associate
@@ -179,6 +267,7 @@ contains
         logical, intent(in) :: usable               !! There is an offset that may be used
         class(json_writer_t), intent(inout) :: json
 
+        type(string_t), allocatable :: advice(:)
         integer :: i
 
         call json%begin('verdict')
@@ -196,15 +285,14 @@ contains
         call json%end()
         call json%begin_array('next_steps')
         if (usable) then
-            associate (advice => advice_of(verdict, mass, solution))
-                do i = 1, size(advice)
-                    call json%begin()
-                    call json%member('kind', trim(STEPS(verdict%next_steps(i)%kind)))
-                    call json%member('axes', pack(AXES, verdict%next_steps(i)%axes))
-                    call json%member('text', advice(i)%text)
-                    call json%end()
-                end do
-            end associate
+            advice = advice_of(verdict, mass, solution)
+            do i = 1, size(advice)
+                call json%begin()
+                call json%member('kind', trim(STEPS(verdict%next_steps(i)%kind)))
+                call json%member('axes', pack(AXES, verdict%next_steps(i)%axes))
+                call json%member('text', advice(i)%text)
+                call json%end()
+            end do
         end if
         call json%end()
         call json%end()

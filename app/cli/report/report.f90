@@ -1,18 +1,14 @@
 !> gracecg report: everything that CSR-TM-00-01 shows, computed anew. Each study leaves its numbers in a folder as CSV files;
 !> the Python package sets them beside the published ones, judges them and makes one HTML page.
 module gracecg_cli_report
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE, NANOTESLA
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, SATELLITES
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text, write_calibration
+    use gracecg_base_constants, only: NANOTESLA
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, SATELLITES, TIME_OF_CASE
+    use gracecg_planning_calibration, only: find_calibration, calibration_text, write_calibration
     use gracecg_studies_campaign, only: campaign_t, agreement_of, report_campaign, first_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_studies_com_budget, only: com_budget_table
     use gracecg_studies_curves, only: verification_t, verify_case, curves_table, curves_file_name, check_windows, &
-        add_window_rows, WINDOW_COLUMNS, WINDOW_TOLERANCE, CENTRE_TOLERANCE
+        begin_windows, add_window_rows, WINDOW_TOLERANCE, CENTRE_TOLERANCE
     use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
         calibrate_with_design, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, STUDY_NAMES
@@ -26,17 +22,16 @@ module gracecg_cli_report
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
     use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
         revolutions_table
-    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_campaign_tables, only: REPORT_RUNS, put_agreement
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
-    use gracecg_cli_report_tables, only: report_cases_table, manoeuvres_table
     use gracecg_cli_statements, only: put_statements
+    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
+    use gracecg_cli_cases, only: case_place, amplitudes_of
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_report, run_report
 
-    integer, parameter :: DEFAULT_RUNS = 200
     integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
     real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
     integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
@@ -58,11 +53,9 @@ contains
                                 'gracecg report --out report --runs 30')
         call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made if it is not there', &
                                   required=.true.)
-        call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '//integer_text(DEFAULT_RUNS)//', at least '// &
-                                  integer_text(REPORT_RUNS)//', which the report has)')
-        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); the numbers do '// &
-                                  'not depend on it')
+        call arguments%add_option('--runs', 'N', 'of every Monte Carlo, at least '//integer_text(REPORT_RUNS)//', which the '// &
+                                  'report has', default='200')
+        call add_study_options(arguments, '--seed --threads')
     end subroutine declare_report
 
     !> Computes the studies and makes the page.
@@ -72,16 +65,11 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(report_folder_t) :: folder
-        character(:), allocatable :: path
-        integer(i8) :: seed        !! Of the random numbers
-        integer :: runs, threads
+        type(study_t) :: study
 
-        call arguments%get('--out', path, misuse)
-        call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=REPORT_RUNS, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1_i8)
-        call arguments%get_threads(threads, misuse)
+        call take_options(arguments, console, study, misuse, REPORT_RUNS)
         if (allocated(misuse)) return
-        call open_report(path, runs, seed, threads, folder, error)
+        call open_report(study%path, study%runs, study%seed, study%threads, folder, error)
         if (allocated(error)) return
         call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3 + size(STATEMENT_NAMES), 'parts')
         call put_inputs(folder, error)
@@ -128,7 +116,7 @@ contains
         type(data_table_t) :: windows
         integer :: i
 
-        call windows%columns_of(WINDOW_COLUMNS)
+        call begin_windows(windows, .true.)
         do i = 1, size(SATELLITES)
             call put_revolution(folder, trim(SATELLITES(i)), revolutions(i), windows, console, error)
             if (allocated(error)) return
@@ -290,4 +278,70 @@ contains
         if (.not. allocated(error)) call write_designed_calibrations(folder%file('design.csv'), COMMAND, folder%seed, &
                                                                      reached, error)
     end subroutine put_designs
+
+    !> Where, when and with which settings of the models each case is. Fails when a case's models cannot be built.
+    subroutine report_cases_table(calibrations, table, error)
+        type(calibration_t), intent(in) :: calibrations(:)
+        type(data_table_t), intent(out) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: latitude, longitude, height
+        integer :: i
+
+        call table%columns_of('case,epoch_utc,orbit_time_s,latitude_deg,longitude_deg,height_km,rod_x_a_m2,rod_y_a_m2,'// &
+                              'rod_z_a_m2,offset_x_mm,offset_y_mm,offset_z_mm,gravity_model,gravity_degree,gravity_order,'// &
+                              'density_model,density_scale,drag_coefficient,wind_model,wind_east_m_s,wind_north_m_s,'// &
+                              'wave_random,wave_amplitude,wave_period_s,reflectivity_sun,specular,diffuse,earth_segments,'// &
+                              'earth_constants,reflectivity_earth,field_model,strongest_rod_a_m2,accommodation,centre_x_mm,'// &
+                              'centre_y_mm,centre_z_mm')
+        do i = 1, size(calibrations)
+            call case_place(calibrations(i)%case, latitude, longitude, height, error)
+            if (allocated(error)) return
+            associate (case => calibrations(i)%case, body => calibrations(i)%case%satellite, &
+                       rings => calibrations(i)%case%earth_radiation_rings)
+                call table%add(case%name)
+                call table%add(utc_text(case%epoch))
+                call table%add(TIME_OF_CASE(case%number))
+                call table%add([latitude/DEGREE, longitude/DEGREE, height/1000])
+                call table%add(amplitudes_of(body%rods))
+                call table%add(body%offset/MILLIMETRE)
+                call table%add(case%gravity_model)
+                call table%add(case%gravity_degree)
+                call table%add(case%gravity_order)
+                call table%add(case%density_model)
+                call table%add([case%density_scale, body%drag_coefficient])
+                call table%add(case%wind_model)
+                call table%add([case%wind_east, case%wind_north])
+                call table%add(case%density_wave_random)
+                call table%add([case%density_wave%amplitude, case%density_wave%period])
+                call table%add([body%reflectivity_sun, body%specular, body%diffuse])
+                call table%add(1 + 3*rings*(rings + 1))
+                call table%add(case%earth_radiation_constants)
+                call table%add(body%reflectivity_earth)
+                call table%add(case%field_model)
+                call table%add([maxval(abs(body%rods%activations%amplitude)), body%wall%accommodation])
+                call table%add(body%centre_of_mass/MILLIMETRE)
+            end associate
+        end do
+    end subroutine report_cases_table
+
+    !> The designed manoeuvres, a row each activation of a rod.
+    function manoeuvres_table(studies) result(table)
+        type(design_study_t), intent(in) :: studies(:)
+        type(data_table_t) :: table
+
+        integer :: i, k
+
+        call table%columns_of('satellite,rod,waveform,amplitude_a_m2,frequency_hz,phase_deg,start_s,stop_s')
+        do i = 1, size(studies)
+            do k = 1, studies(i)%design%rods%count
+                associate (rod => studies(i)%design%rods%activations(k))
+                    call table%add(studies(i)%calibration%case%satellite%name)
+                    call table%add(AXES(rod%axis))
+                    call table%add(WAVEFORM_NAMES(rod%waveform))
+                    call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
+                end associate
+            end do
+        end do
+    end function manoeuvres_table
 end module gracecg_cli_report

@@ -2,17 +2,12 @@
 !> package makes the page of them (`gracecg.report`).
 module gracecg_cli_report_folder
     use, intrinsic :: iso_fortran_env, only: compiler_version
-    use gracecg_base_kinds, only: i8
-    use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_base_text, only: string_t, append
     use gracecg_base_version, only: file_comments
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: make_directory, check_writable, remove_file
+    use gracecg_files_file, only: make_directory, remove_file
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page, RESULT_FILE
-    use gracecg_cli_results, only: results_t
+    use gracecg_cli_work
     implicit none
     private
     public :: report_folder_t, open_report, COMMAND, PAGE_NAME

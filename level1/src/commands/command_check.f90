@@ -1,19 +1,12 @@
 !> gracecg level1 check: a day of Level-1 data in numbers that tell whether it was understood.
 module gracecg_level1_command_check
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_level1_check, only: level1_check_t, check_level1
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
-    use gracecg_level1_command_estimate, only: add_day_option
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_level1_command_estimate, only: add_day_options
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_level1_check, run_level1_check
-
-    character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
 
 contains
 
@@ -27,9 +20,7 @@ contains
                                 'the attitude, orbit in body axes, magnetometer against the IGRF, rod currents and their '// &
                                 'gain, gyros, thrusters, gas. Each has a verdict: ok, or unusual for such data.', &
                                 'gracecg level1 check day')
-        call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
-                                  choices=SATELLITE_NAMES)
-        call add_day_option(arguments)
+        call add_day_options(arguments)
         call add_format_option(arguments)
     end subroutine declare_level1_check
 
@@ -46,9 +37,8 @@ contains
         character(:), allocatable :: satellite, day
         integer :: i, unusual
 
-        satellite = ''
-        if (arguments%has('--satellite')) call arguments%get('--satellite', satellite, misuse, choices=SATELLITE_NAMES)
-        call arguments%get('--day', day, misuse, default='')
+        call arguments%get('--satellite', satellite, misuse)
+        call arguments%get('--day', day, misuse)
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         if (satellite == '') satellite = ' '
@@ -71,9 +61,7 @@ contains
                 unusual = unusual + 1
             end if
         end do
-        do i = 1, size(check%warnings)
-            call console%warn(check%warnings(i)%text)
-        end do
+        call console%warn_all(check%warnings)
         call console%line('satellite '//files%satellite//', '//files%date)
         call console%table(table)
         call console%line(integer_text(unusual)//' of '//integer_text(size(check%rows))//' numbers are unusual')

@@ -1,10 +1,7 @@
 !> gracecg level1 estimate: the CG offset from a folder of Level-1 files.
 module gracecg_level1_command_estimate
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE, NANOTESLA
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_files_data_table, only: data_table_t
+    use gracecg_base_constants, only: MICROMETRE, NANOTESLA
+    use gracecg_base_text, only: pick_text
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_level1_gathering, only: gather_calibration
@@ -15,18 +12,14 @@ module gracecg_level1_command_estimate
     use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
-    use gracecg_files_file, only: check_writable
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_cli_work
     implicit none
     private
-    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_option, take_calibration
+    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_options, take_calibration
 
-    character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
     character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
 
 contains
@@ -45,8 +38,8 @@ contains
                                 'stands beside it.', &
                                 'gracecg level1 estimate day --setup setup.nml')
         call declare_data_options(arguments)
-        call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (default; with the '// &
-                                  'a-priori sigma where the data do not decide), or prior', choices=LEAKAGE_CHOICES)
+        call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (with the a-priori sigma '// &
+                                  'where the data do not decide), or prior', choices=LEAKAGE_CHOICES, default='estimate')
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots (takes Python)')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
@@ -59,23 +52,23 @@ contains
 
         call arguments%add_option('--setup', 'FILE', 'mass properties and settings of Level-1 data (namelist groups '// &
                                   'mass_properties and level1)', required=.true.)
-        call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
-                                  choices=SATELLITE_NAMES)
-        call add_day_option(arguments)
+        call add_day_options(arguments)
         call arguments%add_option('--spans', 'FILE', 'sub-manoeuvres: an SOE file, or lines of start (GPS seconds past '// &
                                   '2000-01-01 12:00) and duration (s)')
         call arguments%add_option('--span', 'START DURATION', 'a single sub-manoeuvre, likewise')
-        call arguments%add_option('--field', 'FIELD', 'of the Earth: model (default), or magnetometer: corrected for bias '// &
-                                  'and rods by the model', choices=FIELDS)
+        call arguments%add_option('--field', 'FIELD', 'of the Earth: model, or magnetometer: corrected for bias and rods by '// &
+                                  'the model', choices=FIELDS, default='model')
     end subroutine declare_data_options
 
-    !> The option that says which day of a folder is meant.
-    subroutine add_day_option(arguments)
+    !> The options that say which satellite and day of a folder are meant.
+    subroutine add_day_options(arguments)
         type(arguments_t), intent(inout) :: arguments
 
+        call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
+                                  choices=['A', 'B', 'C', 'D'])
         call arguments%add_option('--day', 'DATE', 'the manoeuvre that this day has part of, as 2020-02-01 (default: of all '// &
                                   'files in the folder, which are joined); the days before and behind it are read, too')
-    end subroutine add_day_option
+    end subroutine add_day_options
 
     !> Setup and data by the options. Fails as reading does.
     subroutine take_calibration(arguments, setup, calibration, misuse, error)
@@ -89,19 +82,14 @@ contains
         real(dp), allocatable :: span(:, :)
 
         call arguments%get('--setup', setup_file, misuse)
-        satellite = ''
-        if (arguments%has('--satellite')) call arguments%get('--satellite', satellite, misuse, choices=SATELLITE_NAMES)
-        call arguments%get('--day', day, misuse, default='')
-        call arguments%get('--spans', spans_file, misuse, default='')
-        allocate (span(2, 0))
-        if (arguments%has('--span')) then
-            deallocate (span)
-            allocate (span(2, 1))
-            call arguments%get('--span', span(:, 1), misuse)
-            if (.not. allocated(misuse)) call refuse_if(span(2, 1) <= 0, '--span: the duration has to be positive', misuse)
-            call refuse_if(spans_file /= '', '--span and --spans exclude each other', misuse)
-        end if
-        call arguments%get('--field', field, misuse, default='model', choices=FIELDS)
+        call arguments%get('--satellite', satellite, misuse)
+        call arguments%get('--day', day, misuse)
+        call arguments%get('--spans', spans_file, misuse)
+        allocate (span(2, merge(1, 0, arguments%has('--span'))), source=1.0_dp)
+        if (arguments%has('--span')) call arguments%get('--span', span(:, 1), misuse)
+        call refuse_if(any(span(2, :) <= 0), '--span: the duration has to be positive', misuse)
+        call refuse_if(size(span) > 0 .and. spans_file /= '', '--span and --spans exclude each other', misuse)
+        call arguments%get('--field', field, misuse)
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
         if (allocated(error)) return
@@ -119,12 +107,11 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         character(:), allocatable :: leakage, page, vcm, soe
-        integer :: i
 
-        call arguments%get('--leakage', leakage, misuse, default='estimate', choices=LEAKAGE_CHOICES)
-        call arguments%get('--report', page, misuse, default='')
-        call arguments%get('--vcm', vcm, misuse, default='')
-        call arguments%get('--soe', soe, misuse, default='')
+        call arguments%get('--leakage', leakage, misuse)
+        call arguments%get('--report', page, misuse)
+        call arguments%get('--vcm', vcm, misuse)
+        call arguments%get('--soe', soe, misuse)
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(page, error)
@@ -133,12 +120,7 @@ contains
         if (allocated(misuse) .or. allocated(error)) return
         call estimate_level1(calibration, setup, leakage, estimate, error)
         if (allocated(error)) return
-        do i = 1, size(calibration%notes)
-            call console%warn(calibration%notes(i)%text)
-        end do
-        do i = 1, size(estimate%remarks)
-            call console%warn(estimate%remarks(i)%text)
-        end do
+        call console%warn_all([calibration%notes, estimate%remarks])
         call show(calibration, setup, estimate, console)
         call publish(page, arguments%positional(1), calibration, setup, estimate, console, error)
         if (allocated(error)) return
@@ -189,13 +171,12 @@ contains
                               trim(estimate%solutions(i)%source)//'):')
             call show_beliefs(estimate%solutions(i)%beliefs, console)
         end do
-        do i = 1, size(estimate%findings)
-            call console%warn(estimate%findings(i)%text)
-        end do
+        call console%warn_all(estimate%findings)
         call console%line('')
         associate (first => estimate%solutions(1))
             call console%line('verdict on '//trim(first%source)//': '//trim(VERDICTS(first%flag))//' (flag '// &
-                              integer_text(first%flag)//')'//because(first%reason))
+                              integer_text(first%flag)//')'// &
+                              pick_text(first%reason == '', '', ': '//trim(first%reason)))
             call console%line(trim(offset_remark(first%offset)))
             if (first%flag > 1) return
             call trim_commands(setup, first%offset, commands)
@@ -204,14 +185,6 @@ contains
             end do
         end associate
     end subroutine show
-
-    pure function because(reason) result(text)
-        character(*), intent(in) :: reason
-        character(:), allocatable :: text
-
-        text = ''
-        if (reason /= '') text = ': '//trim(reason)
-    end function because
 
     subroutine span_table(calibration, table)
         type(level1_calibration_t), intent(in) :: calibration
@@ -234,7 +207,7 @@ contains
             call table%column('amplitude_'//AXES(rod)//'_ma', 'f6.1', '|mA')
             call table%column('phase_'//AXES(rod)//'_deg')
         end do
-        call table%columns_by_axis('field_', '_nt', 'f7.0', 'B', 'nT')
+        call axis_columns(table, 'field_', '_nt', 'f7.0', 'B, nT')
         call table%column('used', 'a', 'used')
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
@@ -292,31 +265,7 @@ contains
         type(level1_estimate_t), intent(in) :: estimate
         type(console_t), intent(inout) :: console
 
-        type(data_table_t) :: table
-        real(dp) :: difference(3), sigma(3)
-        integer :: i
-
-        call table%column('source', 'a', 'source')
-        call table%column('leakage', 'a', 'leakage')
-        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
-        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
-        call table%columns_by_axis('difference_', '_um', 'f7.1', 'diff. ', 'um')
-        call table%column('differences_sigma', 'f5.1', 'largest|sigma')
-        call table%column('flag', 'i0', 'flag')
-        do i = 1, size(estimate%solutions)
-            associate (solution => estimate%solutions(i), first => estimate%solutions(1))
-                sigma = sigma_of(solution)
-                difference = solution%offset - first%offset
-                call table%add(trim(solution%source))
-                call table%add(trim(solution%leakage))
-                call table%add(solution%offset/MILLIMETRE)
-                call table%add(sigma/MILLIMETRE)
-                call table%add(difference/MICROMETRE)
-                call table%add(maxval(abs(difference)/sigma))
-                call table%add(solution%flag)
-            end associate
-        end do
-        call console%table(table)
+        call console%table(source_table(estimate))
         call console%line('sources agree when they differ by less than three sigma or '// &
                           trim(rounded_text(CLOSE_ENOUGH/MICROMETRE, 3))//' um; flag 0 good, 1 with care, 2 not to be used')
     end subroutine show_sources
@@ -374,42 +323,45 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(results_t) :: results
-        type(data_table_t) :: table
         character(:), allocatable :: text
 
-        call source_table(estimate, table)
-        if (console%format == 'csv') call results%publish(table, console, error)
-        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
+        if (console%format == 'text' .and. page == '') return
         call fill_results(folder, calibration, setup, estimate, results)
-        call results%complete(table, console, text, error)
-        if (allocated(error)) return
-        if (console%format == 'json') call console%data(text)
-        if (page /= '') call make_page(page, text, error)
+        call results%publish(source_table(estimate), console, error, json=text)
+        if (.not. allocated(error) .and. page /= '') call make_page(page, text, error)
     end subroutine publish
 
-    !> A row a source.
-    subroutine source_table(estimate, table)
+    !> A row a source: offset, sigma, and differences from the first in um and in sigma.
+    function source_table(estimate) result(table)
         type(level1_estimate_t), intent(in) :: estimate
-        type(data_table_t), intent(out) :: table
+        type(data_table_t) :: table
 
+        real(dp) :: difference(3), sigma(3)
         integer :: i
 
-        call table%columns_of('source,leakage,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,spans,samples,condition,'// &
-                              'residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,flag')
+        call table%column('source', 'a', 'source')
+        call table%column('leakage', 'a', 'leakage')
+        call axis_columns(table, 'd', '_mm', 'f9.4', 'd, mm')
+        call axis_columns(table, 'sigma_', '_mm', 'f8.4', 'sigma, mm')
+        call table%columns_of('spans,samples,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2')
+        call axis_columns(table, 'difference_', '_um', 'f7.1', 'difference, um')
+        call table%column('differences_sigma', 'f5.1', 'largest|sigma')
+        call table%column('flag', 'i0', 'flag')
         do i = 1, size(estimate%solutions)
-            associate (solution => estimate%solutions(i))
+            associate (solution => estimate%solutions(i), first => estimate%solutions(1))
+                sigma = sigma_of(solution)
+                difference = solution%offset - first%offset
                 call table%add(trim(solution%source))
                 call table%add(trim(solution%leakage))
-                call table%add(solution%offset/MILLIMETRE)
-                call table%add(sigma_of(solution)/MILLIMETRE)
+                call table%add([solution%offset, sigma]/MILLIMETRE)
                 call table%add(solution%spans)
                 call table%add(solution%samples)
-                call table%add(solution%condition)
-                call table%add(solution%rms)
+                call table%add([solution%condition, solution%rms])
+                call table%add([difference/MICROMETRE, maxval(abs(difference)/sigma)])
                 call table%add(solution%flag)
             end associate
         end do
-    end subroutine source_table
+    end function source_table
 
     !> Everything but the table.
     subroutine fill_results(folder, calibration, setup, estimate, results)

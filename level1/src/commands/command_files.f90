@@ -1,10 +1,6 @@
 !> gracecg level1 list, dump, convert: what Level-1 files hold.
 module gracecg_level1_command_files
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, real_text, join, padded
-    use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: directory_exists
     use gracecg_files_folder, only: files_in_folder
     use gracecg_level1_conversion, only: convert_level1
@@ -13,9 +9,7 @@ module gracecg_level1_command_files
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
     use gracecg_level1_summary, only: level1_summary_t, field_summary_t, summarise_level1, GAP_INTERVALS
     use gracecg_level1_time, only: gps_date_text
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump
@@ -172,8 +166,7 @@ contains
             call table%add(gps_date_text(summary%first_seconds, summary%first_fraction))
             call table%add(gps_date_text(summary%last_seconds, summary%last_fraction))
         else
-            call table%add_nothing()
-            call table%add_nothing()
+            call table%add_nothing(2)
         end if
         if (summary%interval > 0) then
             call table%add(summary%interval)
@@ -198,14 +191,13 @@ contains
         call table%add(name_of(summary%path))
         call table%add(summary%layout%product)
         call table%add(summary%satellite)
-        call table%add(form_of(summary))
+        call table%add(merge('binary', 'text  ', summary%header%binary))
         call table%add(summary%records)
         if (summary%records > 0) then
-            call table%add(time_text(summary%first_seconds, summary%first_fraction))
-            call table%add(time_text(summary%last_seconds, summary%last_fraction))
+            call table%add(real_text(summary%first_seconds + summary%first_fraction))
+            call table%add(real_text(summary%last_seconds + summary%last_fraction))
         else
-            call table%add_nothing()
-            call table%add_nothing()
+            call table%add_nothing(2)
         end if
     end subroutine begin_row
 
@@ -223,21 +215,6 @@ contains
         text = adjustl(text)
     end function flags_text
 
-    pure character(6) function form_of(summary) result(form)
-        type(level1_summary_t), intent(in) :: summary
-
-        form = merge('binary', 'text  ', summary%header%binary)
-    end function form_of
-
-    !> Seconds past 2000-01-01 12:00, to the microsecond of the tag.
-    pure function time_text(seconds, fraction) result(text)
-        integer(i8), intent(in) :: seconds
-        real(dp), intent(in) :: fraction
-        character(:), allocatable :: text
-
-        text = real_text(real(seconds, dp) + fraction)
-    end function time_text
-
     !> Arguments and help of `gracecg level1 dump`.
     subroutine declare_level1_dump(arguments)
         type(arguments_t), intent(inout) :: arguments
@@ -248,8 +225,8 @@ contains
                                 'headers (fractions time_frac, satellites id); flags are integers; values that a record has '// &
                                 'not are not counted.', &
                                 'gracecg level1 dump '//ACC)
-        call arguments%add_option('--format', 'FORMAT', 'csv (default): statistics; records: the values', &
-                                  choices=DUMP_FORMATS)
+        call arguments%add_option('--format', 'FORMAT', 'csv: statistics; records: the values', choices=DUMP_FORMATS, &
+                                  default='csv')
     end subroutine declare_level1_dump
 
     !> The work of `gracecg level1 dump`.
@@ -260,7 +237,7 @@ contains
 
         character(:), allocatable :: format
 
-        call arguments%get('--format', format, misuse, default='csv', choices=DUMP_FORMATS)
+        call arguments%get('--format', format, misuse)
         if (allocated(misuse)) return
         console%format = 'csv'
         if (format == 'csv') then
@@ -404,9 +381,7 @@ contains
         if (allocated(misuse)) return
         call convert_level1(arguments%positional(1), out, warnings, error)
         if (allocated(error)) return
-        do i = 1, size(warnings)
-            call console%warn(warnings(i)%text)
-        end do
+        call console%warn_all(warnings)
         call console%line('wrote '//out)
     end subroutine run_level1_convert
 end module gracecg_level1_command_files

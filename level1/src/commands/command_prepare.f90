@@ -1,7 +1,5 @@
 !> gracecg level1 prepare: a span of Level-1 files as an observation set.
 module gracecg_level1_command_prepare
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
     use gracecg_base_version, only: VERSION
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_observations_observation_files, only: write_observations
@@ -10,9 +8,8 @@ module gracecg_level1_command_prepare
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_preparation, only: prepare_observations
-    use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
     use gracecg_level1_command_estimate, only: declare_data_options, take_calibration
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_level1_prepare, run_level1_prepare
@@ -31,7 +28,7 @@ contains
                                 'measured, with gains and delays as estimated (rods.csv).', &
                                 'gracecg level1 prepare day --setup setup.nml --number 2 --out span2')
         call declare_data_options(arguments)
-        call arguments%add_option('--number', 'N', 'of the span that is wanted (default 1)')
+        call arguments%add_option('--number', 'N', 'of the span that is wanted', default='1')
         call arguments%add_option('--out', 'DIR', 'folder to write the set into', required=.true.)
     end subroutine declare_level1_prepare
 
@@ -47,9 +44,9 @@ contains
         type(observation_set_t) :: observations
         character(:), allocatable :: folder
         character(80) :: about(2)
-        integer :: number, i
+        integer :: number
 
-        call arguments%get('--number', number, misuse, default=1, low=1, high=MOST_SPANS)
+        call arguments%get('--number', number, misuse, low=1, high=MOST_SPANS)
         call arguments%get('--out', folder, misuse)
         if (allocated(misuse)) return
         call take_calibration(arguments, setup, calibration, misuse, error)
@@ -60,12 +57,7 @@ contains
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
         if (.not. allocated(error)) call prepare_observations(calibration, setup, estimate, number, observations, error)
         if (allocated(error)) return
-        do i = 1, size(calibration%notes)
-            call console%warn(calibration%notes(i)%text)
-        end do
-        do i = 1, size(estimate%findings)
-            call console%warn(estimate%findings(i)%text)
-        end do
+        call console%warn_all([calibration%notes, estimate%findings])
         if (estimate%solutions(1)%leakage /= 'estimated') call console%warn('the spans do not determine the leakage of the '// &
             'rods: it is in the accelerations, and the sigma of an estimate leaves it out')
         about(1) = 'gracecg '//VERSION//' level1 prepare'

@@ -1,19 +1,13 @@
 !> gracecg level1 simulate: a folder of Level-1 files of hours with several sub-manoeuvres.
 module gracecg_level1_command_simulate
-    use gracecg_base_kinds, only: i8
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t, integer_text
-    use gracecg_environment_time, only: utc_text
     use gracecg_files_file, only: file_exists, make_directory
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_simulation_case, only: case_t
     use gracecg_level1_simulated_files, only: write_level1_folder
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use gracecg_level1_simulated_truth, only: level1_truth_t, new_level1_truth
-    use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_calibration_argument, only: take_calibration
-    use gracecg_cli_console, only: console_t, quoted_word
+    use gracecg_cli_console, only: quoted_word
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_level1_simulate, run_level1_simulate
@@ -30,8 +24,7 @@ contains
                                 'namelist file, whose groups level1_simulation and level1_span say how.', &
                                 'gracecg level1 simulate front-1 --out day1')
         call arguments%add_option('--out', 'DIR', 'folder for the files; made if it is not there', required=.true.)
-        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--run', 'K', 'number of the run: other random numbers of the same seed (default 1)')
+        call add_study_options(arguments, '--seed --run')
         call arguments%add_option('--level1', 'FILE', 'groups level1_simulation and level1_span (default: those of the case '// &
                                   'file)')
         call arguments%add_option('--binary', '', 'the binary records of GRACE in place of text')
@@ -44,46 +37,29 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(calibration_t) :: calibration
-        character(:), allocatable :: folder, settings_file
-        integer(i8) :: seed
-        integer :: run
-
-        call arguments%get('--out', folder, misuse)
-        call arguments%get('--seed', seed, misuse, default=1_i8)
-        call arguments%get('--run', run, misuse, default=1, low=0)
-        call arguments%get('--level1', settings_file, misuse, default=arguments%positional(1))
-        if (allocated(misuse)) return
-        call take_calibration(arguments, arguments%positional(1), calibration, error)
-        if (.not. allocated(error)) &
-            call simulate_level1(calibration%case, settings_file, arguments%has('--level1'), folder, seed, run, &
-                                 arguments%has('--binary'), console, error)
-    end subroutine run_level1_simulate
-
-    !> Simulates and writes. Fails as reading settings, propagation and writing do.
-    subroutine simulate_level1(case, settings_file, named, folder, seed, run, binary, console, error)
-        type(case_t), intent(in) :: case
-        character(*), intent(in) :: settings_file   !! With group level1_simulation; one that is not there gives the defaults
-        logical, intent(in) :: named                !! The user named it: it has to be there
-        character(*), intent(in) :: folder          !! To write into; made if it is not there
-        integer(i8), intent(in) :: seed             !! Of the random numbers
-        integer, intent(in) :: run                  !! Names them, too
-        logical, intent(in) :: binary               !! GRACE's records, not text
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(string_t), allocatable :: written(:)
-        integer :: i
+        character(:), allocatable :: folder, settings_file
+        integer(i8) :: seed
+        integer :: run, i
 
-        if (named .or. file_exists(settings_file)) then
+        call arguments%get('--out', folder, misuse)
+        call arguments%get('--seed', seed, misuse)
+        call arguments%get('--run', run, misuse, low=0)
+        call arguments%get('--level1', settings_file, misuse)
+        if (settings_file == '') settings_file = arguments%positional(1)
+        if (allocated(misuse)) return
+        call take_calibration(arguments, arguments%positional(1), calibration, error, may_rest=.true.)
+        if (allocated(error)) return
+        if (arguments%has('--level1') .or. file_exists(settings_file)) then
             call read_level1_settings(settings_file, settings, error)
             if (allocated(error)) return
         end if
-        call new_level1_truth(case, settings, seed, run, truth, error)
+        call new_level1_truth(calibration%case, settings, seed, run, truth, error)
         if (allocated(truth%remark)) call console%warn(truth%remark)
         if (.not. allocated(error)) call make_directory(folder, error)
-        if (.not. allocated(error)) call write_level1_folder(truth, folder, binary, written, error)
+        if (.not. allocated(error)) call write_level1_folder(truth, folder, arguments%has('--binary'), written, error)
         if (allocated(error)) return
         call console%line('written to '//folder//': satellite '//truth%satellite//', '//trim(utc_text(truth%case%epoch))// &
                           ', '//integer_text(truth%duration)//' s, '//integer_text(size(truth%dynamics%spans))// &
@@ -93,5 +69,5 @@ contains
         end do
         call console%line('next: gracecg level1 estimate '//quoted_word(folder)//' --setup '// &
                           quoted_word(folder//'/'//SETUP_NAME))
-    end subroutine simulate_level1
+    end subroutine run_level1_simulate
 end module gracecg_level1_command_simulate

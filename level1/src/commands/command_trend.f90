@@ -1,20 +1,15 @@
 !> gracecg level1 trend: offsets from Level-1 data of several dates.
 module gracecg_level1_command_trend
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE, JULIAN_YEAR
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: text_file_t, read_text_file, check_writable
+    use gracecg_base_constants, only: MICROMETRE, JULIAN_YEAR
+    use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_json, only: read_json_numbers, read_json_text
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_time, only: gps_date_text
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
-    use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
     use gracecg_cli_page_program, only: make_page
-    use gracecg_cli_results, only: results_t, put_columns, add_format_option, take_format
+    use gracecg_cli_results, only: put_columns
+    use gracecg_cli_work
     implicit none
     private
     public :: declare_level1_trend, run_level1_trend
@@ -52,9 +47,9 @@ contains
         character(1) :: satellite
         real(dp), allocatable :: steps(:)
 
-        call arguments%get('--soe', soe, misuse, default='')
-        call arguments%get('--setup', setup_file, misuse, default='')
-        call arguments%get('--report', page, misuse, default='')
+        call arguments%get('--soe', soe, misuse)
+        call arguments%get('--setup', setup_file, misuse)
+        call arguments%get('--report', page, misuse)
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(page, error)
@@ -237,14 +232,16 @@ contains
         type(level1_setup_t), intent(in) :: setup
         type(data_table_t), intent(out) :: table
 
-        integer :: i, k
+        integer :: i
 
         call table%column('date', 'a', 'date (GPS)')
         call table%column('time_gps_s')
-        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
-        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
-        call table%columns_by_axis('line_', '_mm', 'f9.4', 'line ', 'mm')
-        call table%columns_by_axis('by_gas_', '_um', 'f9.2', 'by gas ', 'um')
+        call axis_columns(table, 'd', '_mm', 'f9.4', 'd, mm')
+        call axis_columns(table, 'sigma_', '_mm', 'f8.4', 'sigma, mm')
+        call axis_columns(table, 'line_', '_mm', 'f9.4', 'line, mm')
+        do i = 1, size(AXES)
+            call table%column('by_gas_'//AXES(i)//'_um', 'f9.2', 'by gas '//AXES(i)//'|um')
+        end do
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(points)
             call table%add(date_of(points(i)%time))
@@ -255,9 +252,7 @@ contains
             if (setup%mass > 0 .and. all(points(i)%gas >= 0) .and. all(points(1)%gas >= 0)) then
                 call table%add(predicted_change(setup, points(1)%gas, points(i)%gas)/MICROMETRE)
             else
-                do k = 1, 3
-                    call table%add_nothing()
-                end do
+                call table%add_nothing(3)
             end if
             call table%add(points(i)%flag)
         end do
