@@ -14,8 +14,7 @@ module gracecg_planning_scan
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_attitude_fit, only: fitted_rotation_t, attitude_fit_t, new_attitude_fit
-    use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset
+    use gracecg_estimation_report_problem, only: report_problem_t, prepare_problem
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
@@ -184,21 +183,20 @@ contains
         real(dp), intent(out) :: sigma(3)               !! m
         type(error_t), allocatable, intent(out) :: error
 
-        type(attitude_fit_t) :: fit
-        type(fitted_rotation_t) :: rotation
         type(fitting_data_t) :: data
-        type(offset_problem_t) :: problem
+        type(report_problem_t) :: problem
         type(batch_solution_t) :: batch
         real(dp) :: covariance(3, 3)
         integer :: i
 
-        fit = new_attitude_fit(knowledge%inertia, knowledge%accelerometer_interval, torque)
-        call fit%fit_rate(angular_velocity, rotation)
-        data%steps = fit%steps
-        data%interval = fit%interval
-        data%accelerometer_epoch = [(i, i=1, fit%steps)]
-        allocate (data%acceleration(3, fit%steps), source=0.0_dp)   ! the covariance needs no values
-        call prepare_offset(knowledge, options, data, rotation, problem)
+        data%torque = torque
+        data%steps = (size(torque, 2) - 1)/2
+        data%interval = knowledge%accelerometer_interval
+        data%guess_angular_velocity = angular_velocity
+        data%accelerometer_epoch = [(i, i=1, data%steps)]
+        allocate (data%acceleration(3, data%steps), source=0.0_dp)  ! the covariance needs no values
+        call prepare_problem(knowledge, options, data, .false., problem)
+        call problem%choose(attitude=.false., offset=.true.)
         call process_batch(problem, batch_settings_t(), batch, error)
         if (allocated(error)) return
         call accelerometer_noise_covariance(knowledge, matmul(batch%inverse(1:3, :), batch%gain), &

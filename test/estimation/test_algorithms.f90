@@ -9,10 +9,8 @@ module test_algorithms
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
-        new_attitude_fit
-    use gracecg_estimation_attitude_problem, only: small_angles, small_rotation
-    use gracecg_estimation_combined, only: combined_problem_t, prepare_combined
+    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
+    use gracecg_estimation_report_problem, only: report_problem_t, prepare_problem, small_angles, small_rotation
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
     use gracecg_simulation_case, only: case_t
@@ -107,8 +105,7 @@ contains
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
         type(attitude_fit_t) :: fit
-        type(fitted_attitude_t) :: nominal, changed
-        type(fitted_rotation_t) :: rotation
+        type(fitted_rotation_t) :: nominal, changed
         type(error_t), allocatable :: failure
         real(dp) :: change(6), angles(3, 2), found(3), transition(3, 6)
         integer :: i, side, n
@@ -120,13 +117,13 @@ contains
         if (allocated(error)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         n = fit%steps
-        call fit%fit_attitude(normalised(Q_0), OMEGA_0, nominal, rotation)
+        call fit%integrate(normalised(Q_0), OMEGA_0, nominal)
         transition = nominal%angle_transition(n)
         do i = 1, 6
             do side = 1, 2
                 change = 0
                 change(i) = merge(STEP(i), -STEP(i), side == 1)
-                call fit%fit_attitude(turned(normalised(Q_0), change(:3)), OMEGA_0 + change(4:), changed, rotation)
+                call fit%integrate(turned(normalised(Q_0), change(:3)), OMEGA_0 + change(4:), changed)
                 angles(:, side) = small_angles(matmul(rotation_matrix(normalised(changed%q(:, n))), &
                                                       transpose(rotation_matrix(normalised(nominal%q(:, n))))))
             end do
@@ -165,7 +162,7 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         logical, intent(in) :: reduced
 
-        type(combined_problem_t) :: nominal, changed
+        type(report_problem_t) :: nominal, changed
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
         type(estimation_options_t) :: options
@@ -182,10 +179,11 @@ contains
         call preprocess(observations, options, data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call prepare_combined(observations%knowledge, options, data, reduced, nominal)
+        call prepare_problem(observations%knowledge, options, data, reduced, nominal)
+        call nominal%choose(attitude=.true., offset=.true.)
         nominal%offset_state(4:6) = DRIFT
         nominal%offset_state(7:9) = BIAS
-        n = nominal%attitude_parameters() + 9
+        n = nominal%attitude_parameters + 9
         allocate (partials(n, nominal%observations), residuals(nominal%observations, 2), &
                   weights(nominal%observations))
         unused = partials
@@ -223,14 +221,14 @@ contains
 
     !> Adds to one parameter of a combined problem; a quaternion is not normalised again.
     subroutine change_state(problem, parameter, amount)
-        type(combined_problem_t), intent(inout) :: problem
+        type(report_problem_t), intent(inout) :: problem
         integer, intent(in) :: parameter
         real(dp), intent(in) :: amount
 
         real(dp) :: zeta(3)
         integer :: n
 
-        n = problem%attitude_components()
+        n = problem%components
         if (parameter > n + 3) then
             problem%offset_state(parameter - n - 3) = problem%offset_state(parameter - n - 3) + amount
         else if (parameter > n) then

@@ -19,7 +19,7 @@ module test_estimators
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
+    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, &
         new_attitude_fit
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
@@ -121,7 +121,6 @@ contains
 
         type(fitting_data_t) :: data
         type(attitude_fit_t) :: fit
-        type(fitted_attitude_t) :: attitude
         type(fitted_rotation_t) :: rotation
         type(error_t), allocatable :: failure
         real(dp) :: t
@@ -135,7 +134,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
-        call fit%fit_attitude(quaternion, OMEGA_0, attitude, rotation)
+        call fit%integrate(quaternion, OMEGA_0, rotation)
         do i = 1, size(observations%accelerometer_time)
             t = observations%accelerometer_time(i)
             observations%acceleration(:, i) = &
@@ -145,7 +144,7 @@ contains
         do i = 1, size(observations%star_camera_time)
             k = nint(observations%star_camera_time(i)/data%interval)
             observations%quaternion(:, i) = quaternion_product(observations%knowledge%mounting(:, 1), &
-                                                               normalised(attitude%q(:, k)))
+                                                               normalised(rotation%q(:, k)))
         end do
     end subroutine fill
 

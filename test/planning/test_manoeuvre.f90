@@ -125,7 +125,7 @@ contains
                 torque(:, j) = cross(dipole_moment(case%satellite%rods, j*step/2), FIELD)
             end do
             fit = new_attitude_fit(case%satellite%inertia, step, torque)
-            call fit%fit_rotation(case%angular_velocity, rotation)
+            call fit%integrate([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], case%angular_velocity, rotation)
         end function fitted
     end subroutine test_fit_converges
 

@@ -5,8 +5,7 @@ submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
     use gracecg_base_text, only: append, join, rounded_text
     use gracecg_files_value, only: did_you_mean
     use gracecg_estimation_arc_length, only: refuse_long_arc
-    use gracecg_estimation_assest, only: estimate_assest
-    use gracecg_estimation_combined, only: estimate_combined
+    use gracecg_estimation_report_estimators, only: estimate_assest, estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
     use gracecg_estimation_explanation, only: explain, confirm_contradictions

@@ -17,8 +17,7 @@ module gracecg_estimation_attitude_fit
     use gracecg_estimation_rigid_body, only: rigid_body_t, new_rigid_body
     implicit none
     private
-    public :: attitude_fit_t, fitted_rotation_t, fitted_attitude_t
-    public :: new_attitude_fit, kinematic_partials
+    public :: attitude_fit_t, fitted_rotation_t, new_attitude_fit, kinematic_partials
 
     !> What the rotation depends on.
     type :: attitude_fit_t
@@ -28,30 +27,22 @@ module gracecg_estimation_attitude_fit
         real(dp), allocatable :: driven(:, :)       !! J^-1 (m x B) in body axes at j h/2, (3, 0:2n), rad/s^2
         real(dp), private :: lambda_by_rate(3, 3, 3) = 0    ! d Lambda/d omega_i, no unit
     contains
-        procedure :: angular_acceleration   !! d omega/dt of (4-7) under the rods' torque
-        procedure :: fit_rate               !! Integrates the rate alone
-        procedure :: fit_rotation           !! Integrates the rate with its partials
-        procedure :: fit_attitude           !! The same and the attitude
+        procedure :: integrate                      !! From the epoch to the end of the arc
     end type attitude_fit_t
 
-    !> Angular velocity along the arc, at k h for k = 0..n.
+    !> Attitude and angular velocity with their partials along the arc, at k h for k = 0..n.
     type :: fitted_rotation_t
+        real(dp), allocatable :: q(:, :)            !! (4, 0:n), inertial to body
         real(dp), allocatable :: omega(:, :)        !! (3, 0:n), body axes, rad/s
         real(dp), allocatable :: omega_dot(:, :)    !! (3, 0:n), rad/s^2
-        real(dp), allocatable :: phi_22(:, :, :)
-        !! d omega(t)/d omega(t0), (3, 3, 0:n), eq. (4-55); not of `fit_rate`
-    end type fitted_rotation_t
-
-    !> Attitude along the arc with its partials.
-    type :: fitted_attitude_t
-        real(dp), allocatable :: q(:, :)            !! (4, 0:n)
+        real(dp), allocatable :: phi_22(:, :, :)    !! d omega(t)/d omega(t0), (3, 3, 0:n), eq. (4-55)
         real(dp), allocatable :: angles(:, :, :)
         !! d zeta(t)/d omega(t0), eq. (4-66), of small angles zeta that turn the nominal into the true attitude:
         !! (3, 3, 0:n), s
     contains
         procedure :: quaternion_transition  !! Phi_11 and Phi_12 of the quaternion
         procedure :: angle_transition       !! Phi_11 and Phi_12 of small angles
-    end type fitted_attitude_t
+    end type fitted_rotation_t
 
     !> Columns of the state. Its rows are four lanes, which the processor's vector instructions take two or four at a
     !> time: the first belongs to omega, the others to the columns of the partials.
@@ -84,16 +75,6 @@ contains
         end do
     end function new_attitude_fit
 
-    !> d omega/dt under m x B, eq. (4-7), at the half step `half`.
-    pure function angular_acceleration(self, half, omega) result(omega_dot)
-        class(attitude_fit_t), intent(in) :: self
-        integer, intent(in) :: half         !! Time in half steps from the start
-        real(dp), intent(in) :: omega(3)    !! rad/s
-        real(dp) :: omega_dot(3)            !! rad/s^2
-
-        omega_dot = self%driven(:, half) + self%body%angular_acceleration([0.0_dp, 0.0_dp, 0.0_dp], omega)
-    end function angular_acceleration
-
     !> Gamma = d(dq/dt)/d omega, eqs. (4-13), (4-15).
     pure function kinematic_partials(q) result(gamma)
         real(dp), intent(in) :: q(4)    !! Inertial to body, scalar last
@@ -106,7 +87,7 @@ contains
 
     !> dq(t)/dq(t0) (4-53) and dq(t)/d omega(t0) (4-54) at epoch k, which (4-12) and (4-13) would carry on.
     pure function quaternion_transition(self, k) result(phi)
-        class(fitted_attitude_t), intent(in) :: self
+        class(fitted_rotation_t), intent(in) :: self
         integer, intent(in) :: k        !! Epoch
         real(dp) :: phi(4, 7)           !! Phi_11, and Phi_12 in s
 
@@ -127,7 +108,7 @@ contains
 
     !> d zeta(t)/d zeta(t0) (4-65), which turns with the body, and d zeta(t)/d omega(t0) (4-66) at epoch k.
     pure function angle_transition(self, k) result(phi)
-        class(fitted_attitude_t), intent(in) :: self
+        class(fitted_rotation_t), intent(in) :: self
         integer, intent(in) :: k        !! Epoch
         real(dp) :: phi(3, 6)           !! Phi_11, and Phi_12 in s
 
@@ -139,82 +120,23 @@ contains
         phi(:, 4:) = self%angles(:, :, k)
     end function angle_transition
 
-    !> Integrates the angular velocity, (4-80), where nobody asks for partials.
-    subroutine fit_rate(self, omega_0, rotation)
-        class(attitude_fit_t), intent(in) :: self
-        real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_rotation_t), intent(out) :: rotation
-
-        real(dp), dimension(3) :: omega, slope_1, slope_2, slope_3, slope_4
-        real(dp) :: h
-        integer :: k
-
-        allocate (rotation%omega(3, 0:self%steps), rotation%omega_dot(3, 0:self%steps))
-        h = self%interval
-        omega = omega_0
-        do k = 0, self%steps
-            call slope(2*k, omega, slope_1)
-            rotation%omega(:, k) = omega
-            rotation%omega_dot(:, k) = slope_1
-            if (k == self%steps) exit
-            call slope(2*k + 1, omega + h/2*slope_1, slope_2)
-            call slope(2*k + 1, omega + h/2*slope_2, slope_3)
-            call slope(2*k + 2, omega + h*slope_3, slope_4)
-            omega = omega + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
-        end do
-
-    contains
-
-        pure subroutine slope(half, rate, rate_dot)
-            integer, intent(in) :: half
-            real(dp), intent(in) :: rate(3)
-            real(dp), intent(out) :: rate_dot(3)
-
-            real(dp) :: lambda(3, 3)
-
-            lambda = self%lambda_by_rate(:, :, 1)*rate(1) + self%lambda_by_rate(:, :, 2)*rate(2) + &
-                     self%lambda_by_rate(:, :, 3)*rate(3)
-            rate_dot = (lambda(:, 1)*rate(1) + lambda(:, 2)*rate(2) + lambda(:, 3)*rate(3))/2 + self%driven(:, half)
-        end subroutine slope
-    end subroutine fit_rate
-
-    !> The same, (4-80), and its state transition matrix.
-    subroutine fit_rotation(self, omega_0, rotation)
-        class(attitude_fit_t), intent(in) :: self
-        real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_rotation_t), intent(out) :: rotation
-
-        call integrate(self, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], omega_0, rotation)
-    end subroutine fit_rotation
-
-    !> Integrates attitude and angular velocity with the whole state transition matrix, (4-50)-(4-56), (4-83),
+    !> Integrates attitude and angular velocity, (4-80), with the whole state transition matrix, (4-50)-(4-56), (4-83),
     !> (4-84), (4-87)-(4-89), that of small angles, (4-58), (4-59), (4-64)-(4-67), (4-92), (4-93), (4-96)-(4-99),
-    !> among it, whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega.
-    subroutine fit_attitude(self, q_0, omega_0, attitude, rotation)
+    !> among it, whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega. The classical Runge-Kutta method of
+    !> order 4, one step an interval.
+    subroutine integrate(self, q_0, omega_0, rotation)
         class(attitude_fit_t), intent(in) :: self
         real(dp), intent(in) :: q_0(4)              !! At t = 0, inertial to body
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_attitude_t), intent(out) :: attitude
         type(fitted_rotation_t), intent(out) :: rotation
-
-        call integrate(self, q_0, omega_0, rotation, attitude)
-    end subroutine fit_attitude
-
-    !> The classical Runge-Kutta method of order 4, (4-51), (4-59): one step an interval.
-    subroutine integrate(self, q_0, omega_0, rotation, attitude)
-        class(attitude_fit_t), intent(in) :: self
-        real(dp), intent(in) :: q_0(4)
-        real(dp), intent(in) :: omega_0(3)
-        type(fitted_rotation_t), intent(inout) :: rotation
-        type(fitted_attitude_t), intent(inout), optional :: attitude
 
         real(dp), dimension(LANES, COLUMNS) :: y, slope_1, slope_2, slope_3, slope_4
         real(dp) :: h
         integer :: k, i
 
         associate (n => self%steps)
-            allocate (rotation%omega(3, 0:n), rotation%omega_dot(3, 0:n), rotation%phi_22(3, 3, 0:n))
-            if (present(attitude)) allocate (attitude%q(4, 0:n), attitude%angles(3, 3, 0:n))
+            allocate (rotation%q(4, 0:n), rotation%omega(3, 0:n), rotation%omega_dot(3, 0:n), rotation%phi_22(3, 3, 0:n), &
+                      rotation%angles(3, 3, 0:n))
         end associate
         h = self%interval
         y = 0
@@ -223,17 +145,13 @@ contains
         y(:, QUATERNION) = q_0
         do k = 0, self%steps
             call rates(self%lambda_by_rate, self%driven(:, 2*k), y, slope_1)
+            rotation%q(:, k) = y(:, QUATERNION)
             rotation%omega(:, k) = y(1, RATE)
             rotation%omega_dot(:, k) = slope_1(1, RATE)
             do i = 1, 3
                 rotation%phi_22(:, i, k) = y(1 + i, RATE)
+                rotation%angles(:, i, k) = y(1 + i, ANGLE)
             end do
-            if (present(attitude)) then
-                attitude%q(:, k) = y(:, QUATERNION)
-                do i = 1, 3
-                    attitude%angles(:, i, k) = y(1 + i, ANGLE)
-                end do
-            end if
             if (k == self%steps) exit
             call rates(self%lambda_by_rate, self%driven(:, 2*k + 1), y + h/2*slope_1, slope_2)
             call rates(self%lambda_by_rate, self%driven(:, 2*k + 1), y + h/2*slope_2, slope_3)

@@ -5,7 +5,7 @@ module gracecg_estimation_model_rotation
     use gracecg_base_quaternion, only: quaternion_rate
     use gracecg_observations_parameters
     use gracecg_estimation_model_state, only: physical_model_t, model_state_t, model_trajectory_t
-    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
+    use gracecg_estimation_rigid_body, only: rigid_body_t, new_rigid_body
     implicit none
     private
     public :: integrate_trajectory, turned_into, add_cross_matrix
@@ -14,17 +14,6 @@ module gracecg_estimation_model_rotation
     integer, parameter :: ELEMENT_ROW(6) = [1, 2, 3, 1, 2, 3], ELEMENT_COLUMN(6) = [1, 2, 3, 2, 3, 1]
 
     integer, parameter :: PIECE_LENGTH = 32     !! Steps over which partials are carried at once
-
-    !> The equations of the nominal rotation. State: q, omega.
-    type, extends(rotation_t) :: nominal_rotation_t
-        type(rigid_body_t) :: body                  !! With the state's inertia errors
-        type(physical_model_t), pointer :: model => null()
-        type(model_state_t), pointer :: state => null()
-        type(model_trajectory_t), pointer :: trajectory => null()
-    contains
-        procedure :: rate => nominal_rate
-        procedure :: keep => keep_nominal
-    end type nominal_rotation_t
 
 contains
 
@@ -54,55 +43,59 @@ contains
         j(ELEMENT_COLUMN(i), ELEMENT_ROW(i)) = 1
     end function unit_inertia
 
-    !> Integrates the nominal rotation and the variational equations; without partials, the rotation alone.
+    !> Integrates the nominal rotation, by the classical Runge-Kutta method of order 4 with one step a sampling interval, so
+    !> that torques are needed at half steps only, and the variational equations; without partials, the rotation alone.
     subroutine integrate_trajectory(model, state, trajectory, without_partials)
-        type(physical_model_t), intent(in), target :: model
-        type(model_state_t), intent(in), target :: state
-        type(model_trajectory_t), intent(inout), target :: trajectory     !! Reused if it has the right shape
-        logical, intent(in), optional :: without_partials   !! None are integrated
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(inout) :: trajectory   !! Reused if it has the right shape
+        logical, intent(in), optional :: without_partials       !! None are integrated
 
-        type(nominal_rotation_t) :: rotation
-        integer :: parameters
+        real(dp), parameter :: PART(2:4) = [0.5_dp, 0.5_dp, 1.0_dp]     ! of the step
+        integer, parameter :: LATER(2:4) = [1, 1, 2]                    ! half steps
+        type(rigid_body_t) :: body
+        real(dp) :: y(7), slope(7, 4)           ! q, omega
+        integer :: parameters, k, i
 
         parameters = size(model%rotational)
         if (present(without_partials)) parameters = merge(0, parameters, without_partials)
         call shape_trajectory(model%steps, lanes_of(parameters), trajectory)
-        rotation%steps = model%steps
-        rotation%interval = model%interval
-        rotation%quaternion = 1
-        rotation%body = body_of(model, state)
-        rotation%model => model
-        rotation%state => state
-        rotation%trajectory => trajectory
-        call rotation%integrate([state%quaternion, state%value(RATE)])
-        if (parameters > 0) call carry_partials(model, state, rotation%body, trajectory)
+        body = body_of(model, state)
+        y = [state%quaternion, state%value(RATE)]
+        do k = 0, model%steps
+            slope(:, 1) = nominal_rate(model, state, body, 2*k, y)
+            trajectory%q(:, k) = y(:4)
+            trajectory%omega(:, k) = y(5:)
+            trajectory%omega_dot(:, k) = slope(5:, 1)
+            if (size(model%jump_torque) > 0) trajectory%omega_dot(:, k) = slope(5:, 1) + &
+                times(body%inverse_inertia, matmul(model%jump_torque(:, :, k), 1 + state%value(ROD_GAINS)))
+            if (k == model%steps) exit
+            do i = 2, 4
+                slope(:, i) = nominal_rate(model, state, body, 2*k + LATER(i), y + model%interval*PART(i)*slope(:, i - 1))
+            end do
+            y = y + model%interval/6*slope(:, 1) + model%interval/3*slope(:, 2) + model%interval/3*slope(:, 3) + &
+                model%interval/6*slope(:, 4)
+            y(:4) = y(:4)/norm2(y(:4))
+        end do
+        if (parameters > 0) call carry_partials(model, state, body, trajectory)
     end subroutine integrate_trajectory
 
-    pure subroutine nominal_rate(self, half, n, y, dydt)
-        class(nominal_rotation_t), intent(in) :: self
-        integer, intent(in) :: half, n
-        real(dp), intent(in) :: y(n)
-        real(dp), intent(out) :: dydt(n)
+    !> Right-hand side of the equations of the nominal rotation at a half step.
+    pure function nominal_rate(model, state, body, half, y) result(dydt)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(rigid_body_t), intent(in) :: body      ! with the state's inertia errors
+        integer, intent(in) :: half
+        real(dp), intent(in) :: y(7)                ! q, omega
+        real(dp) :: dydt(7)
 
         real(dp) :: c(3)
 
-        c = turned_into(y(:4), self%model%upwards(:, half))/sum(y(:4)**2)
+        c = turned_into(y(:4), model%upwards(:, half))/sum(y(:4)**2)
         dydt(:4) = quaternion_rate(y(:4), y(5:))
-        dydt(5:) = times(self%body%inverse_inertia, torque_at(self%model, self%state, self%body, half, c) - &
-                         crossed(y(5:), times(self%body%inertia, y(5:))))       ! (4-1), (4-7)
-    end subroutine nominal_rate
-
-    subroutine keep_nominal(self, k, n, y, dydt)
-        class(nominal_rotation_t), intent(inout) :: self
-        integer, intent(in) :: k, n
-        real(dp), intent(in) :: y(n), dydt(n)
-
-        self%trajectory%q(:, k) = y(:4)
-        self%trajectory%omega(:, k) = y(5:)
-        self%trajectory%omega_dot(:, k) = dydt(5:)
-        if (size(self%model%jump_torque) > 0) self%trajectory%omega_dot(:, k) = dydt(5:) + &
-            times(self%body%inverse_inertia, matmul(self%model%jump_torque(:, :, k), 1 + self%state%value(ROD_GAINS)))
-    end subroutine keep_nominal
+        dydt(5:) = times(body%inverse_inertia, torque_at(model, state, body, half, c) - &
+                         crossed(y(5:), times(body%inertia, y(5:))))       ! (4-1), (4-7)
+    end function nominal_rate
 
     pure subroutine shape_trajectory(n, lanes, trajectory)
         integer, intent(in) :: n, lanes

@@ -11,7 +11,7 @@ module gracecg_studies_estimate_statements
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_report_problem, only: report_problem_t, prepare_problem
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
@@ -201,7 +201,7 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(attitude_problem_t) :: problem
+        type(report_problem_t) :: problem
         type(batch_settings_t) :: settings
         type(batch_solution_t) :: batch
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), values(:), vectors(:, :), scale(:)
@@ -214,10 +214,11 @@ contains
         call observe_without_noise(simulator, density_wave_t(), observations)
         call preprocess(observations, calibration%options, data, error)
         if (allocated(error)) return
-        call prepare_attitude(observations%knowledge, data, kind == 2, problem)
+        call prepare_problem(observations%knowledge, calibration%options, data, kind == 2, problem)
+        call problem%choose(attitude=.true., offset=.false.)
         call process_batch(problem, settings, batch, error)
         if (allocated(error)) return
-        n = problem%attitude_parameters()
+        n = problem%attitude_parameters
         allocate (partials(n, problem%observations), residuals(problem%observations), weights(problem%observations), &
                   values(n), vectors(n, n))
         call problem%linearise(partials, residuals, weights, error)
