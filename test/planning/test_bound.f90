@@ -11,7 +11,7 @@ module test_bound
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
-    use gracecg_estimation_offset_information, only: offset_information, gravity_gradient_matrix
+    use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
@@ -144,8 +144,8 @@ contains
                                     EARTH_GM/norm2(simulator%arc%state(POSITION, k))**3, &
                                     simulator%arc%loads(k)%vertical)
             end do
-            covariance = offset_information(simulator%arc%state(OMEGA, 1:), simulator%arc%omega_dot(:, 1:), &
-                                            whiteners, gradient)
+            call gather_information(simulator%arc%state(OMEGA, 1:), simulator%arc%omega_dot(:, 1:), whiteners, covariance, &
+                                    gradient)
             scale = [(1/sqrt(covariance(k, k)), k=1, 3)]
             covariance = inverse_3x3(covariance*spread(scale, 1, 3)*spread(scale, 2, 3))* &
                          spread(scale, 1, 3)*spread(scale, 2, 3)

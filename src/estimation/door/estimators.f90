@@ -1,12 +1,19 @@
 !> The estimators by name.
-!>
-!> The work is in a submodule, so that who uses this module need not know the estimators' types.
 module gracecg_estimation_estimators
-    use gracecg_base_error, only: error_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: append, join, rounded_text
+    use gracecg_files_value, only: did_you_mean
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_arc_length, only: refuse_long_arc
+    use gracecg_estimation_report_estimators, only: estimate_assest, estimate_combined
+    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_sequential, only: estimate_sequential
+    use gracecg_estimation_explanation, only: explain, confirm_contradictions
+    use gracecg_estimation_belief_words, only: say_contradiction
     implicit none
     private
     public :: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
@@ -18,18 +25,83 @@ module gracecg_estimation_estimators
     character(10), parameter :: ESTIMATOR_NAMES(6) = [character(10) :: REPORT_ESTIMATORS, 'optimal', &
                                                       'sequential']
 
-    interface
-        !> Estimates the CG offset of an observation set. Fails for a name that is none of
-        !> ESTIMATOR_NAMES, and as the estimator does; with options%covariance also when the fit contradicts
-        !> what is known of rods and noise.
-        module subroutine estimate_offset(algorithm, observations, options, solution, error, record)
-            character(*), intent(in) :: algorithm               !! One of ESTIMATOR_NAMES
-            type(observation_set_t), intent(in) :: observations
-            type(estimation_options_t), intent(in) :: options   !! estimation_options_t() needs no telling
-            type(solution_t), intent(out) :: solution
-            type(error_t), allocatable, intent(out) :: error
-            type(fit_record_t), intent(out), optional :: record
-            !! For diagnostics: series and covariances of the fit, as if options%covariance were true
-        end subroutine estimate_offset
-    end interface
+contains
+
+    !> Estimates the CG offset of an observation set. Fails for a name that is none of
+    !> ESTIMATOR_NAMES, and as the estimator does; with options%covariance also when the fit contradicts
+    !> what is known of rods and noise.
+    subroutine estimate_offset(algorithm, observations, options, solution, error, record)
+        character(*), intent(in) :: algorithm               !! One of ESTIMATOR_NAMES
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options   !! estimation_options_t() needs no telling
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(out), optional :: record
+        !! For diagnostics: series and covariances of the fit, as if options%covariance were true
+
+        call refuse_long_arc(observations%knowledge, error)
+        if (allocated(error)) return
+        select case (algorithm)
+        case ('assest-fde')
+            call estimate_assest(observations, options, .false., solution, error, record)
+        case ('assest-rde')
+            call estimate_assest(observations, options, .true., solution, error, record)
+        case ('ascfest')
+            call estimate_combined(observations, options, .false., solution, error, record)
+        case ('ascrest')
+            call estimate_combined(observations, options, .true., solution, error, record)
+        case ('optimal')
+            call estimate_optimal(observations, options, solution, error, record)
+        case ('sequential')
+            call estimate_sequential(observations, options, solution, error, record)
+        case default
+            call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
+                      join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
+            return
+        end select
+        if (options%covariance .and. options%test_beliefs) call judge_beliefs(observations, options, solution, error)
+    end subroutine estimate_offset
+
+    !> What the data say of the operator's beliefs. `optimal` has tested them at its own fit; for the others it is
+    !> done at a fit of its own.
+    subroutine judge_beliefs(observations, options, solution, error)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(inout) :: error      !! Of the estimate; its cause is added
+
+        type(solution_t) :: tested
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text
+        real(dp) :: factor
+
+        if (.not. allocated(solution%beliefs)) then
+            call estimate_optimal(observations, options, tested, failure)
+            if (.not. allocated(tested%beliefs)) then
+                if (allocated(failure) .and. .not. allocated(error)) &
+                    call append(solution%warnings, 'what the setup says could not be tested: '//failure%message)
+                return
+            end if
+            tested%beliefs%apart = abs(solution%offset - tested%offset)
+            solution%beliefs = tested%beliefs
+            solution%misfit = tested%misfit
+        end if
+        call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
+        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
+            call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
+        call say_contradiction(solution%beliefs, text)
+        if (text == '') return
+        if (allocated(error)) then
+            error%message = error%message//'; '//text
+            return
+        end if
+        call append(solution%warnings, text)
+        factor = solution%beliefs%noise_factor()
+        if (factor > 1) then
+            solution%covariance = factor**2*solution%covariance
+            solution%state_covariance = factor**2*solution%state_covariance
+            call append(solution%warnings, 'the noise is up to '//rounded_text(factor, 3)//' times what the setup says: the '// &
+                        'sigmas of offset and state are taken as many times larger')
+        end if
+    end subroutine judge_beliefs
 end module gracecg_estimation_estimators

@@ -4,7 +4,7 @@
 module gracecg_estimation_batch_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_estimation_iteration, only: iteration_t, append_iteration, rms_of
+    use gracecg_estimation_iteration, only: iteration_t, append_iteration
     implicit none
     private
     public :: batch_problem_t, batch_solution_t, refuse_too_few, correct_and_note, finish_batch
@@ -19,8 +19,8 @@ module gracecg_estimation_batch_problem
         procedure(linearise_interface), deferred :: linearise
         !! Partials, residuals and weights at the nominal state
         procedure(correct_interface), deferred :: correct   !! Puts a correction on the nominal state
-        procedure :: describe_residuals => nothing_of_residuals !! For the history: RMS of the residuals
-        procedure :: describe_state => nothing_of_state         !! For the history: the nominal state
+        procedure(describe_residuals_interface), deferred :: describe_residuals !! For the history: RMS of the residuals
+        procedure(describe_state_interface), deferred :: describe_state         !! For the history: the nominal state
     end type batch_problem_t
 
     abstract interface
@@ -42,6 +42,19 @@ module gracecg_estimation_batch_problem
             class(batch_problem_t), intent(inout) :: self
             real(dp), intent(inout) :: correction(:)
         end subroutine correct_interface
+
+        subroutine describe_residuals_interface(self, residuals, note)
+            import :: batch_problem_t, dp, iteration_t
+            class(batch_problem_t), intent(in) :: self
+            real(dp), intent(in) :: residuals(:)            !! As linearise gives them
+            type(iteration_t), intent(inout) :: note
+        end subroutine describe_residuals_interface
+
+        subroutine describe_state_interface(self, note)
+            import :: batch_problem_t, iteration_t
+            class(batch_problem_t), intent(in) :: self
+            type(iteration_t), intent(inout) :: note
+        end subroutine describe_state_interface
     end interface
 
     !> What is known at the end.
@@ -109,26 +122,4 @@ contains
         end do
         call move_alloc(partials, solution%gain)
     end subroutine finish_batch
-
-    !> A problem that says nothing of its residuals: their RMS.
-    subroutine nothing_of_residuals(self, residuals, note)
-        class(batch_problem_t), intent(in) :: self
-        real(dp), intent(in) :: residuals(:)            !! As linearise gives them
-        type(iteration_t), intent(inout) :: note
-
-        associate (not_used => self)
-        end associate
-        note%residual_names = [character(12) :: 'all']
-        note%residual_rms = [rms_of(residuals)]
-        note%residual_unit = '1'
-    end subroutine nothing_of_residuals
-
-    !> A problem that says nothing of its state.
-    subroutine nothing_of_state(self, note)
-        class(batch_problem_t), intent(in) :: self
-        type(iteration_t), intent(inout) :: note
-
-        note%state_names = self%names(:0)
-        note%state = [real(dp) ::]
-    end subroutine nothing_of_state
 end module gracecg_estimation_batch_problem

@@ -22,7 +22,7 @@ module gracecg_estimation_noise_whitening
     use gracecg_base_lanes, only: lanes_filter
     implicit none
     private
-    public :: whitener_t, new_whitener, autoregressive_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
+    public :: whitener_t, new_whitener, autoregressive_whitener, accelerometer_whiteners, weigh_series
     public :: row_state_t, ROW
     public :: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
 
@@ -44,11 +44,9 @@ module gracecg_estimation_noise_whitening
     contains
         procedure :: whiten    !! Whitens several series in place
         procedure :: whiten_series    !! Whitens one series in place
-        procedure :: step    !! Whitens the next sample of one series
         procedure :: step_row    !! Whitens the next samples of ROW series
         procedure :: innovations
         !! How far every sample is from what the kept samples before it let expect, in standard deviations
-        procedure :: is_kept    !! False for a sample that is left out
     end type whitener_t
 
     !> The filter for a process in white noise of variance 1 at given samples, with the three diagonals of the transition
@@ -68,13 +66,7 @@ module gracecg_estimation_noise_whitening
         procedure, private :: is_of => is_filter_of
     end type process_filter_t
 
-    !> Where the filter of one series has got to, for whitening sample by sample.
-    type :: whitening_state_t
-        private
-        real(dp) :: predicted(N_POLES) = 0
-    end type whitening_state_t
-
-    !> The same of ROW series.
+    !> Where the filter of ROW series has got to, for whitening sample by sample.
     type :: row_state_t
         private
         real(dp) :: predicted(ROW, N_POLES) = 0
@@ -235,23 +227,7 @@ contains
         end associate
     end subroutine orthonormal_line
 
-    !> Whitens the next sample of one series; a state as it is declared begins the series.
-    pure subroutine step(self, i, state, value, whitened)
-        class(whitener_t), intent(in) :: self
-        integer, intent(in) :: i                        !! Number of the sample: 1, 2, 3 ...
-        type(whitening_state_t), intent(inout) :: state
-        real(dp), intent(in) :: value    !! The next one
-        real(dp), intent(out) :: whitened               !! 0 for a sample that is left out
-
-        real(dp) :: innovation
-
-        innovation = value - sum(state%predicted)
-        whitened = 0
-        if (self%used(i)) whitened = innovation*self%inverse_deviation(i)
-        state%predicted = self%decay(:, i)*(state%predicted + self%gain(:, i)*innovation)
-    end subroutine step
-
-    !> Whitens the next samples of ROW series, as `step` does each of them. They lie side by side: their sums over
+    !> Whitens the next samples of ROW series; a state as it is declared begins them. They lie side by side: their sums over
     !> the poles, each a chain of additions, are done on vectors and beside each other.
     pure subroutine step_row(self, i, state, row_of_values, whitened)
         class(whitener_t), intent(in) :: self
@@ -299,20 +275,11 @@ contains
         class(whitener_t), intent(in) :: self
         real(dp), intent(inout) :: series(:)            !! (samples)
 
-        type(whitening_state_t) :: state
-        real(dp) :: whitened, row(1, size(series))
-        integer :: i
+        real(dp) :: row(1, size(series))
 
-        if (allocated(self%bridge)) then
-            row(1, :) = series
-            call self%whiten(row)
-            series = row(1, :)
-            return
-        end if
-        do i = 1, self%samples
-            call self%step(i, state, series(i), whitened)
-            series(i) = whitened
-        end do
+        row(1, :) = series
+        call self%whiten(row)
+        series = row(1, :)
     end subroutine whiten_series
 
     !> How far every sample is from what the kept samples before it let expect, in standard deviations;
@@ -322,20 +289,16 @@ contains
         real(dp), intent(in) :: series(:)               !! (samples)
         real(dp) :: normalised(size(series))
 
-        type(whitening_state_t) :: state
-        real(dp) :: whitened, row(1, size(series))
-        integer :: i
+        real(dp) :: row(1, size(series))
 
+        row(1, :) = series
         if (allocated(self%bridge)) then
-            row(1, :) = series
             call self%whiten(row)
-            normalised = row(1, :)
-            return
+        else
+            call lanes_filter([1], self%used, .true., spread(1.0_dp, 1, N_POLES), self%gain, &
+                              self%inverse_deviation, self%decay, row)
         end if
-        do i = 1, self%samples
-            normalised(i) = (series(i) - sum(state%predicted))*self%inverse_deviation(i)
-            call self%step(i, state, series(i), whitened)
-        end do
+        normalised = row(1, :)
     end function innovations
 
     !> Multiplies one series in place with R^-1 freed of bias and drift, L^-T (I - Q Q^T) L^-1, R = L L^T the
@@ -359,14 +322,6 @@ contains
             series(i) = innovation
         end do
     end subroutine weigh_series
-
-    !> False for a sample that is left out.
-    elemental logical function is_kept(self, i)
-        class(whitener_t), intent(in) :: self
-        integer, intent(in) :: i    !! Number of the sample
-
-        is_kept = self%used(i)
-    end function is_kept
 
     !> The filter of a process at some samples. Nothing is done if it is that already. A sample that is left out has the
     !> gain that it would have; the next ones do not know of it.

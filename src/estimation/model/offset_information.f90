@@ -6,7 +6,7 @@ module gracecg_estimation_offset_information
     use gracecg_estimation_noise_whitening, only: whitener_t, row_state_t, ROW
     implicit none
     private
-    public :: offset_information, gather_information, gravity_gradient_matrix
+    public :: gather_information, gravity_gradient_matrix
 
 contains
 
@@ -17,19 +17,9 @@ contains
     !> At d = 0 this is the whole of it: there the acceleration does not depend on the rotation to
     !> first order, so that attitude and angular velocity need not be known better than star camera
     !> and manoeuvre tell. Works without storage, in proportion to the number of samples.
-    pure function offset_information(omega, omega_dot, whiteners, gradient) result(information)
-        real(dp), intent(in) :: omega(:, :)         !! At the samples, (3, samples), rad/s
-        real(dp), intent(in) :: omega_dot(:, :)     !! (3, samples), rad/s^2
-        type(whitener_t), intent(in) :: whiteners(3)    !! Of the accelerometer's axes
-        real(dp), intent(in), optional :: gradient(:, :, :)
-        !! G of gravity_gradient_matrix, (3, 3, samples), 1/s^2; zero when absent
-        real(dp) :: information(3, 3)               !! 1/m^2
-
-        call gather_information(omega, omega_dot, whiteners, information, gradient=gradient)
-    end function offset_information
-
-    !> The same, and what a disturbance e of the accelerometer adds to the normal vector: A^T (I - Q Q^T) e, e
-    !> whitened. The disturbance is whitened beside the three columns of A~.
+    !>
+    !> And what a disturbance e of the accelerometer adds to the normal vector: A^T (I - Q Q^T) e, e whitened. It is whitened
+    !> beside the three columns of A~.
     pure subroutine gather_information(omega, omega_dot, whiteners, information, gradient, disturbance, effect)
         real(dp), intent(in) :: omega(:, :)         !! At the samples, (3, samples), rad/s
         real(dp), intent(in) :: omega_dot(:, :)     !! (3, samples), rad/s^2
