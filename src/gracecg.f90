@@ -99,13 +99,10 @@ module gracecg
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
-    use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
-        options_text
+    use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, options_text, &
+        optimal_options_t, sequential_options_t
     use gracecg_estimation_report_options, only: report_options
-    use gracecg_estimation_optimal_options, only: optimal_options_t
-    use gracecg_estimation_sequential_options, only: sequential_options_t
-    use gracecg_estimation_running_estimate, only: running_estimate_t
-    use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
+    use gracecg_estimation_solution, only: solution_t, estimated_parameter_t, running_estimate_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_arc_chain, only: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC

@@ -11,8 +11,7 @@ module gracecg_studies_knowledge_errors
     use gracecg_base_text, only: rounded_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_optimal_options, only: NOISE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t, NOISE_GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_operator_errors, only: operator_t, SOURCES, INERTIA, COMMON_ROD_GAIN, ACCELEROMETER_SCALE, &

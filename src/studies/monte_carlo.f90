@@ -9,8 +9,7 @@ module gracecg_studies_monte_carlo
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_optimal_options, only: NOISE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t, NOISE_GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise

@@ -18,8 +18,7 @@ module test_arc_chain
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
-    use gracecg_estimation_optimal_options, only: WAVE_NONE
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
     use fixture, only: check, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none

@@ -8,8 +8,7 @@ module test_arcs
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_optimal_options, only: WAVE_NONE
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
     use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_solution, only: solution_t
     use statistics, only: chi_square_limits

@@ -19,15 +19,12 @@ module test_batch_processor
         real(dp) :: a, b
         real(dp) :: disturbance = 0
         real(dp) :: slope = 0               !! Of the weights
-        logical :: inherits = .false.       !! Partials of a = 1.5, b = -1
         logical :: blind = .false.          !! Its partials do not depend on b
-        logical :: blind_before = .false.   !! Nor do those that it inherits
         logical :: poison = .false.
         integer :: linearised = 0           !! So often it was
     contains
         procedure :: linearise => linearise_decay
         procedure :: compare => compare_decay
-        procedure :: inherit => inherit_decay
         procedure :: correct => correct_decay
         procedure :: describe_residuals => residuals_of_decay
         procedure :: describe_state => state_of_decay
@@ -46,7 +43,6 @@ contains
                     new_unittest('linear-problem-in-one-iteration', test_linear), &
                     new_unittest('iterations-agree', test_same), &
                     new_unittest('partials-are-kept', test_kept), &
-                    new_unittest('inherited-partials', test_inherited), &
                     new_unittest('history-has-every-step', test_history), &
                     new_unittest('not-converged-is-said', test_not_converged), &
                     new_unittest('singular-names-the-parameter', test_singular), &
@@ -98,26 +94,6 @@ contains
         end do
         if (self%poison) residuals(5) = ieee_value(1.0_dp, ieee_quiet_nan)
     end subroutine compare_decay
-
-    subroutine inherit_decay(self, partials, residuals, inherited)
-        class(decay_t), intent(inout) :: self
-        real(dp), contiguous, intent(inout) :: partials(:, :)
-        real(dp), intent(inout) :: residuals(:)
-        logical, intent(out) :: inherited
-
-        type(decay_t) :: before
-        real(dp) :: weights(size(residuals))
-        type(error_t), allocatable :: error
-
-        inherited = self%inherits
-        if (.not. inherited) return
-        before = self
-        before%a = 1.5_dp
-        before%b = -1
-        before%blind = self%blind_before
-        call before%linearise(partials, residuals, weights, error)
-        call self%compare(residuals)
-    end subroutine inherit_decay
 
     subroutine correct_decay(self, correction)
         class(decay_t), intent(inout) :: self
@@ -233,32 +209,6 @@ contains
         call check(error, abs(rough%a - problem%a) < 0.02_dp*sqrt(solution%inverse(1, 1)) .and. &
                    abs(rough%b - problem%b) < 0.02_dp*sqrt(solution%inverse(2, 2)), 'near enough')
     end subroutine test_kept
-
-    !> A fit that begins with the partials of another state ends where it would without, with its own; partials that
-    !> determine nothing are not used.
-    subroutine test_inherited(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem, other
-        type(batch_solution_t) :: solution, expected
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        problem = example()
-        call simplified_newton(problem, newton_settings_t(), expected, failure)
-        call check(error, .not. allocated(failure) .and. expected%converged, 'without')
-        if (allocated(error)) return
-        do i = 1, 2
-            other = example()
-            other%inherits = .true.
-            other%blind_before = i == 2
-            call simplified_newton(other, newton_settings_t(), solution, failure)
-            call check(error, .not. allocated(failure) .and. solution%converged, 'with')
-            if (allocated(error)) return
-            call check(error, abs(other%a - problem%a) + abs(other%b - problem%b) < 1e-6_dp, 'solution')
-            call check(error, maxval(abs(solution%inverse - expected%inverse)) < 1e-5_dp*maxval(abs(expected%inverse)), &
-                       'covariance')
-        end do
-    end subroutine test_inherited
 
     !> The corrections lead from the first guess to the estimate, one of them for each iteration.
     subroutine test_history(error)

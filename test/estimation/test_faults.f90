@@ -18,8 +18,7 @@ module test_faults
     use gracecg_estimation_field_fallback, only: complete_field
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_plausibility, only: refuse_implausible
-    use gracecg_estimation_arc_length, only: longest_arc
+    use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise

@@ -17,8 +17,7 @@ module test_joint
         trace_offset
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_optimal_options, only: WAVE_NONE
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
     use gracecg_observations_parameters
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_run_information, only: run_information_t

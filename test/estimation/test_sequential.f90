@@ -7,12 +7,11 @@ module test_sequential
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, STRAIGHT_LINE
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_sequential_options, only: sequential_options_t, STRAIGHT_LINE, GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t
@@ -40,7 +39,6 @@ contains
                     new_unittest('wave-is-found-and-followed', test_wave), &
                     new_unittest('curved-drag-does-not-pull-a-wave', test_curved), &
                     new_unittest('wandering-drag-beats-the-batch', test_wander), &
-                    new_unittest('given-process', test_given), &
                     new_unittest('spikes-are-edited', test_spikes), &
                     new_unittest('gaps-are-bridged', test_gaps), &
                     new_unittest('running-estimate', test_running), &
@@ -385,29 +383,6 @@ contains
         limits = chi_square_limits(3*RUNS)
         call check(error, total < limits(2), 'errors within the sigmas')
     end subroutine test_wander
-
-    !> A given process widens the sigma, and none is searched for.
-    subroutine test_given(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(observation_set_t) :: observations
-        type(solution_t) :: straight, with_process
-        real(dp) :: true_offset(3)
-
-        call straight_set('front-1', 2, observations, true_offset, error)
-        if (allocated(error)) return
-        call solve('sequential', observations, straight, error)
-        if (allocated(error)) return
-        call solve('sequential', observations, with_process, error, &
-                   sequential_options_t(GIVEN, process_sigma=[1e-9_dp, 0.0_dp, 0.0_dp], process_period=12.0_dp, &
-                                        process_damping=0.3_dp))
-        if (allocated(error)) return
-        associate (wider => sigma_of(with_process)/sigma_of(straight))
-            call check(error, wider(3) > 1.2_dp .and. wider(3) < 10, 'sigma of d_z, which x tells')
-            call check(error, wider(1) < 1.2_dp, 'sigma of d_x, which x does not tell')
-        end associate
-        call check(error, size(with_process%warnings), 0)
-    end subroutine test_given
 
     !> Spikes of all sizes, at the ends and in a row; wrong quaternions. The estimate hardly changes.
     subroutine test_spikes(error)

@@ -17,8 +17,7 @@ module test_attitude_control
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, propagate_case
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_optimal_options, only: WAVE_NONE
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
     use gracecg_estimation_solution, only: solution_t
     use fixture, only: check, FOLDER, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type

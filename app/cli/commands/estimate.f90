@@ -6,14 +6,12 @@ module gracecg_cli_estimate
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_arc_chain, only: USUAL_ARC, SHORTEST_ARC
-    use gracecg_estimation_arc_length, only: longest_arc
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_joint_estimate, only: joint_options_t
     use gracecg_estimation_options, only: estimation_options_t, read_options
-    use gracecg_estimation_plausibility, only: refuse_implausible
-    use gracecg_estimation_running_estimate, only: running_estimate_t
-    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
+    use gracecg_estimation_solution, only: solution_t, running_estimate_t
     use gracecg_cli_estimate_results, only: asked_estimate_t, show_estimate, show_iterations, publish_estimate, &
         write_estimate_page
     use gracecg_cli_joint, only: declare_joint_options, read_joint_options, run_joint, run_chain

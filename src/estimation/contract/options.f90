@@ -8,15 +8,57 @@ module gracecg_estimation_options
     use gracecg_base_error, only: error_t
     use gracecg_files_settings, only: settings_t, FULL_RANGE
     use gracecg_observations_knowledge, only: ESTIMATION_GROUPS
-    use gracecg_estimation_optimal_options, only: optimal_options_t, describe_optimal
-    use gracecg_estimation_sequential_options, only: sequential_options_t, describe_sequential
+    use gracecg_observations_parameters, only: find_parameters
     implicit none
     private
     public :: estimation_options_t, read_options, options_from_text, options_text, write_options
-    public :: OPTIONS_FILE
+    public :: OPTIONS_FILE, optimal_options_t, sequential_options_t, NOISE_GIVEN, NOISE_ESTIMATED
+    public :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED, ADAPTIVE, STRAIGHT_LINE
 
     character(*), parameter :: OPTIONS_FILE = 'options.nml'     !! In the folder of an observation set
     real(dp), parameter :: SMALLEST_GUESS = 0.5_dp      !! Length of a guessed quaternion, before it is normalised
+    character(*), parameter :: NOISE_GIVEN = 'given', NOISE_ESTIMATED = 'estimate'
+    !! Values of `noise`
+    character(*), parameter :: WAVE_NONE = 'none', WAVE_GIVEN = 'given', WAVE_SEARCHED = 'search'
+    !! Values of `density_wave`
+    character(*), parameter :: ADAPTIVE = 'adaptive', STRAIGHT_LINE = 'straight-line'
+    !! Values of `acceleration`
+
+    !> The settings of group `optimal`.
+    type :: optimal_options_t
+        character(16) :: noise = NOISE_GIVEN
+        !! Noise spectra and star-camera noise of the setup, or estimated from the data. A level that
+        !! the setup gives as 0 is estimated in either case
+        logical :: estimate_within_limits = .true.
+        !! Scale factors and magnetometer bias, which are known within their a-priori sigmas only: so that those of
+        !! the offset contain them. The bound considers them in any case
+        logical :: estimate_scale_factors = .false.     !! Of the accelerometer; by the bound, too
+        logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments
+        logical :: estimate_magnetometer_bias = .false. !! Of the flux density; by the bound, too
+        character(256) :: also = ''
+        !! Names of other parameters that are estimated, as in output, separated by blanks: 'rod_gain_y rod_delay'
+        character(16) :: density_wave = WAVE_SEARCHED
+        !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
+        !! with its period where the residuals show one
+        real(dp) :: density_wave_period = 19.9_dp    !! If given, s; the default is that of the built-in cases
+        logical :: search_jump = .true.
+        !! A jump of the acceleration is estimated where the residuals show one, with estimate_within_limits
+    end type optimal_options_t
+
+    !> The settings of group `sequential`.
+    type :: sequential_options_t
+        character(16) :: acceleration = ADAPTIVE
+        !! Beside bias and drift: a parabola along the airflow, and second-order Gauss-Markov processes whose
+        !! size, period and damping the likelihood of the innovations tells (adaptive); nothing (straight-line)
+        real(dp) :: likelihood_gain = 10            !! Of 2 ln L, that an adaptive process must bring
+        real(dp) :: shared_part = 0.013_dp
+        !! Of the process found in one axis the others see a part, as drag acts along the airflow. Its
+        !! standard deviation about that of the air that turns with the Earth: 0.013 for the eastward wind of
+        !! HWM93 along polar orbits, 100 m/s RMS (data/wind_hwm93_1989-01-02.txt)
+        logical :: estimate_within_limits = .true.
+        !! Scale factors and magnetometer bias, which are known within their a-priori sigmas only
+        real(dp) :: edit_sigma = 5                  !! A sample farther off is edited, standard deviations
+    end type sequential_options_t
 
     !> How to estimate. Nothing here is of the satellite or its instruments: that is operator_knowledge_t.
     type :: estimation_options_t
@@ -151,4 +193,59 @@ contains
         call describe_optimal(settings, options%optimal)
         call describe_sequential(settings, options%sequential)
     end subroutine describe_options
+
+    !> The group `optimal` of a case file and of setup.nml.
+    subroutine describe_optimal(settings, optimal)
+        class(settings_t), intent(inout) :: settings
+        type(optimal_options_t), intent(inout) :: optimal
+
+        integer, allocatable :: places(:)
+        character(:), allocatable :: unknown
+
+        call settings%group('optimal', 'The estimator optimal')
+        call settings%text_value('noise', optimal%noise, 'levels of the noise: of the setup, or from the data', &
+                                 [character(8) :: NOISE_GIVEN, NOISE_ESTIMATED])
+        call settings%logical_value('estimate_within_limits', optimal%estimate_within_limits, &
+                                    'scale factors and magnetometer bias, within their a-priori sigmas')
+        call settings%logical_value('estimate_scale_factors', optimal%estimate_scale_factors, &
+                                    'of the accelerometer, too')
+        call settings%logical_value('estimate_rod_gain', optimal%estimate_rod_gain, &
+                                    'a factor of all dipole moments, too')
+        call settings%logical_value('estimate_magnetometer_bias', optimal%estimate_magnetometer_bias, 'too')
+        if (optimal%also /= '' .or. settings%holds('optimal', 'also')) then
+            call settings%text_value('also', optimal%also, 'names of parameters that are estimated, too')
+            call find_parameters(optimal%also, places, unknown)
+            if (unknown /= '') call settings%reject('also', 'no parameter "'//unknown//'" can be estimated; names are those '// &
+                                                    'of `estimate --verbose`, as rod_gain_y, rod_delay, acc_turn_x, field_delay')
+        end if
+        call settings%text_value('density_wave', optimal%density_wave, 'a harmonic acceleration along the '// &
+                                 'airflow: with the period given, or searched for in the residuals', &
+                                 [character(8) :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED])
+        call settings%real_value('density_wave_period', optimal%density_wave_period, 1e-2_dp, 1e6_dp, &
+                                 's, if given', unit='s')
+        call settings%logical_value('search_jump', optimal%search_jump, 'a jump of the acceleration, too, '// &
+                                    'where the residuals show one')
+        call settings%end_group()
+    end subroutine describe_optimal
+
+    !> The group `sequential` of a case file and of setup.nml.
+    subroutine describe_sequential(settings, sequential)
+        class(settings_t), intent(inout) :: settings
+        type(sequential_options_t), intent(inout) :: sequential
+
+        call settings%group('sequential', 'The estimator sequential: non-gravitational acceleration, editing')
+        call settings%text_value('acceleration', sequential%acceleration, &
+                                 'beside the straight line: a parabola and processes found from the data, or nothing', &
+                                 [character(13) :: ADAPTIVE, STRAIGHT_LINE])
+        call settings%real_value('likelihood_gain', sequential%likelihood_gain, 0.0_dp, 1e6_dp, &
+                                 'of 2 ln L, that a process found from the data must bring')
+        call settings%real_value('shared_part', sequential%shared_part, 1e-6_dp, 10.0_dp, &
+                                 'sigma of the part of a process found in one axis that the others see, about that '// &
+                                 'of an acceleration along the airflow')
+        call settings%logical_value('estimate_within_limits', sequential%estimate_within_limits, &
+                                    'scale factors and magnetometer bias, within their a-priori sigmas')
+        call settings%real_value('edit_sigma', sequential%edit_sigma, 3.0_dp, 1e6_dp, &
+                                 'samples farther off than so many standard deviations are edited')
+        call settings%end_group()
+    end subroutine describe_sequential
 end module gracecg_estimation_options

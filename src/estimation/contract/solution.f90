@@ -5,11 +5,10 @@ module gracecg_estimation_solution
     use gracecg_estimation_belief_report, only: belief_report_t
     use gracecg_base_quaternion, only: rate_matrix
     use gracecg_estimation_iteration, only: iteration_t
-    use gracecg_estimation_running_estimate, only: running_estimate_t
     use gracecg_estimation_run_information, only: run_information_t
     implicit none
     private
-    public :: solution_t, estimated_parameter_t, store_offset, has_attitude, quaternion_sigmas, state_sigmas
+    public :: solution_t, estimated_parameter_t, running_estimate_t, store_offset, has_attitude, quaternion_sigmas, state_sigmas
     public :: STATE, STATE_NAMES, STATE_UNITS, STATE_OFFSET, STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
 
     integer, parameter :: STATE = 15    !! Parameters that every estimator has
@@ -29,6 +28,15 @@ module gracecg_estimation_solution
         real(dp) :: sigma = 0           !! Standard deviation, SI units
         character(8) :: unit = ''       !! 1 for a pure number
     end type estimated_parameter_t
+
+    !> The estimate as it stood at every epoch, from the samples until then.
+    type :: running_estimate_t
+        real(dp), allocatable :: time(:)                    !! (epochs), s
+        real(dp), allocatable :: offset(:, :)               !! (3, epochs), m
+        real(dp), allocatable :: sigma(:, :)                !! (3, epochs), m
+        integer, allocatable :: edited_accelerometer(:)     !! (epochs), values edited until then
+        integer, allocatable :: edited_star_camera(:)       !! (epochs), samples edited until then
+    end type running_estimate_t
 
     !> Offset and covariance, and what else the fit has found.
     type :: solution_t

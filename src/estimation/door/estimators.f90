@@ -8,7 +8,7 @@ module gracecg_estimation_estimators
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
-    use gracecg_estimation_arc_length, only: refuse_long_arc
+    use gracecg_estimation_plausibility, only: refuse_long_arc
     use gracecg_estimation_report_estimators, only: estimate_assest, estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential

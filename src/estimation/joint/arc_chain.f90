@@ -17,13 +17,12 @@ module gracecg_estimation_arc_chain
     use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
-    use gracecg_estimation_arc_length, only: longest_arc
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_gather_information, only: move_joined
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_plausibility, only: refuse_implausible
+    use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, fit_point_t, point_of, problem_at

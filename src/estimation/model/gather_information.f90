@@ -2,13 +2,12 @@
 module gracecg_estimation_gather_information
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_information, only: information_t, eliminated_t, no_information
+    use gracecg_estimation_information, only: information_t, eliminated_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters, only: parameter_names
     use gracecg_estimation_parameters, only: a_priori_sigmas, JOINED
-    use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters, information_matrix
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, beliefs_of
     implicit none
     private
@@ -70,7 +69,7 @@ contains
         problem%state = wider%state
     end subroutine move_joined
 
-    !> The same problem with all of JOINED among its parameters, in front.
+    !> The same problem with all of JOINED among its parameters, in front, without a-priori knowledge of them.
     subroutine widen(knowledge, options, problem, wider, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
@@ -84,6 +83,7 @@ contains
             call with_parameters(knowledge, options, problem, &
                                  [JOINED, pack(estimated, [(.not. any(JOINED == estimated(i)), i=1, size(estimated))])], wider)
         end associate
+        call wider%forget_prior(JOINED_COUNT)
         call set_noise(wider, error)
     end subroutine widen
 
@@ -99,25 +99,12 @@ contains
 
         type(information_t) :: samples
         type(eliminated_t) :: own
-        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), sigma(:)
-        integer :: n, m, i, priors
+        real(dp), allocatable :: residuals(:), sigma(:)
+        integer :: n, i, priors
 
         n = size(wider%model%estimated)
-        m = wider%observations
-        allocate (partials(n, m), residuals(m), weights(m))
-        call wider%linearise(partials, residuals, weights, error)
-        if (allocated(error)) return
-        priors = 0
-        do i = wider%star_rows + wider%acceleration_rows + 1, m     ! the a-priori knowledge of what is joined
-            if (any(abs(partials(:JOINED_COUNT, i)) > 0)) then
-                partials(:, i) = 0
-                residuals(i) = 0
-            else
-                priors = priors + 1
-            end if
-        end do
-        samples = no_information(n)
-        call grouped_normal_equations(wider%groups, partials, residuals, samples%matrix, samples%rhs)
+        priors = wider%observations - wider%sample_rows()
+        call information_matrix(wider, samples%matrix, samples%rhs, residuals)
         samples%squares = sum(residuals**2)
         call samples%eliminate(JOINED_COUNT, own, error, parameter_names(wider%model%estimated(JOINED_COUNT + 1:)))
         call add_context(error, 'information of the run')

@@ -7,8 +7,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, optimal_options_t, WAVE_GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_observations_parameters
@@ -69,14 +68,11 @@ module gracecg_estimation_whitened_problem
         type(model_trajectory_t) :: trajectory    !! The rotation at the last linearisation
         type(model_trajectory_t), private :: rotation   !! At a later state, without partials
         real(dp), allocatable, private :: star_partials(:, :)
-        real(dp), allocatable, private :: partials_before(:, :)
-        !! Whitened, of the first parameters at another state: (parameters, star and accelerometer rows)
         integer, allocatable, private :: known(:)       !! Places of parameters with a-priori knowledge
         real(dp), allocatable, private :: known_sigma(:)
     contains
         procedure :: linearise => linearise_calibration
         procedure :: compare => compare_calibration    !! Residuals alone, which cost less
-        procedure :: inherit => inherit_partials       !! Partials of another state, to begin with
         procedure :: correct => correct_calibration
         procedure :: describe_residuals => residuals_of_calibration
         procedure :: describe_state => state_of_calibration
@@ -165,15 +161,12 @@ contains
     end subroutine prepare_calibration
 
     !> The same problem, at the same state, with other parameters. Call set_noise next.
-    subroutine with_parameters(knowledge, options, problem, estimated, other, partials)
+    subroutine with_parameters(knowledge, options, problem, estimated, other)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_parameters
         type(whitened_problem_t), intent(out) :: other
-        real(dp), intent(in), optional :: partials(:, :)
-        !! Whitened, of `problem` at a state not far from this, for a first step. The parameters that are added stand behind
-        !! its own, and act on no rotation
 
         type(fitting_data_t) :: data
 
@@ -189,7 +182,6 @@ contains
         other%whiteners = problem%whiteners
         other%whitened_noise = problem%whitened_noise
         if (allocated(problem%whitened_samples)) other%whitened_samples = problem%whitened_samples
-        if (present(partials)) other%partials_before = partials(:, :problem%sample_rows())
     end subroutine with_parameters
 
     !> Where a problem is.
@@ -345,39 +337,6 @@ contains
 
         sigma = merge(self%second_head_sigma, self%star_camera_sigma, head == 2 .and. self%second_head_sigma > 0)
     end function of_head
-
-    !> The partials from before, once, with those of the added parameters at the problem's state.
-    subroutine inherit_partials(self, partials, residuals, inherited)
-        class(whitened_problem_t), intent(inout) :: self
-        real(dp), contiguous, intent(inout) :: partials(:, :)   !! Parameters x observations, of a state that is near
-        real(dp), intent(inout) :: residuals(:)     !! At the problem's state
-        logical, intent(out) :: inherited           !! Whether there are any; if not, nothing is touched
-
-        type(physical_model_t) :: model
-        real(dp), allocatable :: added(:, :, :)
-        integer :: i, n, last
-
-        inherited = allocated(self%partials_before)
-        if (.not. inherited) return
-        call self%compare(residuals)
-        n = size(self%partials_before, 1)
-        last = self%sample_rows()
-        model = self%model
-        model%estimated = self%model%estimated(n + 1:)
-        model%place = self%model%place(n + 1:)
-        allocate (added(size(model%estimated), 3, size(self%data%accelerometer_epoch)))
-        call predict_accelerations(model, self%state, self%rotation, self%data%accelerometer_epoch, partials=added)
-        do i = 1, 3
-            call self%whiteners(i)%whiten(added(:, i, :))
-        end do
-        partials(:n, :last) = self%partials_before
-        partials(n + 1:, :self%star_rows) = 0
-        partials(n + 1:, self%star_rows + 1:) = 0
-        partials(n + 1:, self%star_rows + 1:self%star_rows + self%acceleration_rows) = &
-            reshape(added, [size(added, 1), self%acceleration_rows])
-        call know_beforehand(self, partials)
-        deallocate (self%partials_before)
-    end subroutine inherit_partials
 
     !> The rows of what is known beforehand.
     pure subroutine know_beforehand(self, partials)

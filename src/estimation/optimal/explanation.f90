@@ -14,8 +14,7 @@ module gracecg_estimation_explanation
     use gracecg_base_error, only: error_t
     use gracecg_observations_arc_of_run, only: beginning_of
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_optimal_options, only: WAVE_GIVEN, WAVE_SEARCHED
+    use gracecg_estimation_options, only: estimation_options_t, WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
         ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, largest_error
     use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, &

@@ -9,8 +9,7 @@ module gracecg_estimation_optimal
     use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
+    use gracecg_estimation_options, only: estimation_options_t, NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
@@ -218,8 +217,7 @@ contains
             jump = search_jump(fit%problem, fit%batch)
         if (jump%found) then
             allocate (wider)
-            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem, &
-                                 fit%batch%gain)
+            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
             wider%problem%model%jump = jump%epoch
             call settle_wider(jump%found)
             if (jump%found) call report_jump(fit%problem, solution%warnings)
@@ -341,7 +339,7 @@ contains
         wanted = [fit%problem%model%estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY]
         if (.not. any(wanted == DRAG_CURVATURE)) wanted = [wanted, DRAG_CURVATURE]
         if (any(wanted == FORCE_BENDS(1))) wanted = [wanted, AIRFLOW_TURN]
-        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem, fit%batch%gain)
+        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem)
         wider%problem%model%wave_frequency = wave%frequency
         wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen

@@ -1,6 +1,5 @@
 !> The iteration of `optimal`: Gauss-Newton steps whose partials are kept while they hardly change (the simplified
-!> method of Newton), and may begin with those of a fit before. Partials cost most of a step; the residuals alone
-!> cost less. How far the state has moved since the partials, and what new ones did to a step, say when new ones are
+!> method of Newton). Partials cost most of a step; the residuals alone cost less. How far the state has moved since the partials, and what new ones did to a step, say when new ones are
 !> worth it, and when a step was the last.
 module gracecg_estimation_simplified_newton
     use gracecg_base_kinds, only: dp
@@ -37,7 +36,6 @@ module gracecg_estimation_simplified_newton
     !> What is known of the partials in use. Lengths are largest changes of a parameter in standard deviations.
     type :: progress_t
         logical :: fresh = .true.           !! The step takes new ones
-        logical :: inherited = .false.      !! They are those of another problem's last state
         logical :: settled = .false.        !! The state was the solution with the partials before
         real(dp) :: step_before = huge(1.0_dp)
         real(dp) :: moved = 0               !! Since they are in use
@@ -64,7 +62,7 @@ contains
         allocate (partials(n, m), residuals(m), correction(n), solution%inverse(n, n))
         allocate (weights(m), source=1.0_dp)        ! of whitened rows
         do iteration = 1, settings%most_iterations
-            call find_step(iteration == 1)
+            call find_step()
             if (allocated(error)) then
                 call add_context(error, 'iteration '//number_text(real(iteration, dp)))
                 return
@@ -78,18 +76,11 @@ contains
 
     contains
 
-        !> The correction with the partials that suit best: those of a fit before, those in use, or new ones.
-        subroutine find_step(first)
-            logical, intent(in) :: first
+        !> The correction with the partials that suit best: those in use, or new ones.
+        subroutine find_step()
+            real(dp) :: normal(n, n), rhs(n)
 
-            progress%inherited = .false.
-            if (first) then
-                call problem%inherit(partials, residuals, progress%inherited)
-                if (progress%inherited) call solve()
-                if (progress%inherited .and. .not. allocated(error)) return
-                progress%inherited = .false.
-                if (allocated(error)) deallocate (error)    ! new partials may do
-            else if (.not. progress%fresh) then
+            if (.not. progress%fresh) then
                 call problem%compare(residuals)
                 correction = matmul(solution%inverse, matmul(partials, residuals))
                 if (.not. all(abs(correction) <= huge(1.0_dp))) call fail(error, 'a correction is not a finite number')
@@ -98,15 +89,10 @@ contains
             end if
             if (allocated(error) .or. .not. progress%fresh) return
             call problem%linearise(partials, residuals, weights, error)
-            if (.not. allocated(error)) call solve()
-        end subroutine find_step
-
-        subroutine solve()
-            real(dp) :: normal(n, n), rhs(n)
-
+            if (allocated(error)) return
             call grouped_normal_equations(problem%groups, partials, residuals, normal, rhs)
             call solve_normal_equations(normal, rhs, correction, solution%inverse, solution%condition, error, problem%names)
-        end subroutine solve
+        end subroutine find_step
 
         !> The largest change, in its parameter's standard deviation.
         pure real(dp) function in_sigmas(change)
@@ -131,10 +117,10 @@ contains
             effect = 1
             if (p%fresh .and. p%settled) effect = step/p%moved
             p%moved = step + merge(0.0_dp, p%moved, p%fresh)
-            converged = effect*step <= settings%tolerance .and. .not. p%inherited .and. &
+            converged = effect*step <= settings%tolerance .and. &
                 (settings%rough .or. p%moved <= SAME .or. effect < 1)
             p%settled = effect < 1 .or. (step <= NEAR .and. p%moved > SAME)
-            p%fresh = p%inherited .or. p%settled .or. step > POOR*p%step_before .or. (step > FAR .and. .not. settings%rough)
+            p%fresh = p%settled .or. step > POOR*p%step_before .or. (step > FAR .and. .not. settings%rough)
             p%step_before = step
         end associate
     end subroutine judge_step
