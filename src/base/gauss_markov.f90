@@ -18,7 +18,6 @@ module gracecg_base_gauss_markov
     type :: gauss_markov_t
         integer :: n = 0                                    !! Number of states
         real(dp), allocatable :: transition(:, :)           !! Phi over one interval, n x n
-        real(dp), allocatable :: inverse_transition(:, :)   !! Phi^-1
         real(dp), allocatable :: noise_root(:, :)           !! L, lower triangle; L L^T = Q
         real(dp), allocatable :: covariance(:, :)           !! At the start: the stationary one
         real(dp), allocatable :: output(:)                  !! h
@@ -45,8 +44,7 @@ contains
         type(gauss_markov_t) :: process
 
         process%n = n
-        allocate (process%transition(n, n), process%inverse_transition(n, n), process%noise_root(n, n), &
-                  process%covariance(n, n), source=0.0_dp)
+        allocate (process%transition(n, n), process%noise_root(n, n), process%covariance(n, n), source=0.0_dp)
         allocate (process%output(n), source=0.0_dp)
     end function empty_process
 
@@ -58,7 +56,6 @@ contains
 
         process = empty_process(1)
         process%transition = phi
-        process%inverse_transition = 1/phi
         process%noise_root = sigma*sqrt((1 - phi)*(1 + phi))
         process%covariance = sigma**2
         process%output = 1
@@ -91,7 +88,6 @@ contains
         q = 4*zeta*sigma**2*q
         process = empty_process(2)
         process%transition = oscillator_transition(tau, zeta)
-        process%inverse_transition = oscillator_transition(-tau, zeta)
         process%noise_root(1, 1) = sqrt(q(1, 1))
         if (q(1, 1) > 0) process%noise_root(2, 1) = q(2, 1)/process%noise_root(1, 1)
         process%noise_root(2, 2) = sqrt(max(0.0_dp, q(2, 2) - process%noise_root(2, 1)**2))
@@ -130,8 +126,6 @@ contains
         process = empty_process(a%n + b%n)
         process%transition(:n, :n) = a%transition
         process%transition(n + 1:, n + 1:) = b%transition
-        process%inverse_transition(:n, :n) = a%inverse_transition
-        process%inverse_transition(n + 1:, n + 1:) = b%inverse_transition
         process%noise_root(:n, :n) = a%noise_root
         process%noise_root(n + 1:, n + 1:) = b%noise_root
         process%covariance(:n, :n) = a%covariance

@@ -9,34 +9,13 @@ module gracecg_observations_arc_of_run
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     implicit none
     private
-    public :: beginning_of, arc_of_run, without_moments
+    public :: arc_of_run, without_moments
 
     real(dp), parameter :: ROUNDING = 1e-6_dp       !! Of a sampling interval
     integer, parameter :: FIELD_MARGIN = 3, ORBIT_MARGIN = 4
     !! Samples of magnetometer and orbit beyond the ends of an arc, for interpolation
 
 contains
-
-    !> The first part of an arc: the samples before a time. The orbit stays whole.
-    pure subroutine beginning_of(observations, length, part)
-        type(observation_set_t), intent(in) :: observations
-        real(dp), intent(in) :: length          !! s, not longer than the arc
-        type(observation_set_t), intent(out) :: part
-
-        part%knowledge = observations%knowledge
-        part%knowledge%duration = length
-        associate (time => observations%accelerometer_time)
-            call take(time, observations%acceleration, 1, count(time < length), 0.0_dp, part%accelerometer_time, &
-                      part%acceleration)
-        end associate
-        call take_stars(observations, observations%star_camera_time < length, 0.0_dp, part)
-        associate (time => observations%magnetometer_time)
-            call take(time, observations%field, 1, count(time < length), 0.0_dp, part%magnetometer_time, part%field)
-        end associate
-        if (.not. has_orbit(observations)) return
-        part%orbit_time = observations%orbit_time
-        part%orbit_position = observations%orbit_position
-    end subroutine beginning_of
 
     !> The arc behind `from`, up to and with `to`: the samples in it, each in one of several arcs that follow each
     !> other, and beyond its ends those of magnetometer, orbit and rods that interpolation reaches. Its time 0 is

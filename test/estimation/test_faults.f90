@@ -13,6 +13,7 @@ module test_faults
     use gracecg_environment_time, only: utc_plus
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field
@@ -445,6 +446,7 @@ contains
     subroutine test_repeated(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: bad
+        type(fitting_data_t) :: data
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer, allocatable :: twice(:)
@@ -455,6 +457,7 @@ contains
         twice = [(i, i=1, 100), (i, i=100, 100), (i, i=100, 600)]
         bad%accelerometer_time = bad%accelerometer_time(twice)
         bad%acceleration = bad%acceleration(:, twice)
+        bad%angular_acceleration = spread(real(twice, dp), 1, 3)
         twice = [1, (i, i=1, 60)]
         bad%magnetometer_time = bad%magnetometer_time(twice)
         bad%field = bad%field(:, twice)
@@ -473,6 +476,9 @@ contains
         call warned(error, solution%warnings, [character(W) :: 'magnetometer: repeated', ': 1,', 'at 1 s'])
         call warned(error, solution%warnings, [character(W) :: 'star camera: repeated', ': 2,', 'at 20 s'])
         call warned(error, solution%warnings, [character(W) :: 'orbit: repeated', ': 1,', 'at 60 s'])
+        call preprocess(bad, estimation_options_t(), data, failure)
+        call check(error, size(data%angular, 2), 600, 'angular channels')
+        if (.not. allocated(error)) call check(error, all(nint(data%angular(1, :)) == [(i, i=1, 600)]), 'of the same samples')
     end subroutine test_repeated
 
     !> Observations of a satellite whose rods had `share` of the moment that the setup names.

@@ -25,27 +25,20 @@ contains
 
         associate (set => observations)
             call find_kept('accelerometer', set%accelerometer_time, kept)
-            if (size(kept) < size(set%accelerometer_time)) then
-                set%accelerometer_time = set%accelerometer_time(kept)
-                set%acceleration = set%acceleration(:, kept)
-            end if
+            set%accelerometer_time = set%accelerometer_time(kept)
+            set%acceleration = set%acceleration(:, kept)
+            if (allocated(set%angular_acceleration)) set%angular_acceleration = set%angular_acceleration(:, kept)
             call find_kept('magnetometer', set%magnetometer_time, kept)
-            if (size(kept) < size(set%magnetometer_time)) then
-                set%magnetometer_time = set%magnetometer_time(kept)
-                set%field = set%field(:, kept)
-            end if
+            set%magnetometer_time = set%magnetometer_time(kept)
+            set%field = set%field(:, kept)
             call find_kept('star camera', set%star_camera_time, kept, set%star_camera_head)
-            if (size(kept) < size(set%star_camera_time)) then
-                set%star_camera_time = set%star_camera_time(kept)
-                set%star_camera_head = set%star_camera_head(kept)
-                set%quaternion = set%quaternion(:, kept)
-            end if
+            set%star_camera_time = set%star_camera_time(kept)
+            set%star_camera_head = set%star_camera_head(kept)
+            set%quaternion = set%quaternion(:, kept)
             if (.not. allocated(set%orbit_time)) return
             call find_kept('orbit', set%orbit_time, kept)
-            if (size(kept) < size(set%orbit_time)) then
-                set%orbit_time = set%orbit_time(kept)
-                set%orbit_position = set%orbit_position(:, kept)
-            end if
+            set%orbit_time = set%orbit_time(kept)
+            set%orbit_position = set%orbit_position(:, kept)
         end associate
 
     contains

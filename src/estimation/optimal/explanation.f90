@@ -12,7 +12,7 @@
 module gracecg_estimation_explanation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_observations_arc_of_run, only: beginning_of
+    use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t, WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
@@ -156,7 +156,7 @@ contains
         real(dp) :: part_misfit
         integer :: i
 
-        call beginning_of(observations, length, part)
+        call arc_of_run(observations, without_moments(observations%knowledge), 0.0_dp, length, part)
         call refit(part, options, solution, part_misfit, error)
         part_misfit = min(part_misfit, WORST)
         allocate (likely(0))

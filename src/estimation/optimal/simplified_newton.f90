@@ -1,6 +1,6 @@
 !> The iteration of `optimal`: Gauss-Newton steps whose partials are kept while they hardly change (the simplified
-!> method of Newton). Partials cost most of a step; the residuals alone cost less. How far the state has moved since the partials, and what new ones did to a step, say when new ones are
-!> worth it, and when a step was the last.
+!> method of Newton). Partials cost most of a step; the residuals alone cost less. How far the state has moved since the
+!> partials, and what new ones did to a step, say when new ones are worth it, and when a step was the last.
 module gracecg_estimation_simplified_newton
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text, add_context
