@@ -47,8 +47,17 @@ module gracecg_observations_knowledge
         real(dp) :: sigma_torque = 1e-6_dp
         !! Of the change of the unmodelled torque from the beginning to the end of the arc, N m: a
         !! twentieth of the air's and the Sun's torque of some 2e-5 N m in Figures 5.6 and 5.7
+        real(dp) :: sigma_directions(3) = [0.5_dp, 0.1_dp, 0.5_dp]*DEGREE
+        !! Of the axes of rods, accelerometer and magnetometer, about each other axis, rad; not in the report
+        real(dp) :: sigma_magnetometer_scale = 0.01_dp
+        !! Of each axis, relative; not in the report
+        real(dp) :: sigma_mounting = 0.01_dp*DEGREE
+        !! Of each star-camera head, about each axis, rad; not in the report
+        real(dp) :: sigma_delays = 0.01_dp
+        !! Of the time tags of each instrument against the commands of the rods, s; not in the report
         logical :: signs_known = .false.
-        !! The sign of the accelerometer's axes together has been confirmed, by an earlier trim: no calibration tells it
+        !! Which axis of rods, accelerometer and magnetometer is which, and the sign of the accelerometer's axes together,
+        !! which no calibration tells, have been confirmed, by an earlier trim
     contains
         procedure :: aged_scale_sigmas  !! Those of the scale factors today
     end type a_priori_t
@@ -223,8 +232,16 @@ contains
                                  'of the elements of the inertia tensor, in its smallest moment')
         call settings%real_value('sigma_torque', a_priori%sigma_torque, 0.0_dp, 1.0_dp, &
                                  'N m, of the change of the unmodelled torque over the arc', unit='N m')
+        call settings%real_values('sigma_directions_deg', a_priori%sigma_directions, SMALLEST, 180.0_dp, &
+                                  'deg, of the axes of rods, accelerometer, magnetometer', DEGREE, 'deg')
+        call settings%real_value('sigma_magnetometer_scale', a_priori%sigma_magnetometer_scale, SMALLEST, 1.0_dp, &
+                                 'of each axis, relative')
+        call settings%real_value('sigma_mounting_deg', a_priori%sigma_mounting, SMALLEST, 180.0_dp, &
+                                 'deg, of each star-camera head', DEGREE, 'deg')
+        call settings%real_value('sigma_delays', a_priori%sigma_delays, SMALLEST, 10.0_dp, &
+                                 's, of the time tags of each instrument against the rods', unit='s')
         call settings%logical_value('signs_known', a_priori%signs_known, &
-                                    'a trim has confirmed the sign of the accelerometer''s axes')
+                                    'a trim has confirmed axes and signs of the accelerometer')
         call settings%end_group()
     end subroutine describe_a_priori
 

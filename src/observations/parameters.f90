@@ -161,7 +161,7 @@ module gracecg_observations_parameters
     integer :: i_row, i_member       ! of the loops below, which make constants
     integer, parameter :: COUNTS(*) = KINDS%count
     integer, parameter :: PARAMETERS = sum(COUNTS)      !! Number of all parameters
-    integer, parameter :: EVERY(*) = [(i_row, i_row=1, PARAMETERS)]
+    integer, parameter :: EVERY(*) = [(i_row, i_row=1, PARAMETERS)]     !! All places
     !> The row of each parameter, and which of that row it is
     integer, parameter :: KIND_OF(PARAMETERS) = [((i_row, i_member=1, COUNTS(i_row)), i_row=1, size(COUNTS))]
     integer, parameter :: MEMBER_OF(PARAMETERS) = [((i_member, i_member=1, COUNTS(i_row)), i_row=1, size(COUNTS))]

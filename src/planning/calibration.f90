@@ -1,13 +1,18 @@
 !> A calibration: a case, which is simulated, and how it is estimated. One file has both, each in groups of its
 !> own: the simulation reads the case, the estimators read their options.
 module gracecg_planning_calibration
-    use gracecg_base_error, only: error_t
-    use gracecg_files_file, only: output_file_t
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_files_file, only: output_file_t, file_exists
+    use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t, case_from_text, case_text
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in
     use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text
+    use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_report_options, only: report_options
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_planning_observed_case, only: case_of_observations
     implicit none
     private
     public :: calibration_t, find_calibration, calibration_from_text, calibration_text, write_calibration
@@ -20,13 +25,25 @@ module gracecg_planning_calibration
 
 contains
 
-    !> The calibration of a name: a built-in case with the report's options, else the namelist file of that
-    !> path. Fails when it is neither, and as `read_case` and `read_options` do.
+    !> The calibration of a name: a built-in case with the report's options, else the namelist file of that path, or the
+    !> folder of an observation set. Fails when it is none, and as `read_case`, `read_options` and `case_of_observations` do.
     subroutine find_calibration(name_or_path, calibration, error)
         character(*), intent(in) :: name_or_path    !! 'front-1' ... 'back-3-printed', or a path
         type(calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
+        type(observation_set_t) :: observations
+        character(:), allocatable :: setup
+
+        setup = name_or_path//'/'//trim(OBSERVATION_FILES(SETUP_FILE))
+        if (file_exists(setup)) then
+            call read_observations(name_or_path, observations, error)
+            if (.not. allocated(error)) call case_of_observations(observations, calibration%case, error)
+            if (.not. allocated(error)) call read_options(setup, calibration%options, error, beside=.true.)
+            if (.not. allocated(error)) call take_offset()
+            call add_context(error, name_or_path)
+            return
+        end if
         call find_case(name_or_path, calibration%case, error)
         if (allocated(error)) return
         if (is_built_in(name_or_path)) then
@@ -34,6 +51,21 @@ contains
         else
             call read_options(name_or_path, calibration%options, error, beside=.true.)
         end if
+
+    contains
+
+        !> The offset that `optimal` finds, since some errors grow with it; else 0.
+        subroutine take_offset()
+            type(estimation_options_t) :: quick
+            type(solution_t) :: solution
+            type(error_t), allocatable :: failure
+
+            quick = calibration%options
+            quick%test_beliefs = .false.
+            call estimate_optimal(observations, quick, solution, failure)
+            if (allocated(failure)) return
+            if (solution%converged) calibration%case%satellite%offset = solution%offset
+        end subroutine take_offset
     end subroutine find_calibration
 
     !> The calibration of the text of a case file; `name` stands for the file in messages.

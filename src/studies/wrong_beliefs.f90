@@ -21,6 +21,9 @@ module gracecg_studies_wrong_beliefs
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_action, only: action_t
+    use gracecg_estimation_verdict, only: act_on
+    use gracecg_simulation_satellite, only: satellite_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: reliability_of_case
@@ -31,6 +34,7 @@ module gracecg_studies_wrong_beliefs
 
     integer, parameter :: SOUND = 0     !! Kind of a belief beside OF_VALUE, OF_ALTERATION, OF_NOISE: nothing is wrong
     real(dp), parameter :: SILENT_SIGMAS = 5    !! Error, in standard deviations, beyond which a silent result is wrong
+    real(dp), parameter :: HARMFUL = 4          !! Standard deviations of an error of a component along which masses are moved
     real(dp), parameter :: FAR_BEYOND = 2       !! Minimal detectable values, beyond which the tests shall not miss
     integer, parameter :: SIZES = 3             !! Of each belief with a value
 
@@ -53,6 +57,9 @@ module gracecg_studies_wrong_beliefs
         !! In how many runs of all it should, by the minimal detectable values that the estimates state themselves
         integer :: named = 0            !! Runs in which the cause is among the explanations given, also with a refusal
         integer :: silent = 0           !! Runs that are silently wrong
+        integer :: trimmed = 0          !! Runs whose action is to trim along some axis
+        integer :: harmful = 0          !! Of these, along one where the offset is wrong by more than HARMFUL sigma and what is
+        !! tolerated unseen
         real(dp) :: times = 0           !! Value in minimal detectable values; 0: none is known
         real(dp) :: worst = 0           !! Largest error of a component, in standard deviations
     end type tally_t
@@ -60,6 +67,7 @@ module gracecg_studies_wrong_beliefs
     !> One run with one wrong belief.
     type :: outcome_t
         logical :: refused = .false., contradicted = .false., found = .false., named = .false., silent = .false.
+        logical :: trimmed = .false., harmful = .false.
         real(dp) :: stated = 0      ! probability that the belief's own test contradicts it
         real(dp) :: worst = 0
     end type outcome_t
@@ -179,6 +187,8 @@ contains
                     tally%stated = sum(outcome%stated)
                     tally%named = count(outcome%named)
                     tally%silent = count(outcome%silent)
+                    tally%trimmed = count(outcome%trimmed)
+                    tally%harmful = count(outcome%harmful)
                     tally%worst = maxval(outcome%worst)
                     tally%times = times_detectable(report, list(i))
                 end associate
@@ -227,11 +237,11 @@ contains
             end if
             do k = 1, size(self%algorithms)
                 if (self%algorithms(k) == 'optimal') then
-                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, tested, tested_failure)
+                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite, tested, tested_failure)
                 else
                     call estimate_offset(self%algorithms(k), observations, untested, solution, failure)
                     call take_tests(tested, solution)
-                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, solution, failure)
+                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite, solution, failure)
                 end if
             end do
         end associate
@@ -250,11 +260,12 @@ contains
     !> What an estimate says, and whether it is right.
     function outcome_of(wrong, truth, solution, failure) result(outcome)
         type(wrong_belief_t), intent(in) :: wrong
-        real(dp), intent(in) :: truth(3)                            !! The offset, m
+        type(satellite_t), intent(in) :: truth
         type(solution_t), intent(in) :: solution
         type(error_t), allocatable, intent(in) :: failure
         type(outcome_t) :: outcome
 
+        type(action_t) :: action
         real(dp) :: deviation(3), sigma(3)
         integer :: axis
 
@@ -268,11 +279,16 @@ contains
             outcome%named = is_named(wrong, solution%beliefs%explanations)
         end if
         if (outcome%refused) return
-        deviation = abs(solution%offset - truth)
+        deviation = abs(solution%offset - truth%offset)
         sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
         outcome%worst = maxval(deviation/sigma)
-        if (allocated(solution%beliefs)) deviation = deviation - solution%beliefs%undetected()
-        outcome%silent = .not. outcome%contradicted .and. any(deviation > SILENT_SIGMAS*sigma)
+        if (.not. allocated(solution%beliefs)) return
+        associate (report => solution%beliefs)
+            outcome%silent = .not. outcome%contradicted .and. any(deviation - report%undetected() > SILENT_SIGMAS*sigma)
+            call act_on(solution, truth%mass, action)
+            outcome%trimmed = any(action%trimmed)
+            outcome%harmful = any(action%trimmed .and. deviation > HARMFUL*sqrt(sigma**2 + report%apart**2) + report%wanted)
+        end associate
     end function outcome_of
 
     !> Makes a belief wrong.

@@ -10,8 +10,6 @@ module test_calibration_page
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_verdict
-    use gracecg_cli_calibration_json, only: advice_of
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
     use command_fixture, only: run
     use testdrive, only: unittest_type, error_type, new_unittest
@@ -44,7 +42,6 @@ contains
                     new_unittest('estimate-says-the-same', test_same_output), &
                     new_unittest('without-python', test_no_python), &
                     new_unittest('warnings-stand-on-the-page', test_warnings), &
-                    new_unittest('advice-in-words', test_advice), &
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('unwritable', test_unwritable), &
                     new_unittest('corrupted-observations', test_corrupted), &
@@ -233,7 +230,6 @@ contains
         call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs') > 0, messages)
         call read_content(error, FOLDER//'lost.html', html)
         call has(error, html, 'magnetometer: no samples for 60 epochs')
-        call has(error, html, 'the observations gave reason for warnings')
         call has(error, html, '"remarks": [')
     end subroutine test_warnings
 
@@ -346,32 +342,4 @@ contains
             call has_not(error, html, '"offset_m"')
         end do
     end subroutine test_refused
-
-    !> Every step has its words: how far to trim with its sign, axes by name, the commands that help.
-    subroutine test_advice(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(60), parameter :: PARTS(7) = [character(60) :: 'Mend what is marked with a cross', &
-            'noise levels of the instruments in `setup.nml`', 'by +0.4 mm along x, -0.25 mm along z (towards', &
-            'Leave y as it is: within 3 sigma', 'Repeat for y and z:', '`gracecg montecarlo`', 'After the trim calibrate']
-        type(verdict_t) :: verdict
-        type(solution_t) :: solution
-        type(string_t), allocatable :: advice(:)
-        integer :: i
-
-        verdict%next_steps = [next_step_t(STEP_MEND), next_step_t(STEP_GIVE_NOISE), &
-                              next_step_t(STEP_TRIM, [.true., .false., .true.]), &
-                              next_step_t(STEP_LEAVE, [.false., .true., .false.]), &
-                              next_step_t(STEP_REPEAT, [.false., .true., .true.]), &
-                              next_step_t(STEP_LOWER_LIMIT), next_step_t(STEP_RECALIBRATE)]
-        solution%offset = [0.4e-3_dp, 9.0_dp, -0.25e-3_dp]
-        advice = advice_of(verdict, 400.0_dp, solution)
-        call check(error, size(advice), size(PARTS))
-        do i = 1, size(PARTS)
-            if (allocated(error)) return
-            call check(error, index(advice(i)%text, trim(PARTS(i))) > 0, advice(i)%text)
-        end do
-        if (allocated(error)) return
-        call check(error, index(advice(3)%text, 'mass moments of +160 kg mm, -100 kg mm.') > 0, advice(3)%text)
-        call check(error, index(advice(5)%text, '`gracecg timing`') > 0, advice(5)%text)
-    end subroutine test_advice
 end module test_calibration_page

@@ -86,7 +86,7 @@ contains
         type(string_t), allocatable :: fields(:)
         character(:), allocatable :: output, messages, line
         real(dp) :: value, sigma
-        integer :: axis, status
+        integer :: axis, status, first
         logical :: ok
 
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run3', output)
@@ -111,8 +111,11 @@ contains
         call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', output)
         if (allocated(error)) return
         text = text_file_of(output, 'output')
+        first = findloc([(index(text%line(axis), ', assest-fde: CG offset') > 0, axis=1, 10)], .true., 1)
+        call check(error, first > 1 .and. index(text%line(1), 'trim: ') == 1, text%line(1))
         do axis = 1, 3
-            line = text%line(1 + axis)
+            if (allocated(error)) return
+            line = text%line(first + axis)
             read (line(4:16), *) sigma
             call parse_real(fields(1 + axis)%text, value, ok)
             call check(error, abs(sigma - value) < 1e-5_dp, line)

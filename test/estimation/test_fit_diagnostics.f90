@@ -15,8 +15,9 @@ module test_fit_diagnostics
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics
-    use gracecg_estimation_verdict, only: verdict_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD, STEP_MEND, &
-        STEP_GIVE_NOISE, STEP_TRIM, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
+    use gracecg_estimation_action, only: action_t, known_offset_t, decide, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    use gracecg_estimation_belief_report, only: CONTRADICTED
+    use gracecg_estimation_verdict, only: verdict_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
@@ -43,7 +44,8 @@ contains
                     new_unittest('noise-not-known', test_unknown_noise), &
                     new_unittest('good-verdict', test_good), &
                     new_unittest('doubtful-verdicts', test_doubtful), &
-                    new_unittest('bad-verdict', test_bad)]
+                    new_unittest('bad-verdict', test_bad), &
+                    new_unittest('what-is-small-is-left', test_leave)]
     end subroutine collect_fit_diagnostics
 
     !> Semi-axes 3, 2, 1 mm along the columns of a rotation.
@@ -305,8 +307,7 @@ contains
         verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Accuracy', 'not known')
-        call check(error, index(verdict%summary, 'The accuracy is not known'), 1)
-        call advises(error, verdict, [STEP_GIVE_NOISE], 0)
+        call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'the accuracy is not known')
         call says(error, verdict, 'Residuals x', 'gives no noise_level')
         call says(error, verdict, 'Noise of the star camera', 'noise_about_axes')
     end subroutine test_unknown_noise
@@ -329,17 +330,18 @@ contains
         call test_failed(error, 'nothing is said of '//subject)
     end subroutine says
 
-    !> The next steps, and the axes of the first of them as a number: xyz in binary.
-    subroutine advises(error, verdict, steps, axes)
+    !> The action, the axes of a trim and those of another calibration as numbers, xyz in binary, and words of its reason.
+    subroutine advises(error, action, kind, trimmed, again, words)
         type(error_type), allocatable, intent(inout) :: error
-        type(verdict_t), intent(in) :: verdict
-        integer, intent(in) :: steps(:)     !! STEP_...
-        integer, intent(in) :: axes
+        type(action_t), intent(in) :: action
+        integer, intent(in) :: kind, trimmed, again
+        character(*), intent(in) :: words
 
         if (allocated(error)) return
-        call check(error, size(verdict%next_steps), size(steps))
-        call check(error, all(verdict%next_steps%kind == steps), 'other steps')
-        call check(error, sum(pack([4, 2, 1], verdict%next_steps(1)%axes)), axes)
+        call check(error, action%kind, kind, action%text)
+        if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], action%trimmed)), trimmed, action%text)
+        if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], action%again)), again, action%text)
+        if (.not. allocated(error)) call check(error, index(action%text, words) > 0, action%text)
     end subroutine advises
 
     subroutine judged(name, quiet, tested, verdict, solution, error)
@@ -367,24 +369,31 @@ contains
     end subroutine judged
 
     !> Case 3 without the density wave: all good, and trim by the estimate, sign and all; but no trim while what a
-    !> wrong belief could do unseen is more than is wanted.
+    !> wrong belief could do unseen is more than is wanted, or nobody has confirmed the signs.
     subroutine test_good(error)
         type(error_type), allocatable, intent(out) :: error
         type(verdict_t) :: verdict
         type(solution_t) :: solution
+        type(action_t) :: action
 
         call judged('front-3', .true., .true., verdict, solution, error)
         if (allocated(error)) return
-        call check(error, verdict%grade, GRADE_GOOD, verdict%summary)
+        call check(error, verdict%grade, GRADE_GOOD)
         call says(error, verdict, 'Torque', 'times (sigma')
-        call advises(error, verdict, [STEP_TRIM, STEP_RECALIBRATE], 7)
+        call advises(error, verdict%action, TRIM_IT, 7, 0, 'trim: move the centre of mass by +0.')
+        solution%beliefs%signs_known = .false.
+        call act_on(solution, 400.0_dp, action)
+        call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'set signs_known')
+        solution%beliefs%signs_known = .true.
+        solution%beliefs%wanted = 1e-6_dp
+        call act_on(solution, 400.0_dp, action)
+        call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'unseen could be')
         if (.not. allocated(error)) call judged('front-3', .true., .false., verdict, solution, error)
         if (allocated(error)) return
-        call check(error, verdict%grade, GRADE_DOUBTFUL, verdict%summary)
+        call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Contradicted', 'nothing')
         call says(error, verdict, 'Not testable here', 'sign of the accelerometer')
-        call check(error, all(verdict%next_steps%kind /= STEP_TRIM), 'a trim is advised')
-        call check(error, verdict%next_steps(1)%kind, STEP_TEST)
+        call check(error, .not. any(verdict%action%trimmed), verdict%action%text)
     end subroutine test_good
 
     !> Case 2 hardly shows x; the density wave is in the residuals of x: 3.02 cycles in the arc.
@@ -395,16 +404,13 @@ contains
 
         call judged('front-2', .false., .true., verdict, solution, error)
         if (allocated(error)) return
-        call check(error, verdict%grade, GRADE_DOUBTFUL, verdict%summary)
+        call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Accuracy', 'x is not determined')
         call says(error, verdict, 'Residuals x', '0.05 Hz')
-        call advises(error, verdict, [STEP_TRIM, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE], 3)
-        call check(error, all(verdict%next_steps(2)%axes .eqv. [.true., .false., .false.]))
-        call check(error, index(verdict%summary, 'y and z are determined to 0.1 mm or better, x is not.'), 1, &
-                   verdict%summary)
+        call advises(error, verdict%action, TRIM_IT, 3, 4, 'calibrate again for x (sigma of x 1.')
     end subroutine test_doubtful
 
-    !> No convergence, or residuals far above the noise: not to be used, whatever the sigmas say.
+    !> No convergence, residuals far above the noise, or a contradiction: not to be used, whatever the sigmas say.
     subroutine test_bad(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -424,12 +430,28 @@ contains
         verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_BAD)
         call says(error, verdict, 'Convergence', 'not converged')
-        call check(error, index(verdict%summary, 'Do not use'), 1)
-        call advises(error, verdict, [STEP_MEND], 0)
+        call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'do not use: Convergence')
         solution%converged = .true.
         d%residuals(2)%ratio = 21
         verdict = judge(observations%knowledge, solution, record, d)
-        call check(error, verdict%grade, GRADE_BAD)
         call says(error, verdict, 'Residuals y', 'wrong unit')
+        call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'wrong unit')
+        solution%beliefs%values(2)%state = CONTRADICTED
+        solution%beliefs%values(2)%score = 9
+        verdict = judge(observations%knowledge, solution, record, d)
+        call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'gain of rod ')
     end subroutine test_bad
+
+    !> A component within three sigma of 0 is left, whatever the others need.
+    subroutine test_leave(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(action_t) :: action
+
+        call decide(known_offset_t(value=[1e-5_dp, -4e-4_dp, 3e-4_dp], sigma=[1e-5_dp, 2e-5_dp, 3e-4_dp], signs_known=.true.), &
+                    400.0_dp, action)
+        call advises(error, action, TRIM_IT, 2, 1, '-0.4 mm along y (sigma 0.02 mm; mass moments -160 kg mm)')
+        call advises(error, action, TRIM_IT, 2, 1, 'leave x (within 3 sigma of 0); calibrate again for z')
+        call decide(known_offset_t(value=[1e-5_dp, -4e-5_dp, 3e-5_dp], sigma=spread(2e-5_dp, 1, 3)), 400.0_dp, action)
+        call advises(error, action, LEAVE_IT, 0, 0, 'leave x, y and z')
+    end subroutine test_leave
 end module test_fit_diagnostics

@@ -239,24 +239,28 @@ contains
                 call results%member('detectable', smallest)
                 call results%member('unit', trim(belief_unit(belief)))
                 call results%member('effect_mm', abs(test%effect)/MILLIMETRE)
+                call results%member('effect_as_stated_mm', abs(test%within)/MILLIMETRE)
                 call results%end()
-                if (all(abs(test%effect) <= report%wanted)) cycle
+                if (all(abs(test%within) <= report%wanted)) cycle
                 call rows%add('  '//trim(belief_subject(belief)))
                 if (smallest > 0) call rows%add(smallest)
                 if (.not. smallest > 0) call rows%add_nothing()
                 call rows%add(trim(belief_unit(belief)))
-                call rows%add(abs(test%effect)/MILLIMETRE)
+                call rows%add(abs(test%within)/MILLIMETRE)
             end associate
         end do
         call results%end()
-        call console%paragraph('What a wrong belief could do unseen: the smallest value found with probability '// &
-                          rounded_text(POWER, 2)//' (level '//rounded_text(FAMILY_LEVEL, 1)//' for all tests), or the '// &
-                          'largest conceivable one, if its effect grows in proportion and no density wave is found '// &
-                          '(reliability --power looks for it by fits). Those that could move d by more than '// &
-                          rounded_text(report%wanted/MILLIMETRE, 3)//' mm:')
+        if (rows%row_count() == 0) then
+            call console%paragraph('No single wrong belief could move d unseen by more than '// &
+                                   rounded_text(report%wanted/MILLIMETRE, 3)//' mm, by three times what &a_priori states')
+            return
+        end if
+        call console%paragraph('What a wrong belief could do unseen, by three times what &a_priori states, or by the smallest '// &
+                               'value found with probability '//rounded_text(POWER, 2)//' (level '// &
+                               rounded_text(FAMILY_LEVEL, 1)//' for all tests) where that is less. Those that could move d '// &
+                               'by more than '//rounded_text(report%wanted/MILLIMETRE, 3)//' mm, of '// &
+                               integer_text(size(report%values))//' (--format json has all):')
         call console%table(rows)
-        call console%line('  and '//integer_text(size(report%values) - rows%row_count())// &
-                          ' that could not (--format json has them all)')
     end subroutine add_reliability
 
     !> The consider covariance of every source, and what its draws give. Estimated sources add nothing.

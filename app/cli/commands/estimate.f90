@@ -167,9 +167,10 @@ contains
         if (.not. allocated(error)) then
             if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
             if (allocated(error)) return
+            call show_estimate(observations, solution, record, console, error)
+            if (allocated(error)) return
             call warn(observations%knowledge, solution, console)
             if (allocated(solution%history)) call show_iterations(solution, console)
-            call show_estimate(observations%knowledge, solution, console)
             call publish_estimate(request%asked, observations, solution, record, console, error)
             if (allocated(error)) return
             if (.not. solution%converged) &
@@ -235,11 +236,7 @@ contains
 
         options%history = request%verbose
         options%information = json .or. request%page /= ''
-        if (options%information) then
-            call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
-        else
-            call estimate_offset(request%asked%algorithm, observations, options, solution, error)
-        end if
+        call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
         if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
     end subroutine estimate
 

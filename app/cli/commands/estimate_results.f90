@@ -1,17 +1,18 @@
 !> What gracecg estimate says of an estimate: for people, as CSV, and as JSON.
 module gracecg_cli_estimate_results
-    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_action, only: refuse_offset, DO_NOT_USE
     use gracecg_estimation_verdict, only: verdict_t, judge
     use gracecg_estimation_saved_estimate, only: put_information
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
+    use gracecg_planning_next_manoeuvre, only: say_next_manoeuvre
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
-    use gracecg_cli_calibration_json, only: put_input, put_observed, put_fit, put_verdict, put_fit_tables
+    use gracecg_cli_calibration_json, only: put_action, put_input, put_observed, put_fit, put_verdict, put_fit_tables
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_work
     implicit none
@@ -37,18 +38,25 @@ module gracecg_cli_estimate_results
 
 contains
 
-    !> The estimate in words and tables.
-    subroutine show_estimate(knowledge, solution, console)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    !> The estimate in words and tables, what to do first. Fails when its errors cannot be examined.
+    subroutine show_estimate(observations, solution, record, console, error)
+        type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
         type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
 
         character(40) :: line
+        type(fit_diagnostics_t) :: diagnostics
+        type(verdict_t) :: verdict
         real(dp) :: sigma(3)
         integer :: i
 
+        call judge_estimate(observations, solution, record, diagnostics, verdict, error)
+        if (allocated(error)) return
+        call console%paragraph(verdict%action%text)
         sigma = sigmas(solution)
-        call console%line(trim(knowledge%name)//', '//solution%algorithm// &
+        call console%line(trim(observations%knowledge%name)//', '//solution%algorithm// &
                           ': CG offset, from centre of mass to proof-mass centre, body axes')
         do i = 1, 3
             call console%line('  '//AXES(i)//fitting_text(solution%offset(i)/MILLIMETRE, 12)// &
@@ -68,9 +76,36 @@ contains
         end if
         if (allocated(solution%beliefs)) call show_beliefs(solution%beliefs, console)
         call console%line('')
-        call console%line('at the epoch '//utc_text(knowledge%epoch)//' UTC, and what else was estimated')
+        call console%line('at the epoch '//utc_text(observations%knowledge%epoch)//' UTC, and what else was estimated')
         call console%table(other_values(solution))
     end subroutine show_estimate
+
+    !> Diagnostics and verdict of an estimate. Fails when the covariance has no eigenvalues, save of a refused estimate, whose
+    !> fit is then not examined.
+    subroutine judge_estimate(observations, solution, record, diagnostics, verdict, error, refusal)
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
+        type(fit_diagnostics_t), intent(out) :: diagnostics
+        type(verdict_t), intent(out) :: verdict         !! With an action; with findings where there is a fit
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: refusal   !! Why there is no offset to be used
+
+        character(:), allocatable :: proposal
+
+        if (present(refusal)) call refuse_offset(refusal, verdict%action)
+        if (.not. present(refusal)) call refuse_offset('too few samples to examine the fit', verdict%action)
+        if (.not. has_fit(record)) return
+        call diagnose(observations%knowledge, solution, record, diagnostics, error)
+        if (.not. allocated(error)) then
+            verdict = judge(observations%knowledge, solution, record, diagnostics, refusal)
+            if (verdict%action%kind == DO_NOT_USE .or. .not. any(verdict%action%again)) return
+            call say_next_manoeuvre(observations, proposal)
+            if (proposal /= '') verdict%action%text = verdict%action%text//', '//proposal
+        else if (present(refusal)) then
+            deallocate (error)
+        end if
+    end subroutine judge_estimate
 
     !> Three numbers in a line.
     subroutine show_three(label, values, unit, console)
@@ -308,18 +343,12 @@ contains
 
         type(fit_diagnostics_t) :: diagnostics
         type(verdict_t) :: verdict
-        logical :: usable, fitted
 
-        usable = .not. present(refusal) .and. solution%converged
-        fitted = usable .or. has_fit(record)
-        if (fitted) call diagnose(observations%knowledge, solution, record, diagnostics, error)
-        if (.not. usable .and. allocated(error)) then
-            fitted = .false.
-            deallocate (error)
-        end if
+        call judge_estimate(observations, solution, record, diagnostics, verdict, error, refusal)
         if (allocated(error)) return
         associate (knowledge => observations%knowledge, read => allocated(observations%accelerometer_time))
             call results%open('estimate')
+            call put_action(verdict%action, results)
             if (read) call results%member('case', trim(knowledge%name))
             call results%member('observations', asked%folder)
             if (read) call results%member('epoch_utc', utc_text(knowledge%epoch))
@@ -336,9 +365,8 @@ contains
             call results%end()
             if (allocated(solution%warnings)) call results%member('remarks', solution%warnings)
             if (read) call put_observed(observations, results)
-            if (fitted) then
-                verdict = judge(knowledge, solution, record, diagnostics, refusal)
-                call put_verdict(verdict, knowledge%mass, solution, usable, results)
+            if (allocated(verdict%findings)) then
+                call put_verdict(verdict, results)
                 call put_fit(knowledge, record, diagnostics, results)
                 call put_fit_tables(knowledge, record, diagnostics, results)
             end if

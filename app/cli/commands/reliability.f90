@@ -49,7 +49,7 @@ contains
                        'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
         if (allocated(misuse)) return
         call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,'// &
-                              'own_test,named,silently_wrong,worst_sigmas,own_test_stated')
+                              'own_test,named,silently_wrong,worst_sigmas,own_test_stated,trim,harmful_trim')
         allocate (all_tallies(0))
         call console%expect_parts(size(study%calibrations), 'cases')
         do i = 1, size(study%calibrations)
@@ -120,7 +120,7 @@ contains
                 call table%add(t%runs)
                 call table%add(t%times)
                 call table%add(real([t%refused, t%contradicted, t%found, t%named, t%silent], dp))
-                call table%add([t%worst, t%stated])
+                call table%add([t%worst, t%stated, real([t%trimmed, t%harmful], dp)])
             end associate
         end do
     end subroutine add_rows
@@ -171,6 +171,8 @@ contains
                           'that the estimates state')
         call line('silently wrong, by more than '//rounded_text(SILENT_SIGMAS, 2)//' sigma and what is undetectable', &
                   sum(tallies%silent), sum(tallies%runs))
+        call line('with the advice to trim, ', sum(tallies%trimmed), sum(tallies%runs))
+        call line('of these along an axis that is wrong by more than is tolerated', sum(tallies%harmful), sum(tallies%trimmed))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &
                   sum(far%contradicted), sum(far%runs))
         call line('of these the right cause among those named', sum(far%named), sum(far%contradicted))

@@ -19,8 +19,10 @@ contains
 
         call say_counts(report, text)
         call console%line('beliefs           '//text)
-        call say_undetected(report, text)
-        call console%line('undetected up to  '//text)
+        call say_undetected(report, .true., text)
+        call console%line('undetected up to  '//text//': by three times what the setup states')
+        call say_undetected(report, .false., text)
+        call console%line('  if more is wrong '//text)
         call say_untested(report, text)
         if (text /= '') call console%line('not testable here '//text)
         if (any(report%apart > 0)) &
@@ -55,6 +57,7 @@ contains
                 call results%member('detectable', t%detectable/unit)
                 call results%member('unit', trim(belief_unit(t%belief)))
                 call results%member('effect_mm', t%effect/MILLIMETRE)
+                call results%member('effect_as_stated_mm', t%within/MILLIMETRE)
                 call results%end()
             end associate
         end do
@@ -77,6 +80,7 @@ contains
         call say_untested(report, text)
         call results%member('untested', text)
         call results%member('undetected_mm', report%undetected()/MILLIMETRE)
+        call results%member('undetected_as_stated_mm', report%undetected_within()/MILLIMETRE)
         call results%member('apart_from_optimal_mm', report%apart/MILLIMETRE)
         call results%end()
     end subroutine put_beliefs

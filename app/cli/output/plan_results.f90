@@ -159,7 +159,7 @@ contains
         character(:), allocatable :: text
 
         reached = all(reliable%effect <= reliable%report%wanted)
-        call say_undetected(reliable%report, text)
+        call say_undetected(reliable%report, .false., text)
         call console%line('')
         call console%paragraph('a single wrong belief could move the offset undetected by '//text//': '// &
                                trim(merge('as wanted,             ', 'this search found none,', reached))//' at most '// &

@@ -17,7 +17,7 @@ module gracecg_estimation_belief
     use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
-    public :: ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre, is_interchange
+    public :: ALTERATIONS, apply_value, apply_alteration, is_interchange
 
     integer, parameter :: REACH = 32    !! Samples on each side from which one between them is interpolated
     integer, parameter :: FEWEST = 4    !! Of them: with fewer a cubic is as good
@@ -46,27 +46,6 @@ contains
 
         is_interchange = any(KIND_OF(parameter) == [OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS])
     end function is_interchange
-
-    !> Which manoeuvre lets the data tell a belief.
-    subroutine testing_manoeuvre(belief, text)
-        integer, intent(in) :: belief       !! The parameter's place
-        character(:), allocatable, intent(out) :: text    !! Part of a sentence
-
-        select case (KIND_OF(belief))
-        case (OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY, &
-              OF_ROD_TURNS, OF_ROD_SWAPS)
-            text = 'driving the rods one after the other, slowly enough (0.02 to 0.05 Hz) that the star camera sees the turn'
-        case (OF_INERTIA, OF_TORQUE_CHANGE)
-            text = 'a longer arc with turns about all three axes, at two frequencies or more'
-        case (OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_DELAY, OF_FIELD_SWAPS)
-            text = 'driving the same rods at another place of the orbit, where the field has another direction'
-        case (OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS)
-            text = 'angular accelerations about all three axes at frequencies of their own, so that each offset is seen by '// &
-                'two axes of the accelerometer'
-        case default
-            text = 'rods out of phase at two frequencies, and both star-camera heads'
-        end select
-    end subroutine testing_manoeuvre
 
     !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
     !> samples change. An interchange is done if the value is not 0, whatever it is. By a delay of an axis of the

@@ -16,21 +16,23 @@
 !> (1967) 626-633), which holds the family's at alpha or below, however the tests depend on each other.
 module gracecg_estimation_belief_tests
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
-    use gracecg_estimation_parameters, only: a_priori_sigmas
+    use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
     use gracecg_estimation_belief, only: is_interchange
     use gracecg_estimation_belief_report
     implicit none
     private
-    public :: test_beliefs, test_values
+    public :: test_beliefs, test_values, side_scores
 
     real(dp), parameter :: DETERMINED = 1e-12_dp
     !! Of a belief's information: the least part of it that is not taken by the other parameters, for it to count. A turn
@@ -80,20 +82,28 @@ contains
             if (any(fitted%model%estimated == WAVE_SINE)) &
                 report%wave_frequency = fitted%model%wave_frequency + values(WAVE_FREQUENCY)
         end associate
-        call test_values(problem%model%estimated, n, information, rhs, covariance, sigma, &
+        call test_values(problem%model%estimated, n, information, rhs, covariance, sigma, conceivable_errors(knowledge), &
                          fitted%state%value(estimated), report)
         call test_noise(fitted, residuals, report)
         call test_spectra(knowledge%rods, fitted, residuals, report)
+        associate (scores => side_scores(knowledge, fitted%data))
+            if (fitted%data%field_compared) call add_score(report, FIELD_AGAINST_MODEL, farthest(scores(:3)), 0.0_dp, .false.)
+            if (fitted%data%stars%pairs > 0) call add_score(report, HEADS_APART, farthest(scores(4:)), 0.0_dp, .false.)
+        end associate
+        report%field_seen = fitted%data%field_seen
+        report%field_modelled = fitted%data%field_modelled
+        report%head_turn = fitted%data%stars%head_turn
         call finish_report(report)
     end subroutine test_beliefs
 
     !> The beliefs with a value. The first n of the parameters are estimated: an a-priori value that the data
     !> contradict is a wrong belief, too.
-    subroutine test_values(places, n, information, rhs, covariance, sigma, state, report)
+    subroutine test_values(places, n, information, rhs, covariance, sigma, conceivable, state, report)
         integer, intent(in) :: places(:), n                 !! Parameters; the estimated ones come first. Others are not tested
         real(dp), intent(in) :: information(:, :), rhs(:)   !! Of all of them, (places), SI units
         real(dp), intent(in) :: covariance(:, :)            !! Of the estimated ones, (n, n)
         real(dp), intent(in) :: sigma(:)                    !! A priori, (PARAMETERS); 0: none is stated
+        real(dp), intent(in) :: conceivable(:)              !! Largest errors within what the operator states, (PARAMETERS)
         real(dp), intent(in) :: state(:)                    !! Values of the estimated ones, (n)
         type(belief_report_t), intent(inout) :: report      !! Begun; their tests are added
 
@@ -125,7 +135,7 @@ contains
                 if (left < DETERMINED*information(c, c)) left = 0
             end if
             call add_value(report, BELIEFS(i), score, left, stated, by_one, largest_error(BELIEFS(i)), &
-                           is_interchange(BELIEFS(i)))
+                           conceivable(BELIEFS(i)), is_interchange(BELIEFS(i)))
         end do
     end subroutine test_values
 
@@ -178,6 +188,38 @@ contains
             at_a_rod = any(abs(rods%activations(:rods%count)%frequency - line_frequency) < 1/arc)
         end function at_a_rod
     end subroutine test_spectra
+
+    !> What the fit does not look at, in standard deviations of what is known: how far the magnetometer's mean is off the
+    !> model's, by bias, scale factors and directions of the magnetometer, and the model, which leaves out the crust and
+    !> currents outside; and how far the two star-camera heads are apart, by their mounting and noise. 0 where not compared.
+    pure function side_scores(knowledge, data) result(scores)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(in) :: data
+        real(dp) :: scores(6)                       !! Field along body axes, turn about them
+
+        real(dp), parameter :: OF_MODEL = 300*NANOTESLA
+        real(dp) :: across(3), of_heads
+
+        scores = 0
+        associate (known => knowledge%a_priori, field => data%field_modelled)
+            if (data%field_compared) then
+                across = sqrt(max(0.0_dp, sum(field**2) - field**2))
+                scores(:3) = (data%field_seen - field)/sqrt(known%sigma_magnetometer_bias**2 + &
+                                                           (known%sigma_magnetometer_scale*field)**2 + &
+                                                           (known%sigma_directions(3)*across)**2 + OF_MODEL**2)
+            end if
+            if (data%stars%pairs == 0) return
+            of_heads = sqrt(2*(known%sigma_mounting**2 + maxval(knowledge%star_camera_sigma)**2/data%stars%pairs))
+            scores(4:) = data%stars%head_turn/of_heads
+        end associate
+    end function side_scores
+
+    !> The score that is farthest from 0.
+    pure real(dp) function farthest(scores)
+        real(dp), intent(in) :: scores(:)
+
+        farthest = scores(maxloc(abs(scores), 1))
+    end function farthest
 
     !> Whether the noise of each accelerometer axis, and of the star camera about each of its axes, is that which the
     !> fit was weighted with: the sum of squares of the whitened residuals is a chi-square.

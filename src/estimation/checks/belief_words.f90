@@ -5,13 +5,13 @@ module gracecg_estimation_belief_words
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
-    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_VALUE, &
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, LINES, &
+        FIELD_AGAINST_MODEL, OF_VALUE, &
         OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
     public :: say_counts, say_contradiction, say_undetected, say_untested
 
-    integer, parameter :: FIRST_LINE = 10   !! Of NOISE_SUBJECTS
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
 
 contains
@@ -56,7 +56,8 @@ contains
         if (.not. report%explanations(1)%complete) text = text//'; even then something is contradicted'
     end subroutine say_contradiction
 
-    !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; empty if there are none.
+    !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; samples that do not belong
+    !> together; empty if there are none.
     subroutine say_lines(report, text)
         type(belief_report_t), intent(in) :: report
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
@@ -66,7 +67,10 @@ contains
         text = ''
         do i = 1, size(report%noises)
             associate (test => report%noises(i))
-                if (test%subject < FIRST_LINE .or. test%state /= CONTRADICTED) cycle
+                if (test%state /= CONTRADICTED) cycle
+                if (test%subject == FIELD_AGAINST_MODEL) text = text//'; magnetometer, orbit or star camera may be of '// &
+                    'another satellite or time'
+                if (.not. any(LINES == test%subject)) cycle
                 text = text//'; a '//trim(NOISE_SUBJECTS(test%subject))//' at '//rounded_text(test%frequency, 4)//' Hz'
                 if (test%at_a_rod) text = text//', the frequency of a rod'
             end associate
@@ -102,7 +106,7 @@ contains
             do k = 1, size(left)
                 if (.not. left(k)) cycle
                 if (place > 0) then
-                    if (maxval(abs(report%values(k)%effect)) <= maxval(abs(report%values(place)%effect))) cycle
+                    if (maxval(abs(report%values(k)%within)) <= maxval(abs(report%values(place)%within))) cycle
                 end if
                 place = k
             end do
@@ -115,7 +119,7 @@ contains
             if (text /= '') text = text//', '
             associate (test => report%values(place))
                 text = text//trim(belief_subject(test%belief))//' ('// &
-                    rounded_text(maxval(abs(test%effect))/MILLIMETRE, 2)//' mm)'
+                    rounded_text(maxval(abs(test%within))/MILLIMETRE, 2)//' mm)'
             end associate
         end subroutine add_one
     end subroutine say_untested
@@ -179,19 +183,22 @@ contains
     end subroutine say_value
 
     !> What could be wrong by how much on each axis without any test seeing it.
-    subroutine say_undetected(report, text)
+    subroutine say_undetected(report, within, text)
         type(belief_report_t), intent(in) :: report
+        logical, intent(in) :: within           !! If what the operator states holds
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
-        integer :: axis
+        real(dp) :: effect
+        integer :: axis, place
 
         text = ''
         do axis = 1, 3
-            if (report%largest(axis) == 0) cycle
+            place = merge(report%largest_within(axis), report%largest(axis), within)
+            if (place == 0) cycle
             if (text /= '') text = text//', '
-            associate (test => report%values(report%largest(axis)))
-                text = text//AXES(axis)//' '//rounded_text(abs(test%effect(axis))/MILLIMETRE, 2)//' mm ('// &
-                    trim(belief_subject(test%belief))//')'
+            associate (test => report%values(place))
+                effect = abs(merge(test%within(axis), test%effect(axis), within))
+                text = text//AXES(axis)//' '//rounded_text(effect/MILLIMETRE, 2)//' mm ('//trim(belief_subject(test%belief))//')'
             end associate
         end do
     end subroutine say_undetected

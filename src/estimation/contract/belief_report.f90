@@ -6,21 +6,26 @@ module gracecg_estimation_belief_report
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
     public :: begin_report, add_value, add_noise, add_score, finish_report
-    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS
+    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS, LINES, FIELD_AGAINST_MODEL, HEADS_APART
 
     integer, parameter :: CONFIRMED = 1     !! A wrong value that matters would have been seen
     integer, parameter :: UNTESTED = 2
-    !! It cannot be tested here: a value that no test sees could move the offset by more than is wanted
+    !! It cannot be tested here: a value that no test sees, within what the operator states, could move the offset by more
+    !! than is wanted
     integer, parameter :: CONTRADICTED = 3  !! By the data
     real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp   !! Probability that right beliefs are contradicted anywhere
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
-    !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra
-    character(32), parameter :: NOISE_SUBJECTS(12) = [character(32) :: &
+    !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra, and
+    !> whether magnetometer, orbit and attitude belong together
+    character(32), parameter :: NOISE_SUBJECTS(14) = [character(32) :: &
         'noise of accelerometer x', 'noise of accelerometer y', 'noise of accelerometer z', &
         'noise of star camera about x', 'noise of star camera about y', 'noise of star camera boresight', &
         'colour of accelerometer x noise', 'colour of accelerometer y noise', 'colour of accelerometer z noise', &
-        'line in accelerometer x', 'line in accelerometer y', 'line in accelerometer z']
+        'line in accelerometer x', 'line in accelerometer y', 'line in accelerometer z', &
+        'magnetometer against field model', 'star-camera heads, each other']
+
+    integer, parameter :: LINES(3) = [10, 11, 12], FIELD_AGAINST_MODEL = 13, HEADS_APART = 14     !! Places of some
 
     !> The test of a belief with a value.
     type :: value_test_t
@@ -30,9 +35,11 @@ module gracecg_estimation_belief_report
         real(dp) :: score = 0               !! T: standard normal if the belief is right
         real(dp) :: detectable = 0          !! Minimal detectable value, SI units; 0: none
         real(dp) :: largest = 0             !! Wrong value that is conceivable, SI units
+        real(dp) :: stated = 0              !! The same within three standard deviations of what the operator states
         logical :: all_or_nothing = .false. !! It is either 0 or `largest`
         real(dp) :: effect(3) = 0
-        !! What the smaller of the two, or the conceivable one where nothing is detectable, does to the offset, m
+        !! What the smaller of `detectable` and `largest`, or the latter where nothing is detectable, does to the offset, m
+        real(dp) :: within(3) = 0           !! The same of the smaller of that and `stated`, m
         real(dp) :: shift(3) = 0            !! What the value found adds to the offset estimated without it, m
         integer :: state = CONFIRMED        !! One of the three
     end type value_test_t
@@ -71,14 +78,18 @@ module gracecg_estimation_belief_report
         logical :: signs_known = .false.    !! Of the accelerometer's axes together: no calibration alone tells
         real(dp) :: critical = 0            !! Of a score
         real(dp) :: wave_frequency = 0      !! Of the density wave that the fit found, Hz; 0: none
+        real(dp) :: field_seen(3) = 0, field_modelled(3) = 0    !! Of the magnetometer and the model, means in body axes, T
+        real(dp) :: head_turn(3) = 0        !! From star-camera head 1 to head 2, body axes, rad
         type(value_test_t), allocatable :: values(:)    !! In the order of BELIEFS
         type(noise_test_t), allocatable :: noises(:)    !! In the order of NOISE_SUBJECTS
         type(explanation_t), allocatable :: explanations(:)
         !! Of contradictions, those that the data cannot tell apart; empty: none was looked for or found
         integer :: largest(3) = 0
         !! For each component of the offset the place in `values` of the belief with the largest undetected effect
+        integer :: largest_within(3) = 0    !! The same if what the operator states holds
     contains
         procedure :: undetected     !! The largest undetected effect on each component
+        procedure :: undetected_within  !! The same if what the operator states holds
         procedure :: has_contradiction  !! Is any belief contradicted?
         procedure :: how_many       !! Tests, or those with a result
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
@@ -107,7 +118,7 @@ contains
     !>
     !> Of one that is all or nothing the score is the root of twice the logarithm of the likelihood ratio, 0 where
     !> nothing is as likely: 2 g - S for the value 1. It exceeds c with no more than the probability of a normal variable.
-    subroutine add_value(report, belief, score, information, stated, by_one, largest, all_or_nothing)
+    subroutine add_value(report, belief, score, information, stated, by_one, largest, conceivable, all_or_nothing)
         type(belief_report_t), intent(inout) :: report
         integer, intent(in) :: belief       !! The parameter's place
         real(dp), intent(in) :: score       !! In 1/unit
@@ -115,12 +126,14 @@ contains
         real(dp), intent(in) :: stated      !! Standard deviation; 0: none
         real(dp), intent(in) :: by_one(3)   !! m/unit
         real(dp), intent(in) :: largest     !! Conceivable wrong value
+        real(dp), intent(in) :: conceivable !! The same within what the operator states
         logical, intent(in) :: all_or_nothing   !! The only one
 
         type(value_test_t) :: test
 
         test%belief = belief
         test%largest = largest
+        test%stated = conceivable
         test%all_or_nothing = all_or_nothing
         test%effect = by_one
         if (information > 0) then
@@ -175,6 +188,7 @@ contains
         type(belief_report_t), intent(inout) :: report
 
         real(dp) :: factor, likelier    ! of a standard deviation: what is found with the power
+        real(dp) :: unseen              ! wrong value
         integer :: i, axis, n
 
         n = size(report%values) + size(report%noises)
@@ -185,24 +199,23 @@ contains
         end associate
         do i = 1, size(report%values)
             associate (test => report%values(i))
+                unseen = test%largest
                 if (test%sigma > 0) then
-                    test%detectable = factor*test%detectable
-                    if (test%all_or_nothing) test%detectable = likelier*test%detectable/factor
-                    test%effect = test%effect*min(test%detectable, test%largest)
-                    if (test%all_or_nothing .and. test%detectable < test%largest) test%effect = 0   ! it would be seen
-                else
-                    test%effect = test%effect*test%largest
+                    test%detectable = merge(likelier, factor, test%all_or_nothing)*test%detectable
+                    unseen = min(unseen, test%detectable)
+                    if (test%all_or_nothing .and. test%detectable < test%largest) unseen = 0    ! it would be seen
                 end if
+                test%within = test%effect*min(unseen, test%stated)
+                test%effect = test%effect*unseen
                 test%state = state_of(report, test)
-                do axis = 1, 3
-                    if (report%largest(axis) == 0) then
-                        report%largest(axis) = i
-                    else if (abs(test%effect(axis)) > abs(report%values(report%largest(axis))%effect(axis))) then
-                        report%largest(axis) = i
-                    end if
-                end do
             end associate
         end do
+        if (size(report%values) > 0) then
+            do axis = 1, 3
+                report%largest(axis) = maxloc(abs(report%values%effect(axis)), 1)
+                report%largest_within(axis) = maxloc(abs(report%values%within(axis)), 1)
+            end do
+        end if
         do i = 1, size(report%noises)
             if (abs(report%noises(i)%score) > report%critical) report%noises(i)%state = CONTRADICTED
         end do
@@ -215,7 +228,7 @@ contains
         state = CONFIRMED
         if (abs(test%score) > report%critical) then
             state = CONTRADICTED
-        else if (any(abs(test%effect) > report%wanted)) then
+        else if (any(abs(test%within) > report%wanted)) then
             state = UNTESTED
         end if
     end function state_of
@@ -252,6 +265,20 @@ contains
                 effect(axis) = effect(axis) + abs(self%values(self%largest(axis))%effect(axis))
         end do
     end function undetected
+
+    !> The same if no error is larger than three of the standard deviations that the operator states, m.
+    pure function undetected_within(self) result(effect)
+        class(belief_report_t), intent(in) :: self
+        real(dp) :: effect(3)
+
+        integer :: axis
+
+        effect = self%apart
+        do axis = 1, 3
+            if (self%largest_within(axis) > 0) &
+                effect(axis) = effect(axis) + abs(self%values(self%largest_within(axis))%within(axis))
+        end do
+    end function undetected_within
 
     pure integer function how_many(self, state) result(number)
         class(belief_report_t), intent(in) :: self

@@ -22,7 +22,7 @@ module gracecg_estimation_field_fallback
     use gracecg_estimation_star_attitude, only: star_attitude_t
     implicit none
     private
-    public :: complete_field
+    public :: complete_field, compare_field
 
     !> The model along the arc.
     type :: model_field_t
@@ -40,6 +40,7 @@ module gracecg_estimation_field_fallback
     !! Between star-camera samples, s. The chord across a gap g misses the attitude by g^2/8 times the
     !! angular acceleration of up to 2e-5 rad/s^2: 2e-3 rad, or 60 nT, at most
     integer, parameter :: FEWEST_COMMON = 5     !! Epochs that determine an offset of the model
+    integer, parameter :: ENOUGH = 8            !! Epochs that tell whether both belong together
     real(dp), parameter :: SLACK = 1e-6_dp      !! Of an interval, for rounding
 
 contains
@@ -72,7 +73,7 @@ contains
         if (size(missing) == 0) return
         call new_model_field(observations, stars, model, error)
         if (allocated(error)) return
-        call find_offset(model, observations, offset, common)
+        call find_offset(model, observations, 1, offset, common)
         allocate (missing_field(3, size(missing)))
         do i = 1, size(missing)
             call model%evaluate(missing(i), missing_field(:, i), error)
@@ -86,6 +87,31 @@ contains
                     number_text(missing(size(missing)))//' s; '//trim(observations%knowledge%field_model)//' stands in'// &
                     trim(offset_text(offset, common))//'; the sigmas leave out the error of the model')
     end subroutine complete_field
+
+    !> The mean field that the magnetometer shows, and that of the model at the same epochs: magnetometer, orbit, attitude and
+    !> clock of one satellite at one time agree. Nothing where there is no orbit, no model, or too few epochs.
+    subroutine compare_field(observations, stars, seen, modelled, compared)
+        type(observation_set_t), intent(in) :: observations
+        type(star_attitude_t), intent(in) :: stars
+        real(dp), intent(out) :: seen(3), modelled(3)       !! Body axes, T
+        logical, intent(out) :: compared
+
+        type(model_field_t) :: model
+        type(error_t), allocatable :: no_model
+        real(dp) :: offset(3)
+        integer :: common
+
+        seen = 0
+        modelled = 0
+        compared = .false.
+        if (.not. has_orbit(observations) .or. size(observations%magnetometer_time) < FEWEST_COMMON) return
+        call new_model_field(observations, stars, model, no_model)
+        if (allocated(no_model)) return
+        call find_offset(model, observations, max(1, size(observations%magnetometer_time)/ENOUGH), offset, common)
+        compared = common >= FEWEST_COMMON
+        seen = sum(observations%field, 2)/size(observations%field, 2)
+        modelled = seen - offset
+    end subroutine compare_field
 
     !> The magnetometer's epochs that its samples do not cover.
     pure function missing_epochs(observations) result(missing)
@@ -159,9 +185,10 @@ contains
 
     !> The mean of magnetometer minus model over the magnetometer's samples, those left out where orbit
     !> or attitude do not reach; zero when there are too few.
-    subroutine find_offset(model, observations, offset, common)
+    subroutine find_offset(model, observations, stride, offset, common)
         type(model_field_t), intent(in) :: model
         type(observation_set_t), intent(in) :: observations
+        integer, intent(in) :: stride           !! From sample to sample that is looked at
         real(dp), intent(out) :: offset(3)      !! Body axes, T
         integer, intent(out) :: common          !! Samples in the mean
 
@@ -171,7 +198,7 @@ contains
 
         total = 0
         common = 0
-        do i = 1, size(observations%magnetometer_time)
+        do i = 1, size(observations%magnetometer_time), stride
             call model%evaluate(observations%magnetometer_time(i), b, out_of_reach)
             if (allocated(out_of_reach)) cycle
             common = common + 1

@@ -12,9 +12,9 @@ module gracecg_estimation_fitting_data
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, has_star_camera
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
-    use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_field
+    use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_samples
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
-    use gracecg_estimation_field_fallback, only: complete_field
+    use gracecg_estimation_field_fallback, only: complete_field, compare_field
     use gracecg_estimation_first_guess, only: guess_rotation
     use gracecg_estimation_options, only: estimation_options_t
     implicit none
@@ -36,6 +36,8 @@ module gracecg_estimation_fitting_data
         real(dp) :: guess_angular_velocity(3) = 0       !! The same of the angular velocity, rad/s
         real(dp), allocatable :: dipole(:, :)           !! m at 0, h/2 ... n h: (3, 2n + 1), A m^2
         real(dp), allocatable :: field(:, :)            !! B at the same times: (3, 2n + 1), T
+        logical :: field_compared = .false.             !! With the geomagnetic model: what follows is known
+        real(dp) :: field_seen(3) = 0, field_modelled(3) = 0    !! Means over the arc, body axes, T
         real(dp), allocatable :: torque(:, :)
         !! m x B, and what is known of other torques, at the same times: (3, 2n + 1), N m
         real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
@@ -69,7 +71,7 @@ contains
         if (allocated(error)) return
         clean = observations
         call drop_repeated_samples(clean, data%warnings)
-        call drop_stuck_field(clean, data%warnings)
+        call drop_stuck_samples(clean, data%warnings)
         call apply_knowledge(clean)
         data%interval = clean%knowledge%accelerometer_interval
         data%steps = nint(clean%knowledge%duration/data%interval)
@@ -91,6 +93,7 @@ contains
         call take_torque(clean, data, error)
         if (allocated(error)) return
         if (.not. has_star_camera(clean)) return
+        call compare_field(clean, data%stars, data%field_seen, data%field_modelled, data%field_compared)
         call guess_rotation(data%stars%time, data%stars%quaternion, quaternion, data%guess_angular_velocity)
         if (.not. is_given(options%guess_quaternion)) data%guess_quaternion = quaternion
         if (is_given(options%guess_angular_velocity)) data%guess_angular_velocity = options%guess_angular_velocity

@@ -12,11 +12,15 @@ module gracecg_estimation_star_attitude
     private
     public :: star_attitude_t, take_star_attitude
 
+    integer, parameter :: MOST_PAIRS = 50       !! Pairs of samples that tell how far heads are apart
+
     !> The attitude as the star camera saw it, ready for interpolation.
     type :: star_attitude_t
         real(dp), allocatable :: time(:)            !! (samples), increasing, s
         integer, allocatable :: head(:)             !! (samples)
         real(dp), allocatable :: quaternion(:, :)   !! (4, samples), inertial to body, free of flips
+        integer :: pairs = 0                        !! Samples of both heads at one time
+        real(dp) :: head_turn(3) = 0                !! From head 1 to head 2, their mean, body axes, rad
     end type star_attitude_t
 
 contains
@@ -40,18 +44,57 @@ contains
         allocate (stars%quaternion(4, size(order)))
         neighbour = like
         do i = 1, size(order)
-            associate (to_body => conjugate_quaternion(observations%knowledge%mounting(:, stars%head(i))))
-                q = normalised(quaternion_product(to_body, observations%quaternion(:, order(i))))
-            end associate
+            q = in_body_axes(observations, order(i))
             ! q and -q are one attitude: keep the sign of the neighbour
             if (dot_product(q, neighbour) < 0) q = -q
             stars%quaternion(:, i) = q
             neighbour = q
         end do
+        call compare_heads(observations, stars%head_turn, stars%pairs)
         call warn_of_other_head(observations%knowledge%camera, stars, warnings)
         if (size(order) > 0) call warn_of_gaps(stars%time, observations%knowledge%star_camera_interval, &
                                                observations%knowledge%duration, warnings)
     end subroutine take_star_attitude
+
+    !> The mean turn from the attitude that head 1 shows to that of head 2, about body axes, over samples of one time; none
+    !> where the heads have no common times.
+    pure subroutine compare_heads(observations, turn, compared)
+        type(observation_set_t), intent(in) :: observations
+        real(dp), intent(out) :: turn(3)        !! Rotation vector, rad
+        integer, intent(out) :: compared        !! Pairs of samples
+
+        integer, allocatable :: of_head_1(:), of_head_2(:)
+        real(dp) :: relative(4)
+        integer :: i, k
+
+        turn = 0
+        compared = 0
+        associate (head => observations%star_camera_head, time => observations%star_camera_time)
+            of_head_1 = pack([(i, i=1, size(head))], head == 1)
+            of_head_2 = pack([(i, i=1, size(head))], head == 2)
+            do i = 1, size(of_head_1)
+                k = findloc(abs(time(of_head_2) - time(of_head_1(i))) <= 0, .true., 1)
+                if (k == 0) cycle
+                relative = quaternion_product(in_body_axes(observations, of_head_2(k)), &
+                                              conjugate_quaternion(in_body_axes(observations, of_head_1(i))))
+                turn = turn + 2*relative(:3)*sign(1.0_dp, relative(4))
+                compared = compared + 1
+                if (compared == MOST_PAIRS) exit
+            end do
+        end associate
+        turn = turn/max(1, compared)
+    end subroutine compare_heads
+
+    !> The attitude of a sample, turned to body axes (4-33) and normalised.
+    pure function in_body_axes(observations, i) result(q)
+        type(observation_set_t), intent(in) :: observations
+        integer, intent(in) :: i                !! Which sample
+        real(dp) :: q(4)                        !! Inertial to body
+
+        associate (mounting => observations%knowledge%mounting(:, observations%star_camera_head(i)))
+            q = normalised(quaternion_product(conjugate_quaternion(mounting), observations%quaternion(:, i)))
+        end associate
+    end function in_body_axes
 
     !> The samples to use, in the order of time: those of the used head, and those of the other one
     !> that interpolation between the first would not reach.

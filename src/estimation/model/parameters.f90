@@ -6,7 +6,7 @@ module gracecg_estimation_parameters
     use gracecg_estimation_run_information, only: JOINED_COUNT
     implicit none
     private
-    public :: ALWAYS_ESTIMATED, JOINED, a_priori_sigmas
+    public :: ALWAYS_ESTIMATED, JOINED, a_priori_sigmas, conceivable_errors
 
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
@@ -42,4 +42,31 @@ contains
         sigmas(AIRFLOW_TURN) = USUAL_WIND
         sigmas(SIDE_FORCE) = USUAL_SIDE_FORCE
     end function a_priori_sigmas
+
+    !> The largest errors that agree with what the operator states: three standard deviations, but no more than any error;
+    !> an interchange of axes is none once they have been confirmed. By place, SI units.
+    pure function conceivable_errors(knowledge) result(errors)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp) :: errors(PARAMETERS)
+
+        real(dp), parameter :: SIGMAS = 3, CLOCK = 1e-6_dp      ! of the frequencies of rods, Hz
+        real(dp) :: sigmas_of(PARAMETERS)
+        integer :: i
+
+        sigmas_of = a_priori_sigmas(knowledge)
+        associate (known => knowledge%a_priori, kinds => KIND_OF)
+            sigmas_of(ROD_GAINS) = known%sigma_rod_gain
+            where (kinds == OF_ROD_TURNS) sigmas_of = known%sigma_directions(1)
+            where (kinds == OF_ACCELEROMETER_TURN) sigmas_of = known%sigma_directions(2)
+            where (kinds == OF_FIELD_TURN .or. kinds == OF_FIELD_SHEARS) sigmas_of = known%sigma_directions(3)
+            where (kinds == OF_FIELD_SCALES) sigmas_of = known%sigma_magnetometer_scale
+            where (kinds == OF_MOUNTING_1 .or. kinds == OF_MOUNTING_2) sigmas_of = known%sigma_mounting
+            where (kinds == OF_ROD_DELAYS .or. kinds == OF_ALL_RODS_DELAY .or. kinds == OF_ACCELEROMETER_DELAYS .or. &
+                   kinds == OF_FIELD_DELAY .or. kinds == OF_STAR_CAMERA_DELAY) sigmas_of = known%sigma_delays
+            where (kinds == OF_ROD_FREQUENCIES .or. kinds == OF_ALL_RODS_FREQUENCY) sigmas_of = CLOCK
+            errors = [(largest_error(i), i=1, PARAMETERS)]
+            where (sigmas_of > 0) errors = min(errors, SIGMAS*sigmas_of)
+            if (known%signs_known) where (kinds >= OF_ROD_SWAPS .and. kinds <= OF_ACCELEROMETER_SWAPS) errors = 0
+        end associate
+    end function conceivable_errors
 end module gracecg_estimation_parameters

@@ -22,7 +22,7 @@ module gracecg_estimation_arcs
     use gracecg_estimation_information, only: information_t, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: a_priori_sigmas
+    use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
         OF_VALUE
     use gracecg_estimation_belief_tests, only: test_values
@@ -291,7 +291,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(information_t) :: all
-        real(dp) :: sigma(PARAMETERS)
+        real(dp) :: sigma(PARAMETERS), conceivable(PARAMETERS)
         real(dp), allocatable :: gain(:)
         logical, allocatable :: left(:)
         integer, allocatable :: places(:)
@@ -308,6 +308,8 @@ contains
         sigma = a_priori_sigmas(sets(1)%knowledge)
         where (stated > 0) sigma = stated
         sigma(result%shared) = prior
+        conceivable = conceivable_errors(sets(1)%knowledge)
+        where (stated > 0) conceivable = min(conceivable, 3*stated)
         allocate (result%beliefs)
         call test_with(n, result%beliefs, error)
         if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
@@ -339,7 +341,8 @@ contains
             call solve_normal_equations(all%matrix(:first, :first), all%rhs(:first), step, covariance, condition, failed)
             if (allocated(failed)) return
             call begin_report(value(:3), options%wanted_accuracy, sets(1)%knowledge%a_priori%signs_known, report)
-            call test_values(places, first, all%matrix, all%rhs, covariance, sigma, value, report)
+            call test_values(places, first, all%matrix, all%rhs, covariance, sigma, &
+                             conceivable, value, report)
             call finish_report(report)
         end subroutine test_with
 

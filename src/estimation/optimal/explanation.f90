@@ -16,11 +16,12 @@ module gracecg_estimation_explanation
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t, WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
-        ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, largest_error
+        ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, FIELD_BIAS, FIELD_SCALES, MOUNTING_1, MOUNTING_2, &
+        largest_error
     use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
-        OF_ALTERATION, OF_NOISE
+        OF_ALTERATION, OF_NOISE, FIELD_AGAINST_MODEL, HEADS_APART
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_optimal, only: estimate_optimal
     implicit none
@@ -109,6 +110,7 @@ contains
         end if
         coarse = coarse_options(options, fitted)
         call try_values(observations, options, fitted, misfit, found)
+        call try_side()
         if (observations%knowledge%duration > 2*part) then
             call search_part(observations, options, part, misfit, found)
         else
@@ -121,6 +123,33 @@ contains
         explanations = found(order)
         if (size(found) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
                                                                explanations%gain > 0)
+
+    contains
+
+        !> A bias or a scale factor of the magnetometer where the field is not that of the model, a turn of a star-camera head
+        !> where heads are apart.
+        subroutine try_side()
+            integer :: axis
+
+            associate (seen => fitted%field_seen, modelled => fitted%field_modelled, turn => fitted%head_turn)
+                axis = maxloc(abs(seen - modelled), 1)
+                if (is_contradicted(FIELD_AGAINST_MODEL)) then
+                    call try_value(observations, options, FIELD_BIAS(axis), seen(axis) - modelled(axis), misfit, found)
+                    call try_value(observations, options, FIELD_SCALES(axis), 1 - modelled(axis)/seen(axis), misfit, found)
+                end if
+                axis = maxloc(abs(turn), 1)
+                if (is_contradicted(HEADS_APART)) then
+                    call try_value(observations, options, MOUNTING_1(axis), -turn(axis), misfit, found)
+                    call try_value(observations, options, MOUNTING_2(axis), turn(axis), misfit, found)
+                end if
+            end associate
+        end subroutine try_side
+
+        pure logical function is_contradicted(subject)
+            integer, intent(in) :: subject      !! Of the noises
+
+            is_contradicted = any(fitted%noises%subject == subject .and. fitted%noises%state == CONTRADICTED)
+        end function is_contradicted
     end subroutine explain
 
     !> Places of numbers, the largest first.

@@ -22,7 +22,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited, MEDIAN_OF_ONE, MEDIAN_OF_THREE
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_belief, only: apply_value
-    use gracecg_estimation_belief_tests, only: test_beliefs
+    use gracecg_estimation_belief_tests, only: test_beliefs, side_scores
     use gracecg_estimation_iteration, only: iteration_t, append_iteration
     use gracecg_estimation_gather_information, only: gather_information
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
@@ -163,7 +163,8 @@ contains
         if (present(record)) call record_fit(fit%problem, fit%batch, record)
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
-        if (.not. allocated(error) .and. .not. fit%noise_estimated) solution%misfit = misfit_of(fit)
+        if (.not. allocated(error) .and. .not. fit%noise_estimated) &
+            solution%misfit = misfit_of(observations%knowledge, fit)
         if (.not. allocated(error) .and. options%covariance .and. options%test_beliefs) then
             allocate (solution%beliefs)
             call test_beliefs(observations%knowledge, options, fit%problem, solution%beliefs, error)
@@ -505,12 +506,14 @@ contains
         solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
     end subroutine store
 
-    !> Weighted squares, a sample left out counted as if it lay at the limit.
-    pure real(dp) function misfit_of(fit) result(misfit)
+    !> Weighted squares, a sample left out counted as if it lay at the limit, and what the fit does not look at.
+    pure real(dp) function misfit_of(knowledge, fit) result(misfit)
+        type(operator_knowledge_t), intent(in) :: knowledge
         type(fit_t), intent(in) :: fit
 
         misfit = sum(fit%batch%residuals**2) + LIMIT**2*(count(.not. fit%problem%acceleration_kept) + &
                                                          count(.not. fit%problem%star_kept))
+        misfit = misfit + sum(side_scores(knowledge, fit%problem%data)**2)
     end function misfit_of
 
     !> Whether noise and torque are what the setup says: warnings, or an error.

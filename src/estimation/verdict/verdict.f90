@@ -1,41 +1,31 @@
-!> The verdict on a calibration: what was examined, the figures found, a grade for each, and which steps
-!> follow. How to take a step is for whoever shows the verdict.
+!> The verdict on a calibration: what to do, what was examined, the figures found, and a grade for each.
 module gracecg_estimation_verdict
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: integer_text, rounded_text, join
+    use gracecg_observations_parameters, only: belief_subject
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
     use gracecg_estimation_fit_checks, only: MISFITTING, MUCH_NOISE
     use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested
+    use gracecg_estimation_action, only: action_t, known_offset_t, decide, refuse_offset, listed_axes, WANTED_ACCURACY
     implicit none
     private
-    public :: verdict_t, finding_t, next_step_t, judge, listed_axes, WANTED_ACCURACY, NOT_ZERO
-    public :: GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
-    public :: STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
+    public :: verdict_t, finding_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
 
     integer, parameter :: GRADE_GOOD = 1        !! As it should be
     integer, parameter :: GRADE_DOUBTFUL = 2    !! Usable, with the remark in mind
     integer, parameter :: GRADE_BAD = 3         !! Not to be relied upon
 
-    integer, parameter :: STEP_MEND = 1         !! Mend the faults, or leave the samples out; else calibrate again
-    integer, parameter :: STEP_GIVE_NOISE = 2   !! Give the noise levels and estimate again
-    integer, parameter :: STEP_TRIM = 3         !! Move the centre of mass along some axes
-    integer, parameter :: STEP_LEAVE = 4        !! Leave some axes as they are
-    integer, parameter :: STEP_REPEAT = 5       !! Calibrate again with another manoeuvre for some axes
-    integer, parameter :: STEP_LOWER_LIMIT = 6  !! Take the sigmas for a lower limit
-    integer, parameter :: STEP_RECALIBRATE = 7  !! Calibrate again after the trim
-    integer, parameter :: STEP_TEST = 8         !! Test what matters and could not be tested, before any trim
-
-    real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp
-    !! Of each component of the offset, m: what CSR-TM-00-01 Table 1.2 asks of its stability
+    character(*), parameter :: REFUSED = 'Refused'      !! Subject of the finding that there is no offset
     real(dp), parameter :: POOR_CONDITION = 1e8_dp
     !! Of the normal matrix with unit diagonal: half of the digits are lost
     real(dp), parameter :: BY_CHANCE = 4        !! Standard deviations of the residuals' ratio
     real(dp), parameter :: CORRELATED = 1e-3_dp !! Of the probability of whiteness
-    real(dp), parameter :: NOT_ZERO = 3         !! Standard deviations of a component that is not 0
+    real(dp), parameter :: NOT_ZERO = 3         !! Standard deviations of a torque that is not as believed
+    real(dp), parameter :: FAR_APART = 5        !! Standard deviations of an estimate from that of `optimal`
 
     !> One thing that was examined.
     type :: finding_t
@@ -44,18 +34,11 @@ module gracecg_estimation_verdict
         character(:), allocatable :: text       !! What was found, with figures
     end type finding_t
 
-    !> Something to do.
-    type :: next_step_t
-        integer :: kind = 0                             !! STEP_...
-        logical :: axes(3) = .false.                    !! Of the offset, with which it is to do
-    end type next_step_t
-
-    !> The findings and what follows from them.
+    !> What to do, and the findings that it rests on.
     type :: verdict_t
+        type(action_t) :: action                        !! What to do, and why
         integer :: grade = GRADE_GOOD                   !! The worst of the findings
-        character(:), allocatable :: summary            !! One sentence
-        type(finding_t), allocatable :: findings(:)    !! In the order of examination
-        type(next_step_t), allocatable :: next_steps(:) !! What to do, the first thing first
+        type(finding_t), allocatable :: findings(:)     !! In the order of examination
     end type verdict_t
 
 contains
@@ -71,8 +54,8 @@ contains
 
         integer :: axis, i
 
-        allocate (verdict%findings(0), verdict%next_steps(0))
-        if (present(refusal)) call add(verdict, GRADE_BAD, 'Refused', refusal)
+        allocate (verdict%findings(0))
+        if (present(refusal)) call add(verdict, GRADE_BAD, REFUSED, refusal)
         call judge_solution(solution, verdict)
         call judge_accuracy(diagnostics, verdict)
         do axis = 1, 3
@@ -86,8 +69,7 @@ contains
         if (.not. all(knowledge%star_camera_sigma > 0)) &
             call add(verdict, GRADE_DOUBTFUL, 'Noise of the star camera', 'the setup does not give it '// &
                      '(noise_about_axes): the sigmas leave it out')
-        call sum_up(solution, diagnostics, verdict)
-        call advise(solution, diagnostics, verdict)
+        call take_action(knowledge, solution, diagnostics, verdict)
     end function judge
 
     subroutine add(verdict, grade, subject, text)
@@ -230,6 +212,7 @@ contains
         type(verdict_t), intent(inout) :: verdict
 
         character(:), allocatable :: text, part
+        integer :: i
 
         if (.not. allocated(solution%beliefs)) then
             call add(verdict, GRADE_DOUBTFUL, 'What the setup says', 'not tested against the data')
@@ -237,8 +220,10 @@ contains
         end if
         associate (report => solution%beliefs)
             call say_counts(report, text)
-            call say_undetected(report, part)
-            text = text//'; undetected a single wrong one could move the offset in '//part
+            call say_undetected(report, .true., part)
+            text = text//'; undetected a single wrong one could move the offset in '//part//', by three times what is stated'
+            call say_undetected(report, .false., part)
+            text = text//'; if that does not hold, in '//part
             call say_contradiction(report, part)
             if (part /= '') then
                 call add(verdict, GRADE_BAD, 'Contradicted', part)
@@ -246,84 +231,79 @@ contains
                 call add(verdict, GRADE_GOOD, 'Contradicted', 'nothing that the setup says, at the level of one false '// &
                          'alarm in a thousand calibrations')
             end if
-            call add(verdict, merge(GRADE_DOUBTFUL, GRADE_GOOD, any(report%undetected() > report%wanted)), 'Beliefs', text)
+            call add(verdict, merge(GRADE_DOUBTFUL, GRADE_GOOD, any(report%undetected_within() > report%wanted)), 'Beliefs', &
+                     text)
             call say_untested(report, part)
             if (part /= '') call add(verdict, GRADE_DOUBTFUL, 'Not testable here', part)
+            if (any(report%apart > FAR_APART*[(sqrt(solution%covariance(i, i)), i=1, 3)])) &
+                call add(verdict, GRADE_DOUBTFUL, 'Estimator', solution%algorithm//' is not for this manoeuvre: it is off from '// &
+                         '`optimal` by more than '//rounded_text(FAR_APART, 1)//' of its sigmas, which leave out scale '// &
+                         'factors, magnetometer bias and forces that bend; use --algorithm optimal')
         end associate
     end subroutine judge_beliefs
 
-    !> The verdict in one sentence.
-    subroutine sum_up(solution, diagnostics, verdict)
+    !> What to do: nothing that is bad is used, and no more is trusted than could be tested.
+    subroutine take_action(knowledge, solution, diagnostics, verdict)
+        type(operator_knowledge_t), intent(in) :: knowledge
         type(solution_t), intent(in) :: solution
         type(fit_diagnostics_t), intent(in) :: diagnostics
         type(verdict_t), intent(inout) :: verdict
 
-        character(:), allocatable :: text
-        logical :: determined(3)
+        logical :: contradicted
+        integer :: bad
 
-        determined = diagnostics%sigma <= WANTED_ACCURACY
-        if (verdict%grade == GRADE_BAD) then
-            text = 'Do not use this offset: see what is marked below.'
-        else if (.not. diagnostics%sigma_known) then
-            text = 'The accuracy is not known, for lack of noise levels in the setup'
-        else if (all(determined)) then
-            text = 'All three components are determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm or better'
-        else if (any(determined)) then
-            text = trim(listed_axes(determined))//trim(merge(' is ', ' are', count(determined) == 1))// &
-                ' determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm or better, '// &
-                trim(listed_axes(.not. determined))//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
+        contradicted = .false.
+        if (allocated(solution%beliefs)) contradicted = solution%beliefs%has_contradiction()
+        bad = findloc(verdict%findings%grade, GRADE_BAD, 1)
+        if (bad > 0) contradicted = contradicted .and. verdict%findings(bad)%subject /= REFUSED
+        if (bad > 0 .and. .not. contradicted) then
+            associate (found => verdict%findings(bad))
+                if (found%subject == REFUSED) then
+                    call refuse_offset(found%text, verdict%action)
+                else
+                    call refuse_offset(found%subject//': '//found%text, verdict%action)
+                end if
+            end associate
+        else if (.not. (contradicted .or. diagnostics%sigma_known .or. all(solution%noise_level > 0))) then
+            call refuse_offset('the accuracy is not known, for lack of noise levels in setup.nml: give noise_level and '// &
+                               'noise_about_axes, and estimate again', verdict%action)
         else
-            text = 'No component is determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm'
+            call act_on(solution, knowledge%mass, verdict%action)
         end if
-        if (verdict%grade /= GRADE_BAD) then
-            if (size(solution%warnings) > 0) text = text//'; the observations gave reason for warnings'
-            text = text//'.'
-        end if
-        call move_alloc(text, verdict%summary)
-    end subroutine sum_up
+    end subroutine take_action
 
-    !> What to do next.
-    subroutine advise(solution, diagnostics, verdict)
+    !> What to do with a solution whose noise is known, by its tests.
+    subroutine act_on(solution, mass, action)
         type(solution_t), intent(in) :: solution
-        type(fit_diagnostics_t), intent(in) :: diagnostics
-        type(verdict_t), intent(inout) :: verdict
+        real(dp), intent(in) :: mass                    !! Of the satellite, kg
+        type(action_t), intent(out) :: action
 
-        logical :: determined(3), moved(3), excess, untested
+        type(known_offset_t) :: known
+        character(:), allocatable :: contradiction
+        integer :: i
 
-        if (verdict%grade == GRADE_BAD) then
-            verdict%next_steps = [next_step_t(STEP_MEND)]
+        if (.not. allocated(solution%beliefs)) then
+            call refuse_offset('what the setup says was not tested against the data (test_beliefs)', action)
             return
         end if
-        if (.not. diagnostics%sigma_known) then
-            verdict%next_steps = [next_step_t(STEP_GIVE_NOISE)]
-            return
-        end if
-        determined = diagnostics%sigma <= WANTED_ACCURACY
-        moved = determined .and. abs(solution%offset) > NOT_ZERO*diagnostics%sigma
-        excess = any(diagnostics%residuals%noise_known .and. diagnostics%residuals%ratio > &
-                     1 + BY_CHANCE*diagnostics%residuals%ratio_sigma)
-        untested = .false.
-        if (allocated(solution%beliefs)) untested = solution%beliefs%is_untested()
-        if (untested) then              ! nothing is moved by what might be wrong unseen
-            call add_step(STEP_TEST, [.true., .true., .true.])
-        else
-            call add_step(STEP_TRIM, moved)
-            call add_step(STEP_LEAVE, determined .and. .not. moved)
-        end if
-        call add_step(STEP_REPEAT, .not. determined)
-        call add_step(STEP_LOWER_LIMIT, spread(excess, 1, 3))
-        if (.not. untested) call add_step(STEP_RECALIBRATE, moved)
-
-    contains
-
-        !> Where it is to do with an axis.
-        subroutine add_step(kind, chosen)
-            integer, intent(in) :: kind
-            logical, intent(in) :: chosen(3)
-
-            if (any(chosen)) verdict%next_steps = [verdict%next_steps, next_step_t(kind, chosen)]
-        end subroutine add_step
-    end subroutine advise
+        associate (report => solution%beliefs)
+            call say_contradiction(report, contradiction)
+            if (contradiction /= '' .or. .not. solution%converged) then
+                if (contradiction == '') contradiction = 'not converged'
+                call refuse_offset(contradiction, action)
+                return
+            end if
+            known%value = solution%offset
+            known%sigma = [(sqrt(solution%covariance(i, i) + report%apart(i)**2), i=1, 3)]
+            known%unseen = report%undetected_within() - report%apart
+            do i = 1, 3
+                if (report%largest_within(i) > 0) known%hidden(i) = belief_subject(report%values(report%largest_within(i))%belief)
+            end do
+            known%tolerated = report%wanted
+            known%signs_known = report%signs_known
+        end associate
+        call decide(known, mass, action)
+    end subroutine act_on
 
     !> '4.9E+03'.
     function power_text(value) result(text)
@@ -335,21 +315,6 @@ contains
         write (buffer, '(es12.1)') value
         text = trim(adjustl(buffer))
     end function power_text
-
-    !> The axes that are chosen: 'x', 'x and z'.
-    function listed_axes(chosen) result(text)
-        logical, intent(in) :: chosen(3)        !! x, y, z
-        character(10) :: text
-
-        character(1), allocatable :: names(:)
-
-        names = pack(AXES, chosen)
-        associate (n => size(names))
-            text = ''
-            if (n == 1) text = names(1)
-            if (n > 1) text = join(names(:n - 1), ', ')//' and '//names(n)
-        end associate
-    end function listed_axes
 
     !> '(0.99, -0.01, 0.05)'.
     function direction_text(direction) result(text)

@@ -108,6 +108,7 @@ contains
 
         case%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
         case%duration = DURATION
+        case%operator%a_priori%signs_known = .true.     ! the report doubts no axis and no sign
         case%earth_rotation = 'given'
         case%sidereal_angle = (SIDEREAL_ANGLE + EARTH_ROTATION_RATE/DEGREE*TIME_OF_CASE(case%number))*DEGREE
         case%satellite%mass = MASS

@@ -1,0 +1,130 @@
+!> What an operator is to do after a calibration, first of all: move the masses, leave them, calibrate again, or not use
+!> the offset; and why, in one line.
+module gracecg_estimation_action
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_text, only: rounded_text, join
+    implicit none
+    private
+    public :: action_t, known_offset_t, decide, refuse_offset, listed_axes, ACTIONS, WANTED_ACCURACY
+    public :: TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
+
+    integer, parameter :: TRIM_IT = 1           !! Move the centre of mass along some axes
+    integer, parameter :: LEAVE_IT = 2          !! The offset is as small as can be told
+    integer, parameter :: CALIBRATE_AGAIN = 3   !! No axis is known well enough
+    integer, parameter :: DO_NOT_USE = 4        !! Something is wrong
+    character(15), parameter :: ACTIONS(4) = [character(15) :: 'trim', 'leave', 'calibrate again', 'do not use']
+
+    real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp
+    !! Of each component of the offset, m: what CSR-TM-00-01 Table 1.2 asks of its stability
+    real(dp), parameter :: NOT_ZERO = 3         !! Standard deviations of a component that is not 0
+
+    !> What is known of an offset.
+    type :: known_offset_t
+        real(dp) :: value(3) = 0            !! d, from centre of mass to proof mass, body axes, m
+        real(dp) :: sigma(3) = 0            !! With all that is known to be left out of the fit's, m
+        real(dp) :: unseen(3) = 0           !! What could move it without any test seeing it, m
+        character(48) :: hidden(3) = ''     !! By what
+        real(dp) :: tolerated = 0           !! Of `unseen`, m
+        logical :: signs_known = .false.    !! Of the accelerometer's axes
+    end type known_offset_t
+
+    !> What to do.
+    type :: action_t
+        integer :: kind = DO_NOT_USE            !! One of the four
+        logical :: trimmed(3) = .false.         !! Axes along which the centre of mass is to be moved by d
+        logical :: again(3) = .false.           !! Axes that take another calibration
+        character(:), allocatable :: text       !! One line: what, and why
+    end type action_t
+
+contains
+
+    !> The action for an offset that nothing contradicts. Each axis is taken for itself: it is moved if its sigma, and what
+    !> could hide, are as small as wanted, and it differs from 0.
+    subroutine decide(known, mass, action)
+        type(known_offset_t), intent(in) :: known
+        real(dp), intent(in) :: mass                !! Of the satellite, kg
+        type(action_t), intent(out) :: action
+
+        character(30) :: moves(3), sigmas(3), moments(3)
+        character(120) :: reasons(3)
+        logical :: good(3), moved(3)
+        integer :: axis
+
+        good = known%sigma <= WANTED_ACCURACY .and. known%unseen <= known%tolerated
+        moved = good .and. abs(known%value) > NOT_ZERO*known%sigma
+        action%again = .not. good
+        if (any(moved) .and. .not. known%signs_known) then
+            action%again = .true.
+            action%kind = CALIBRATE_AGAIN
+            action%text = 'calibrate again, after a small known move of the masses: whether the accelerometer''s axes have the '// &
+                'sign and order that the setup says, no calibration alone tells; then set signs_known = .true. in &a_priori'
+            return
+        end if
+        action%trimmed = moved
+        action%kind = merge(TRIM_IT, merge(LEAVE_IT, CALIBRATE_AGAIN, any(good)), any(moved))
+        do axis = 1, 3
+            moves(axis) = trim(signed(known%value(axis)/MILLIMETRE))//' mm along '//AXES(axis)
+            sigmas(axis) = rounded_text(known%sigma(axis)/MILLIMETRE, 2)
+            moments(axis) = signed(mass*known%value(axis)/MILLIMETRE)
+            if (known%sigma(axis) > WANTED_ACCURACY) then
+                reasons(axis) = 'sigma of '//AXES(axis)//' '//trim(sigmas(axis))//' mm, wanted '// &
+                    rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)
+            else
+                reasons(axis) = 'unseen could be '//rounded_text(known%unseen(axis)/MILLIMETRE, 2)//' mm of '//AXES(axis)// &
+                    ' by '//trim(known%hidden(axis))//', wanted '//rounded_text(known%tolerated/MILLIMETRE, 2)
+            end if
+        end do
+        action%text = ''
+        if (any(moved)) call append('trim: move the centre of mass by '//join(pack(moves, moved), ', ')//' (sigma '// &
+                                    join(pack(sigmas, moved), ', ')//' mm; mass moments '//join(pack(moments, moved), ', ')// &
+                                    ' kg mm)')
+        if (any(good .and. .not. moved)) call append('leave '//trim(listed_axes(good .and. .not. moved))//' (within '// &
+                                                    rounded_text(NOT_ZERO, 2)//' sigma of 0)')
+        if (.not. all(good)) call append('calibrate again for '//trim(listed_axes(.not. good))//' ('// &
+                                         join(pack(reasons, .not. good), ', ')//')')
+
+    contains
+
+        subroutine append(part)
+            character(*), intent(in) :: part
+
+            if (action%text /= '') action%text = action%text//'; '
+            action%text = action%text//part
+        end subroutine append
+    end subroutine decide
+
+    !> The action for an offset that is not to be used.
+    subroutine refuse_offset(reason, action)
+        character(*), intent(in) :: reason      !! Without a full stop
+        type(action_t), intent(out) :: action
+
+        action%kind = DO_NOT_USE
+        action%again = .true.
+        action%text = 'do not use: '//reason
+    end subroutine refuse_offset
+
+    !> A number with its sign, and blanks behind it.
+    function signed(value) result(text)
+        real(dp), intent(in) :: value
+        character(12) :: text
+
+        text = rounded_text(value, 3)
+        if (value > 0) text = '+'//text
+    end function signed
+
+    !> The axes that are chosen: 'x', 'x and z'.
+    function listed_axes(chosen) result(text)
+        logical, intent(in) :: chosen(3)        !! x, y, z
+        character(10) :: text
+
+        character(1), allocatable :: names(:)
+
+        names = pack(AXES, chosen)
+        associate (n => size(names))
+            text = ''
+            if (n == 1) text = names(1)
+            if (n > 1) text = join(names(:n - 1), ', ')//' and '//names(n)
+        end associate
+    end function listed_axes
+end module gracecg_estimation_action
