@@ -90,6 +90,7 @@ contains
             if (fitted%data%field_compared) call add_score(report, FIELD_AGAINST_MODEL, farthest(scores(:3)), 0.0_dp, .false.)
             if (fitted%data%stars%pairs > 0) call add_score(report, HEADS_APART, farthest(scores(4:)), 0.0_dp, .false.)
         end associate
+        report%arc = knowledge%duration
         report%field_seen = fitted%data%field_seen
         report%field_modelled = fitted%data%field_modelled
         report%head_turn = fitted%data%stars%head_turn

@@ -12,6 +12,7 @@ module gracecg_estimation_belief_words
     private
     public :: say_counts, say_contradiction, say_undetected, say_untested
 
+    real(dp), parameter :: LONG = 120       !! Arc over which a constant may not do for torques that nobody models, s
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
 
 contains
@@ -45,6 +46,11 @@ contains
         text = text//part
         if (size(report%explanations) == 0) then
             text = text//'; no single wrong belief of those that were tried explains them'
+            return
+        end if
+        if (report%arc > LONG .and. .not. any(report%explanations%complete)) then
+            text = text//'; no single wrong belief explains that: torques that are no constant over the arc of '// &
+                rounded_text(report%arc, 4)//' s would; estimate it in shorter arcs (--algorithm optimal --arc 60)'
             return
         end if
         text = text//'; they fit if '

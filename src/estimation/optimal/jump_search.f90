@@ -8,11 +8,14 @@
 module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_lapack, only: sum_of_products
+    use gracecg_environment_sun, only: sun_position, conical_shadow
+    use gracecg_environment_time, only: utc_t, julian_centuries_tt
+    use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_problem, only: batch_solution_t
     implicit none
     private
-    public :: force_jump_found_t, search_jump
+    public :: force_jump_found_t, search_jump, edge_of_shadow
 
     real(dp), parameter :: LEAST_GAIN = 16
     !! Exceeded by chance with the probability 6e-5 at one place, and of the places of an arc some 60 in each of 3 axes are
@@ -22,6 +25,7 @@ module gracecg_estimation_jump_search
     !! Mean whitened square of the axis without what the jump explains: where more than that is left, residuals are no
     !! noise, and a jump is none
     real(dp), parameter :: LEAST_SEPARATE = 1e-4_dp !! Of a step's information, the part that other parameters do not take
+    real(dp), parameter :: AS_GOOD = 4      !! Difference of gains of two standard deviations
     integer, parameter :: MOST_CANDIDATES = 60
     integer, parameter :: TOGETHER = 24             !! Steps that are whitened together
 
@@ -29,6 +33,9 @@ module gracecg_estimation_jump_search
     type :: force_jump_found_t
         logical :: found = .false.      !! It stands out of the noise
         integer :: epoch = 0            !! The first sample after it, in intervals from the epoch of the arc
+        real(dp) :: gain = 0            !! Of the weighted squares
+        integer :: earliest = 0, latest = 0
+        !! The same of the places that the data can tell from the best by less than two standard deviations
     end type force_jump_found_t
 
 contains
@@ -63,9 +70,33 @@ contains
             end do
             if (gain(best) < most .or. left_of(problem, batch, axis, gain(best)) > MOST_LEFT) cycle
             most = gain(best)
-            jump = force_jump_found_t(.true., problem%data%accelerometer_epoch(i))
+            associate (epoch => problem%data%accelerometer_epoch, alike => gain > gain(best) - AS_GOOD)
+                jump = force_jump_found_t(.true., epoch(i), most, &
+                                          epoch(places(findloc(alike, .true., 1)) - spacing), &
+                                          epoch(min(samples, places(findloc(alike, .true., 1, back=.true.)) + spacing)))
+            end associate
         end do
     end function search_jump
+
+    !> When the satellite enters or leaves the full light of the Sun, s; negative where it does not, or no orbit is known.
+    pure real(dp) function edge_of_shadow(epoch, data, from, to) result(time)
+        type(utc_t), intent(in) :: epoch            !! Of the arc
+        type(fitting_data_t), intent(in) :: data
+        real(dp), intent(in) :: from, to            !! When that is looked for, s
+
+        real(dp) :: sun(3), light, before
+        integer :: i
+
+        time = -1
+        sun = sun_position(julian_centuries_tt(epoch))
+        before = -1
+        do i = 1, size(data%orbit_time)
+            if (data%orbit_time(i) < from .or. data%orbit_time(i) > to) cycle
+            light = conical_shadow(data%orbit_position(:, i), sun)
+            if (before >= 0 .and. (light >= 1 .neqv. before >= 1)) time = data%orbit_time(i)
+            before = light
+        end do
+    end function edge_of_shadow
 
     !> s^2/S of steps of an axis: s their scores, S their information with all other parameters eliminated.
     function gains_at(problem, batch, axis, places) result(gains)

@@ -15,7 +15,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
-    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
+    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump, edge_of_shadow
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
@@ -221,7 +221,7 @@ contains
             call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
             wider%problem%model%jump = jump%epoch
             call settle_wider(jump%found)
-            if (jump%found) call report_jump(fit%problem, solution%warnings)
+            if (jump%found) call report_jump(knowledge, fit%problem, jump, solution%warnings)
         end if
         solution%converged = fit%converged
         if (fit%noise_estimated) &
@@ -345,16 +345,34 @@ contains
         wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen
 
-    !> Warns of a jump that was estimated.
-    subroutine report_jump(problem, warnings)
+    !> Warns of a jump that was estimated: when, as far as the data tell, and whether the Sun rises or sets then.
+    subroutine report_jump(knowledge, problem, found, warnings)
+        type(operator_knowledge_t), intent(in) :: knowledge
         type(whitened_problem_t), intent(in) :: problem
+        type(force_jump_found_t), intent(in) :: found
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
-        associate (jump => problem%state%value(FORCE_JUMP(1):FORCE_JUMP(3)), t => problem%model%jump*problem%model%interval)
-            call append(warnings, 'the non-gravitational acceleration jumps at '//number_text(t)//' s by '// &
-                        rounded_text(jump(1), 2)//', '//rounded_text(jump(2), 2)//', '//rounded_text(jump(3), 2)// &
-                        ' m/s^2 along x, y, z: it is estimated, too')
+        real(dp), parameter :: SHARP = 3        ! s, between the earliest and the latest time of what is called a jump
+        real(dp), parameter :: CLEAR = 64       ! least gain of it: less may be a bend anywhere
+        character(:), allocatable :: text
+        real(dp) :: earliest, latest, edge
+
+        earliest = found%earliest*problem%model%interval
+        latest = found%latest*problem%model%interval
+        associate (jump => problem%state%value(FORCE_JUMP(1):FORCE_JUMP(3)))
+            text = 'the non-gravitational acceleration '
+            if (latest - earliest <= SHARP .and. found%gain > CLEAR) then
+                text = text//'jumps at '//number_text(problem%model%jump*problem%model%interval)//' s (within '// &
+                    rounded_text((latest - earliest)/2, 2)//' s)'
+            else
+                text = text//'bends more than a parabola, when is not told,'
+            end if
+            text = text//' by '//rounded_text(jump(1), 2)//', '//rounded_text(jump(2), 2)//', '//rounded_text(jump(3), 2)// &
+                ' m/s^2 along x, y, z: it is estimated, too, as a jump'
         end associate
+        edge = edge_of_shadow(knowledge%epoch, problem%data, 0.0_dp, knowledge%duration)
+        if (edge >= 0) text = text//'; the edge of the Earth''s shadow is passed at '//rounded_text(edge, 3)//' s'
+        call append(warnings, text)
     end subroutine report_jump
 
     !> Warns of a wave that was found: as the fit with it has it, or, where that did not succeed, as the search has.
