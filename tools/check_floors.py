@@ -56,7 +56,7 @@ WITHOUT_MODULE = ("src/interface/f77_by_hand.f90", "src/interface/f77_entries.f9
 ESTIMATION_MAY_USE = {
     "environment": {"gracecg_environment_earth_orientation", "gracecg_environment_earth_shape",
                     "gracecg_environment_geomagnetic_field", "gracecg_environment_geomagnetic_models",
-                    "gracecg_environment_time"},
+                    "gracecg_environment_sun", "gracecg_environment_time"},
     "spacecraft": {"gracecg_spacecraft_mass_properties", "gracecg_spacecraft_torque_rods"},
 }
 

@@ -13,7 +13,9 @@ module test_bound
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
     use gracecg_base_constants, only: EARTH_GM
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_planning_next_manoeuvre, only: say_next_manoeuvre
+    use gracecg_planning_observed_case, only: case_of_observations
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
@@ -42,8 +44,47 @@ contains
                     new_unittest('extra-parameters-cost-information', test_extra), &
                     new_unittest('impossible-cases', test_impossible), &
                     new_unittest('without-systematic-errors-no-bias', test_no_bias), &
-                    new_unittest('error-sources-by-name', test_names)]
+                    new_unittest('error-sources-by-name', test_names), &
+                    new_unittest('bound-of-an-observation-set', test_observed)]
     end subroutine collect_bound
+
+    !> The case of an observation set has the bound of the case that was simulated, within the d that the estimate finds; and
+    !> what the next manoeuvre would give is said, all axes below 0.02 mm. Nothing without an orbit.
+    subroutine test_observed(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case, observed
+        type(case_bound_t) :: bound, of_observed
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text
+        integer :: i
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            call report_case(REPORT_CASE_NAMES(i), case, failure)
+            if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
+            if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+            if (.not. allocated(failure)) call observe(simulator, 3_i8, 1, observations, failure)
+            if (.not. allocated(failure)) call case_of_observations(observations, observed, failure)
+            observed%satellite%offset = case%satellite%offset
+            if (.not. allocated(failure)) call bound_of_case(observed, estimation_options_t(), of_observed, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, norm2(observed%position - case%position) < 0.1_dp, 'position')
+            call check(error, norm2(observed%velocity - case%velocity), 0.0_dp, thr=0.3_dp)  ! J2: 0.027 m/s^2 in 10 s
+            call check(error, all(abs(of_observed%sigma/bound%sigma - 1) < 0.02_dp), trim(case%name)//': bound')
+            call check(error, all(abs(of_observed%consider_sigma/bound%consider_sigma - 1) < 0.02_dp), trim(case%name))
+            call say_next_manoeuvre(observations, text)
+            call check(error, index(text, 'with rods x, y and z at 0.0833, 0.1 and 0.117 Hz') == 1 .and. &
+                       index(text, 'sigma would be 0.0') > 0, text)
+            if (allocated(error)) return
+        end do
+        deallocate (observations%orbit_time, observations%orbit_position)
+        call case_of_observations(observations, observed, failure)
+        call check_fails(error, message_of(failure), [character(20) :: 'no orbit (orbit.csv)'])
+        call say_next_manoeuvre(observations, text)
+        call check(error, text == '', text)
+    end subroutine test_observed
 
     subroutine collect_optimal_monte_carlo(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)

@@ -13,7 +13,10 @@ module test_belief_verdicts
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
-    use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
+    use gracecg_base_quaternion, only: quaternion_product
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, begin_report, add_score, finish_report, &
+        OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED
+    use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
@@ -32,11 +35,88 @@ contains
         testsuite = [ &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
                     new_unittest('what-does-not-converge-is-refused', test_not_converged), &
+                    new_unittest('samples-belong-to-one-satellite', test_other_satellite), &
+                    new_unittest('a-long-arc-is-called-long', test_long_arc), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('power-is-that-of-fits-without-noise', test_detectable_values), &
                     new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_belief_verdicts
+
+    !> The orbit or the magnetometer of another time, and heads that are 720" apart: told by the model of the field, and by
+    !> the heads. Of sound samples both are confirmed.
+    subroutine test_other_satellite(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: APART = 0.2_dp*DEGREE
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, wrong, others
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call simulator_of('back-3', simulator, options, error)
+        if (allocated(error)) return
+        call observe(simulator, 7_i8, 1, others, failure)
+        call simulator_of('front-3', simulator, options, error)
+        if (.not. allocated(failure)) call observe(simulator, 7_i8, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        wrong = observations
+        call tells('', 'magnetometer against field model')
+        wrong%orbit_position = others%orbit_position
+        call tells('another satellite or time', 'magnetometer against field model')
+        wrong = observations
+        wrong%field = others%field
+        call tells('another satellite or time', 'magnetometer against field model')
+        wrong = observations
+        do i = 1, size(wrong%star_camera_time)
+            if (wrong%star_camera_head(i) == 2) wrong%quaternion(:, i) = &
+                quaternion_product([0.0_dp, sin(APART/2), 0.0_dp, cos(APART/2)], wrong%quaternion(:, i))
+        end do
+        call tells('the mounting of head 1', 'star-camera heads, each other')
+
+    contains
+
+        !> Nothing is contradicted where there are no words; else the test of that name is, with these words.
+        subroutine tells(words, subject)
+            character(*), intent(in) :: words, subject
+
+            type(solution_t) :: solution
+            type(error_t), allocatable :: refused
+            character(:), allocatable :: text
+            integer :: k
+
+            if (allocated(error)) return
+            call estimate_offset('optimal', wrong, options, solution, refused)
+            call check(error, allocated(solution%beliefs), subject//': no tests')
+            if (allocated(error)) return
+            call say_contradiction(solution%beliefs, text)
+            k = findloc(NOISE_SUBJECTS(solution%beliefs%noises%subject) == subject, .true., 1)
+            call check(error, k > 0, subject//': not tested')
+            if (allocated(error)) return
+            call check(error, (solution%beliefs%noises(k)%state == CONTRADICTED) .eqv. words /= '', subject//': '//text)
+            if (.not. allocated(error)) call check(error, index(text, words) > 0, text)
+        end subroutine tells
+    end subroutine test_other_satellite
+
+    !> A long arc that nothing explains wholly blames no belief.
+    subroutine test_long_arc(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(belief_report_t) :: report
+        character(:), allocatable :: text
+
+        call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
+        call add_score(report, 10, 14.0_dp, 0.05_dp, .false.)
+        call finish_report(report)
+        report%explanations = [explanation_t(OF_VALUE, INERTIA(3), 100.0_dp, -11.0_dp, 0.7_dp)]
+        report%arc = 60
+        call say_contradiction(report, text)
+        call check(error, index(text, 'the inertia zz is 11') > 0 .and. index(text, 'even then') > 0, text)
+        report%arc = 600
+        if (.not. allocated(error)) call say_contradiction(report, text)
+        call check(error, index(text, 'inertia') == 0 .and. index(text, 'in shorter arcs (--algorithm optimal --arc 60)') > 0, text)
+    end subroutine test_long_arc
 
     !> Wrong beliefs of several kinds: contradicted, and the right one named first.
     subroutine test_wrong_beliefs(error)
