@@ -32,7 +32,7 @@ module gracecg_level1_to_observations
 contains
 
     !> The arcs of all spans that are used; a firing inside cuts a span in two. Fails as moments of rods do.
-    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error)
+    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error, with_unsure)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes       !! Of the gyros
@@ -40,11 +40,15 @@ contains
         type(observation_set_t), allocatable, intent(out) :: sets(:)
         integer, allocatable, intent(out) :: span_of(:)     !! The span of each arc
         type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: with_unsure        !! Samples near steps of held currents stay; absent: they do not
 
         type(observation_set_t) :: set
         real(dp), allocatable :: cuts(:)
+        logical :: unsure_stay
         integer :: i, k
 
+        unsure_stay = .not. held
+        if (present(with_unsure)) unsure_stay = unsure_stay .or. with_unsure
         allocate (sets(0), span_of(0))
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
@@ -53,7 +57,8 @@ contains
                                                         span%firings < span%stop), span%stop - ENDS + BEFORE]
                 do k = 1, size(cuts) - 1
                     if (cuts(k + 1) - cuts(k) < SHORTEST) cycle
-                    call make_arc(calibration, setup, axes, held, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, set, error)
+                    call make_arc(calibration, setup, axes, held, unsure_stay, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, &
+                                  set, error)
                     call add_context(error, 'span '//integer_text(i))
                     if (allocated(error)) return
                     sets = [sets, set]
@@ -63,11 +68,11 @@ contains
         end do
     end subroutine arcs_of_spans
 
-    subroutine make_arc(calibration, setup, axes, held, span, from, to, set, error)
+    subroutine make_arc(calibration, setup, axes, held, unsure_stay, span, from, to, set, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes
-        logical, intent(in) :: held
+        logical, intent(in) :: held, unsure_stay
         type(level1_span_t), intent(in) :: span
         real(dp), intent(in) :: from, to            !! s from the epoch of the calibration
         type(observation_set_t), intent(out) :: set
@@ -81,7 +86,7 @@ contains
         integer :: k
 
         wanted = pack([(k, k=1, size(span%time))], span%time >= from .and. span%time <= to)
-        if (held) wanted = pack(wanted, .not. unsure(calibration, setup, span%time(wanted)))
+        if (.not. unsure_stay) wanted = pack(wanted, .not. unsure(calibration, setup, span%time(wanted)))
         times = span%time(wanted)
         zero = times(1)
         interval = median_of(times(2:) - times(:size(times) - 1))
