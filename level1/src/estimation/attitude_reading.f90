@@ -17,6 +17,7 @@ module gracecg_level1_attitude_reading
     use gracecg_level1_time, only: level1_clock_t
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN
     use gracecg_level1_heads, only: combine_heads
+    use gracecg_level1_strays, only: find_strays
     use gracecg_level1_product_reading, only: find_files, read_product, without_bits
     implicit none
     private
@@ -126,6 +127,7 @@ contains
         type(string_t), allocatable :: found(:), others(:)
         character(:), allocatable :: names
         logical :: heads_alone, known(HEADS)
+        integer, allocatable :: numbers(:)      ! Of heads
         integer :: i, k, head
 
         call find_files(paths, ['SCA1B'], found)
@@ -167,13 +169,53 @@ contains
             q(:, i) = gracecg_quaternion(sample)
             if (heads_alone) q(:, i) = attitude_by_head(mounting(:, nint(sca%values(i, 5))), q(:, i))
         end do
+        call continuous_quaternions(q)
+        numbers = merge(nint(sca%values(:sca%count, 5)), 1, heads_alone)
+        call drop_strays(calibration, times, q, numbers)
         if (heads_alone) then
-            call combine_heads(times, nint(sca%values(:sca%count, 5)), q, mounting, joint_times, joint_q)
+            call combine_heads(times, numbers, q, mounting, joint_times, joint_q)
             call move_alloc(joint_times, times)
             call move_alloc(joint_q, q)
         end if
         call continuous_quaternions(q)
     end subroutine star_cameras
+
+    !> Leaves out attitudes far off their neighbours of the same head in a span.
+    subroutine drop_strays(calibration, times, q, head)
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(inout) :: times(:), q(:, :)
+        integer, allocatable, intent(inout) :: head(:)
+
+        real(dp), parameter :: NOISE = 1e-6_dp      ! rad
+        real(dp), allocatable :: turned(:, :)
+        logical :: stray(size(times)), inside(size(times))
+        logical, allocatable :: found(:)
+        integer, allocatable :: wanted(:)
+        integer :: i, k, span
+
+        stray = .false.
+        do span = 1, size(calibration%spans)
+            associate (s => calibration%spans(span))
+                inside = times >= s%start - SPAN_MARGIN - 2 .and. times <= s%stop + SPAN_MARGIN + 2
+            end associate
+            do i = 1, HEADS
+                wanted = pack([(k, k=1, size(times))], inside .and. head == i)
+                if (size(wanted) == 0) cycle
+                turned = reshape([(rotation_between(q(:, wanted(1)), q(:, wanted(k))), k=1, size(wanted))], [3, size(wanted)])
+                allocate (found(size(wanted)))
+                call find_strays(times(wanted), turned, NOISE, found)
+                stray(wanted) = stray(wanted) .or. found
+                deallocate (found)
+            end do
+        end do
+        if (.not. any(stray)) return
+        call note(calibration, 'star cameras: '//integer_text(count(stray))//' of '//integer_text(size(times))// &
+                  ' attitudes are far off their neighbours and left out')
+        wanted = pack([(k, k=1, size(times))], .not. stray)
+        times = times(wanted)
+        q = q(:, wanted)
+        head = head(wanted)
+    end subroutine drop_strays
 
     !> Attitude, rate, field, vertical and gradient of one span.
     subroutine span_attitude(calibration, span, times, q, fixed, inertial, has_fixed, has_inertial, model)

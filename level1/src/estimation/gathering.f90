@@ -2,11 +2,13 @@
 module gracecg_level1_gathering
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, integer_text
+    use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_setup, only: level1_setup_t
@@ -18,6 +20,7 @@ module gracecg_level1_gathering
     use gracecg_level1_product_reading, only: find_files
     use gracecg_level1_series, only: interpolate
     use gracecg_level1_spans, only: said_spans, choose_spans
+    use gracecg_level1_strays, only: find_strays
     implicit none
     private
     public :: gather_calibration
@@ -153,15 +156,17 @@ contains
 
         real(dp), parameter :: STUCK = 2.5_dp   ! s without a new value
         integer, parameter :: FEWEST = 40       ! Values
+        real(dp), parameter :: FAR_OFF = 20     ! Standard deviations, of 1 nT at least
         real(dp), allocatable :: rows(:, :), differences(:, :), good(:, :), good_time(:)
         integer, parameter :: COLUMNS = 7       ! Bias, currents, their rates
         real(dp) :: normal(COLUMNS, COLUMNS), rhs(COLUMNS), x(COLUMNS), covariance(COLUMNS, COLUMNS), condition, b(3), &
             fit(COLUMNS, 3), left(3), since
         integer :: i, k, axis, span, n
-        logical :: fresh
+        logical, allocatable :: kept(:), before(:)
+        logical :: fresh, changed
 
         n = size(calibration%current_time)
-        allocate (rows(COLUMNS, n), differences(n, 3), good(3, n), good_time(n))
+        allocate (rows(COLUMNS, n), differences(n, 6), good(3, n), good_time(n))
         n = 0
         since = -huge(since)
         do i = 2, size(calibration%current_time) - 1
@@ -178,7 +183,7 @@ contains
                     rows(:, n) = [1.0_dp, calibration%current(:, i), &
                                   (calibration%current(:, i + 1) - calibration%current(:, i - 1))/ &
                                   (calibration%current_time(i + 1) - calibration%current_time(i - 1))]
-                    differences(n, :) = calibration%measured_field(:, i) - b
+                    differences(n, :3) = calibration%measured_field(:, i) - b
                     good_time(n) = t
                     good(:, n) = calibration%measured_field(:, i)
                     exit
@@ -189,13 +194,32 @@ contains
             if (replace) call fail(error, 'the magnetometer has no new values within the spans: use the field of the model')
             return
         end if
-        do axis = 1, 3
-            call normal_equations(rows(:, :n), differences(:n, axis), normal, rhs)
-            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
-            if (allocated(error)) return
-            fit(:, axis) = x
-            left(axis) = sum((differences(:n, axis) - matmul(x, rows(:, :n)))**2)/n
+        allocate (kept(n), source=.true.)
+        do
+            do axis = 1, 3
+                call normal_equations(rows(:, pack([(k, k=1, n)], kept)), pack(differences(:n, axis), kept), normal, rhs)
+                call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+                if (allocated(error)) return
+                fit(:, axis) = x
+                differences(:n, 3 + axis) = abs(differences(:n, axis) - matmul(x, rows(:, :n)))/NANOTESLA
+                left(axis) = sum((differences(:n, 3 + axis)*NANOTESLA)**2, mask=kept)/count(kept)
+            end do
+            changed = .false.
+            before = kept
+            do axis = 4, 6
+                call leave_out_worst(differences(:n, axis), FAR_OFF, MEDIAN_OF_ONE, before, changed)
+                kept = kept .and. before
+            end do
+            if (.not. changed) exit
         end do
+        if (any(.not. kept)) then
+            call note(calibration, 'magnetometer: '//integer_text(count(.not. kept))//' of '//integer_text(n)// &
+                      ' fields are far off the others and left out')
+            good_time(:count(kept)) = pack(good_time(:n), kept)
+            good(:, :count(kept)) = good(:, pack([(k, k=1, n)], kept))
+            rows(:, :count(kept)) = rows(:, pack([(k, k=1, n)], kept))
+            n = count(kept)
+        end if
         calibration%field_difference = sqrt(maxval(left))
         if (.not. replace) return
         do i = 1, n
@@ -227,7 +251,8 @@ contains
         type(level1_calibration_t), intent(inout) :: calibration
 
         real(dp), parameter :: LONGEST_STEP = 1.5_dp    ! Intervals of the currents
-        logical, allocatable :: stays(:)
+        real(dp), parameter :: LINEAR_NOISE = 1e-8_dp, ANGULAR_NOISE = 1e-6_dp      ! m/s^2, rad/s^2
+        logical, allocatable :: stays(:), stray(:), also(:)
         real(dp) :: interval, gap
         integer :: i, k, n, before
 
@@ -253,6 +278,13 @@ contains
                 span%without_current = count(.not. stays) - span%vetoed
                 call keep_samples(span, stays)
                 deallocate (stays)
+                allocate (stray(size(span%time)), also(size(span%time)))
+                call find_strays(span%time, span%linear, LINEAR_NOISE, stray)
+                also = .false.
+                if (calibration%has_angular) call find_strays(span%time, span%angular, ANGULAR_NOISE, also)
+                span%outliers = count(stray .or. also)
+                call keep_samples(span, .not. (stray .or. also))
+                deallocate (stray, also)
                 if (.not. span%used) cycle
                 if (size(span%time) < setup%least_share*span%expected) then
                     call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &

@@ -13,6 +13,7 @@ module gracecg_level1_instruments
     use gracecg_level1_time, only: level1_clock_t
     use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN
     use gracecg_level1_spans, only: find_spans
+    use gracecg_level1_strays, only: find_strays
     use gracecg_level1_product_reading, only: find_files, read_product, without_bits
     implicit none
     private
@@ -225,12 +226,14 @@ contains
 
         integer, parameter :: GYROS = 4
         real(dp), parameter :: LEAST = 100      ! Samples in a span
+        real(dp), parameter :: NOISE = 1e-6_dp  ! rad
         character(8), parameter :: FIELDS(3) = [character(8) :: 'gyro_id', 'FiltAng', 'qualflg']
         type(level1_records_t) :: imu
         real(dp), allocatable :: times(:)
         logical, allocatable :: wanted(:)
         type(string_t), allocatable :: found(:)
-        integer :: i, k
+        logical, allocatable :: stray(:)
+        integer :: i, k, n_stray
 
         do i = 1, size(calibration%spans)
             allocate (calibration%spans(i)%gyros(GYROS))
@@ -246,6 +249,7 @@ contains
         call imu%drop(.not. without_bits(imu, [0, 1, 6]))
         call imu%times_since(calibration%epoch, times)
         calibration%has_gyros = .true.
+        n_stray = 0
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 do k = 1, GYROS
@@ -254,10 +258,20 @@ contains
                     if (count(wanted) < LEAST) cycle
                     span%gyros(k)%time = pack(times, wanted)
                     span%gyros(k)%angle = pack(imu%values(:, 2), wanted)*DEGREE
+                    associate (gyro => span%gyros(k))
+                        allocate (stray(size(gyro%time)))
+                        call find_strays(gyro%time, reshape(gyro%angle, [1, size(stray)]), NOISE, stray)
+                        n_stray = n_stray + count(stray)
+                        gyro%time = pack(gyro%time, .not. stray)
+                        gyro%angle = pack(gyro%angle, .not. stray)
+                        deallocate (stray)
+                    end associate
                 end do
                 calibration%has_gyros = calibration%has_gyros .and. &
                     count([(size(span%gyros(k)%time) > 0, k=1, GYROS)]) >= 3
             end associate
         end do
+        if (n_stray > 0) call note(calibration, 'gyros: '//integer_text(n_stray)// &
+                                   ' angles are far off their neighbours and left out')
     end subroutine read_gyros
 end module gracecg_level1_instruments

@@ -175,6 +175,12 @@ contains
                                  MEDIAN_OF_ONE, problem%acceleration_kept(axis, :), changed)
             kept = kept .and. problem%acceleration_kept(axis, :)
         end do
+        if (problem%channel_rows > 0) then
+            do axis = 1, 3
+                call leave_out_worst(abs(problem%channel_whiteners(axis)%innovations(problem%channel_residual(axis, :))), LIMIT, &
+                                     MEDIAN_OF_ONE, kept, changed)
+            end do
+        end if
         do axis = 1, 3
             problem%acceleration_kept(axis, :) = kept
         end do
