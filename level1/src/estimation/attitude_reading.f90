@@ -227,6 +227,7 @@ contains
         class(geomagnetic_model_t), intent(in) :: model
 
         integer, allocatable :: wanted(:)
+        real(dp), allocatable :: inertial_field(:, :)
         real(dp) :: c(3, 3), r(3), v(3), rf(3), vf(3), b(3), to_body(3, 3)
         integer :: n, i, first, last
         integer(i8) :: second
@@ -235,11 +236,13 @@ contains
         n = size(wanted)
         span%attitude_time = times(wanted)
         span%quaternion = q(:, wanted)
-        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%up(3, n), span%gradient(n), span%position(3, n))
+        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%field_rate(3, n), span%up(3, n), &
+                  span%gradient(n), span%position(3, n))
         if (n < 10) then
             call leave_out(span, 'no attitude')
             return
         end if
+        allocate (inertial_field(3, n))
         span%angle(:, 1) = 0
         do i = 2, n
             span%angle(:, i) = span%angle(:, i - 1) + rotation_between(q(:, wanted(i - 1)), q(:, wanted(i)))
@@ -261,8 +264,15 @@ contains
             span%position(:, i) = matmul(c, rf)
             to_body = matmul(rotation_matrix(q(:, wanted(i))), c)
             span%field(:, i) = matmul(to_body, b)
+            inertial_field(:, i) = matmul(c, b)
             span%up(:, i) = matmul(to_body, rf/norm2(rf))
             span%gradient(i) = EARTH_GM/norm2(rf)**3
+        end do
+        do i = 1, n
+            first = max(1, i - 1)
+            last = min(n, i + 1)
+            span%field_rate(:, i) = matmul(rotation_matrix(q(:, wanted(i))), inertial_field(:, last) - &
+                                           inertial_field(:, first))/(span%attitude_time(last) - span%attitude_time(first))
         end do
         span%mean_field = sum(span%field, 2)/n
     end subroutine span_attitude

@@ -31,6 +31,7 @@ module gracecg_level1_calibration
         real(dp), allocatable :: angle(:, :)        !! phi, rotation vector summed up, rad
         real(dp), allocatable :: rate(:, :)         !! Angular velocity, rad/s
         real(dp), allocatable :: field(:, :)        !! Of the Earth, T
+        real(dp), allocatable :: field_rate(:, :)   !! Its change along the orbit, T/s
         real(dp), allocatable :: up(:, :)           !! Unit vector from the Earth's centre
         real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
         type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
@@ -58,6 +59,10 @@ module gracecg_level1_calibration
         real(dp) :: clock_correction = 0                !! GPS less OBC time at the epoch, s
         real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
         real(dp) :: gas(2) = -1                         !! In tanks 1 and 2, kg; -1: not known
+        integer :: follows(3) = 0                       !! Along the orbit the axes follow air and light: 1; -1: with the
+                                                        !! opposite sign; 0: the files do not tell
+        real(dp) :: light_seen(2, 3) = 0                !! Light as seen by each axis, by what it should be, with sigma
+        real(dp) :: orbit_delay = 0                     !! Of the orbit's tags by the magnetometer, s; 0: not significant
         logical :: has_angular = .false.                !! The accelerometer has angular channels
         logical :: zero_angular = .false.               !! It has them, and they are zero: transplanted data (ACT)
         logical :: has_gyros = .false.    !! There are IMU files

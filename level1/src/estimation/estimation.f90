@@ -44,7 +44,7 @@ contains
             end associate
         end do
         call name_faults(calibration, setup, estimate)
-        call judge(calibration, estimate)
+        call judge(calibration, setup, estimate)
         estimate%flag = estimate%solutions(1)%flag
     end subroutine estimate_level1
 

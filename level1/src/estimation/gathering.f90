@@ -15,6 +15,7 @@ module gracecg_level1_gathering
     use gracecg_level1_time, only: level1_clock_t, new_level1_clock, gps_date_text
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
         middle_of, SPAN_MARGIN
+    use gracecg_level1_along_orbit, only: compare_along_orbit
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
     use gracecg_level1_product_reading, only: find_files
@@ -83,6 +84,7 @@ contains
         call fit_magnetometer(calibration, field_choice == 'magnetometer', error)
         if (allocated(error)) return
         call edit_spans(setup, calibration)
+        call compare_along_orbit(paths, setup, clock, calibration)
         call find_files(paths, ['MAS1B', 'MAS1A'], found)
         if (size(found) == 0) return
         call read_level1(found, records, error)
@@ -157,16 +159,16 @@ contains
         real(dp), parameter :: STUCK = 2.5_dp   ! s without a new value
         integer, parameter :: FEWEST = 40       ! Values
         real(dp), parameter :: FAR_OFF = 20     ! Standard deviations, of 1 nT at least
-        real(dp), allocatable :: rows(:, :), differences(:, :), good(:, :), good_time(:)
+        real(dp), allocatable :: rows(:, :), differences(:, :), rates(:, :), good(:, :), good_time(:)
         integer, parameter :: COLUMNS = 7       ! Bias, currents, their rates
         real(dp) :: normal(COLUMNS, COLUMNS), rhs(COLUMNS), x(COLUMNS), covariance(COLUMNS, COLUMNS), condition, b(3), &
-            fit(COLUMNS, 3), left(3), since
+            fit(COLUMNS, 3), left(3), since, rate(3)
         integer :: i, k, axis, span, n
         logical, allocatable :: kept(:), before(:)
         logical :: fresh, changed
 
         n = size(calibration%current_time)
-        allocate (rows(COLUMNS, n), differences(n, 6), good(3, n), good_time(n))
+        allocate (rows(COLUMNS, n), differences(n, 6), rates(n, 3), good(3, n), good_time(n))
         n = 0
         since = -huge(since)
         do i = 2, size(calibration%current_time) - 1
@@ -178,8 +180,10 @@ contains
                         if (.not. s%used .or. size(s%attitude_time) < 4) cycle
                         if (t < s%attitude_time(1) .or. t > s%attitude_time(size(s%attitude_time))) cycle
                         call interpolate(s%attitude_time, s%field, t, b)
+                        call interpolate(s%attitude_time, s%field_rate, t, rate)
                     end associate
                     n = n + 1
+                    rates(n, :) = rate
                     rows(:, n) = [1.0_dp, calibration%current(:, i), &
                                   (calibration%current(:, i + 1) - calibration%current(:, i - 1))/ &
                                   (calibration%current_time(i + 1) - calibration%current_time(i - 1))]
@@ -212,6 +216,7 @@ contains
             end do
             if (.not. changed) exit
         end do
+        call find_orbit_delay(rows(:, :n), differences(:n, :3), rates(:n, :), kept, calibration)
         if (any(.not. kept)) then
             call note(calibration, 'magnetometer: '//integer_text(count(.not. kept))//' of '//integer_text(n)// &
                       ' fields are far off the others and left out')
@@ -244,6 +249,42 @@ contains
             end associate
         end do
     end subroutine fit_magnetometer
+
+    !> How late the tags of the orbit are: what the change of the field along it explains of what currents and biases leave.
+    !> It counts where it explains most, and is more than the error of a model can look like.
+    subroutine find_orbit_delay(rows, differences, rates, kept, calibration)
+        real(dp), intent(in) :: rows(:, :)          !! Bias and currents, (column, field)
+        real(dp), intent(in) :: differences(:, :), rates(:, :)      !! (field, axis), T, T/s
+        logical, intent(in) :: kept(:)              !! Which fields count
+        type(level1_calibration_t), intent(inout) :: calibration
+
+        real(dp), parameter :: LEAST = 5            ! s: 200 nT
+        real(dp), parameter :: SHARE = 0.75_dp      ! Of the squares
+        type(error_t), allocatable :: singular
+        real(dp), dimension(size(rows, 1), size(rows, 1)) :: normal, covariance
+        real(dp) :: rhs(size(rows, 1)), x(size(rows, 1)), condition, product, square, total, series(count(kept), 2)
+        integer, allocatable :: which(:)
+        integer :: axis, i
+
+        which = pack([(i, i=1, size(kept))], kept)
+        product = 0
+        square = tiny(square)
+        total = 0
+        do axis = 1, 3
+            series(:, 1) = differences(which, axis)
+            series(:, 2) = rates(which, axis)
+            do i = 1, 2
+                call normal_equations(rows(:, which), series(:, i), normal, rhs)
+                call solve_normal_equations(normal, rhs, x, covariance, condition, singular)
+                if (allocated(singular)) return
+                series(:, i) = series(:, i) - matmul(x, rows(:, which))
+            end do
+            product = product + sum(series(:, 1)*series(:, 2))
+            square = square + sum(series(:, 2)**2)
+            total = total + sum(series(:, 1)**2)
+        end do
+        if (abs(product/square) > LEAST .and. product**2/square > SHARE*total) calibration%orbit_delay = -product/square
+    end subroutine find_orbit_delay
 
     !> Leaves out samples at firings and at gaps of the currents, and spans with too little.
     subroutine edit_spans(setup, calibration)

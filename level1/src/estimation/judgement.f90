@@ -14,7 +14,7 @@ module gracecg_level1_judgement
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: name_faults, judge, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
+    public :: name_faults, judge, offset_remark, signs_are_known, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
 
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
@@ -43,6 +43,7 @@ contains
         if (all(abs(estimate%rods%gain) < HARDLY .or. .not. estimate%rods%driven)) call append(estimate%findings, 'the '// &
             'currents do not explain the attitude: B currents with the wrong sign, currents or attitude of another '// &
             'satellite or another time')
+        call look_along_orbit(calibration, estimate)
         before = size(estimate%findings)
         if (calibration%has_angular) call check_axes(setup, estimate)
         associate (correction => calibration%clock_correction)
@@ -70,6 +71,37 @@ contains
             'accelerations are zero, and the linear ones may be those of the other satellite')
         if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
+
+    !> Signs and unit of the linear accelerations, and the tags of the orbit.
+    subroutine look_along_orbit(calibration, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
+        real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
+        real(dp), parameter :: SIGMAS = 3
+        integer :: k
+
+        do k = 1, 3
+            if (calibration%follows(k) < 0) call append(estimate%findings, 'sign of accelerometer '//AXES(k)//': along the '// &
+                'orbit it follows air and light with the opposite sign; check accelerometer_axes, or the sign of its column')
+        end do
+        associate (seen => calibration%light_seen, known => calibration%light_seen(2, :) > 0)
+            if (any(known)) then
+                k = minloc(seen(2, :)/max(abs(seen(1, :)), tiny(1.0_dp)), 1, mask=known)
+                if (abs(seen(1, k)) + SIGMAS*seen(2, k) < 1/MOST .or. abs(seen(1, k)) - SIGMAS*seen(2, k) > MOST) &
+                    call append(estimate%findings, 'unit of the linear accelerations: along the orbit light is '// &
+                                trim(rounded_text(abs(seen(1, k)), 2))//' times what it makes in m/s^2 (accelerometer '// &
+                                AXES(k)//'; in g it would be 0.1 times, in um/s^2 a million times)')
+            end if
+        end associate
+        if (maxval(abs(estimate%solutions(1)%offset)) > LARGEST) call append(estimate%findings, 'an offset of '// &
+            trim(rounded_text(maxval(abs(estimate%solutions(1)%offset))/MILLIMETRE, 3))//' mm is none of these satellites '// &
+            '(at most 10 mm): check the unit of the linear accelerations, mass and inertia')
+        if (abs(calibration%orbit_delay) > 0) call append(estimate%findings, 'tags of the orbit are '// &
+            trim(rounded_text(calibration%orbit_delay, 2))//' s off by the field that the magnetometer sees along it: GPS '// &
+            'time less UTC is 18 s since 2017, 13 to 17 s before')
+    end subroutine look_along_orbit
 
     !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may
     !> differ.
@@ -187,12 +219,22 @@ contains
         text = integer_text(numbers(1))//', '//integer_text(numbers(2))//', '//integer_text(numbers(3))
     end function axes_text
 
-    !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
-    subroutine judge(calibration, estimate)
+    !> Whether the operator, or every axis along the orbit, confirms the signs of the accelerometer.
+    pure logical function signs_are_known(calibration, setup)
         type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+
+        signs_are_known = setup%signs_known .or. all(calibration%follows == 1)
+    end function signs_are_known
+
+    !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
+    subroutine judge(calibration, setup, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         real(dp), parameter :: SIGMAS = 3
+        real(dp), parameter :: FAR = 2      ! Times the limit of chi square: the spans do not say the same
         real(dp) :: sigma(3), difference(3), allowed(3)
         logical :: mixed
         integer :: i, k
@@ -210,6 +252,7 @@ contains
                 end if
                 if (.not. estimate%settled) call lower(2, 'the fit does not settle')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
+                if (.not. signs_are_known(calibration, setup)) call lower(1, 'sign of the accelerometer not confirmed')
                 if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
                 do k = 1, 3
                     difference(k) = abs(solution%offset(k) - first%offset(k))
@@ -217,12 +260,14 @@ contains
                 end do
                 if (any(difference > allowed)) then
                     call lower(2, 'disagrees with '//trim(first%source))
-                    first%flag = max(first%flag, 1)
+                    first%flag = 2
                     first%reason = trim(solution%source)//' disagrees'
                 end if
                 if (solution%degrees > 0) then
-                    if (solution%chi_square > solution%degrees + 5*sqrt(2.0_dp*solution%degrees)) &
-                        call lower(1, 'the spans disagree')
+                    associate (limit => solution%degrees + 5*sqrt(2.0_dp*solution%degrees))
+                        if (solution%chi_square > limit) call lower(1, 'the spans disagree')
+                        if (solution%chi_square > FAR*limit) call lower(2, 'the spans disagree')
+                    end associate
                 end if
             end associate
         end do

@@ -109,6 +109,7 @@ contains
             knowledge%accelerometer_delay = setup%accelerometer_delay
             knowledge%a_priori%sigma_magnetometer_bias = field_sigma(calibration, setup)
             knowledge%a_priori%sigma_inertia = setup%inertia_sigma
+            knowledge%a_priori%signs_known = setup%signs_known .or. all(calibration%follows == 1)
             knowledge%a_priori%sigma_torque = 1e-4_dp       ! a line of torque is the arc's own, of any size
             wanted = pack([(k, k=1, size(calibration%current_time))], &
                           calibration%current_time >= span%start .and. calibration%current_time <= span%stop)

@@ -38,6 +38,7 @@ module gracecg_level1_setup
         real(dp) :: gain_sigma = 0.1_dp         !! Relative, of rod_gain
         real(dp) :: field_sigma = 150*NANOTESLA !! Of the field model by axis, T
         real(dp) :: lift_sigma = 3e-7_dp        !! Of the air's force along y and z by the angle of the flow, m/s^2
+        logical :: signs_known = .false.        !! A trim has confirmed the signs of the accelerometer's axes
         real(dp) :: tank(3, 2) = reshape([-0.6_dp, 0.0_dp, 0.0_dp, 0.6_dp, 0.0_dp, 0.0_dp], [3, 2])    !! From the centre
                                                 !! of mass, SRF, m
         real(dp) :: trim_mass = 4.8_dp          !! Moved by a step, kg
@@ -116,6 +117,8 @@ contains
                                  'nT')
         call settings%real_value('lift_sigma', setup%lift_sigma, 0.0_dp, 1e-3_dp, 'm/s^2, of the air''s force along y and '// &
                                  'z by the angle of its flow', unit='m/s^2')
+        call settings%logical_value('signs_known', setup%signs_known, 'a trim has confirmed the signs of the accelerometer''s '// &
+                                    'axes')
         call settings%real_values('tank_1', setup%tank(:, 1), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
         call settings%real_values('tank_2', setup%tank(:, 2), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
         call settings%real_value('trim_mass', setup%trim_mass, 1e-3_dp, FULL_RANGE, 'kg', unit='kg')
