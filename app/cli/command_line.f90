@@ -76,7 +76,7 @@ contains
         type(string_t), intent(in) :: words(:)
         !! Of the command line, without the program's name
         type(console_t), intent(inout) :: console
-        integer, intent(out) :: status              !! STATUS_DONE, STATUS_FAILED or STATUS_MISUSED
+        integer, intent(out) :: status              !! STATUS_DONE, STATUS_FAILED, STATUS_MISUSED, or the console's
         type(command_t), intent(in), optional :: others(:)  !! Commands of other packages, behind those of this one
 
         type(command_t), allocatable :: commands(:)
@@ -99,7 +99,7 @@ contains
         end if
         call console%finish(output_error)
 
-        status = STATUS_DONE
+        status = console%status_done
         if (allocated(misuse)) then
             call console%message('gracecg: '//misuse%message)
             status = STATUS_MISUSED
@@ -183,7 +183,8 @@ contains
 
         text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'//LF//LF// &
             list_of(commands, '')//LF//LF//'gracecg help COMMAND shows the options of a command and an example.'//LF// &
-            'Exit status: 0 done, 1 the work failed, 2 wrong usage, 130 stopped by Ctrl-C, 143 by kill.'//LF//LF// &
+            'Exit status: 0 done, 1 the work failed, 2 wrong usage, 3 done, but not to be used,'//LF// &
+            '             130 stopped by Ctrl-C, 143 by kill.'//LF//LF// &
             'example: simulate a calibration and estimate the offset from it'//LF// &
             '  gracecg simulate front-1 --out run1'//LF// &
             '  gracecg estimate run1 --algorithm assest-fde'

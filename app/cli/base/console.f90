@@ -10,7 +10,9 @@ module gracecg_cli_console
     use gracecg_cli_process, only: caught_signal
     implicit none
     private
-    public :: console_t, console_width, wrapped, quoted_word
+    public :: console_t, console_width, wrapped, quoted_word, STATUS_NOT_TO_BE_USED
+
+    integer, parameter :: STATUS_NOT_TO_BE_USED = 3     !! Exit status: done, but the result is not to be used
 
     type, extends(progress_t) :: console_t
         !! Where the texts of a command go: the standard units, or, captured, into two texts
@@ -19,6 +21,7 @@ module gracecg_cli_console
         type(string_t), allocatable :: warnings(:)  !! What `warn` has said
         character(:), allocatable :: output     !! Captured lines of standard output
         character(:), allocatable :: messages   !! Captured lines of standard error
+        integer :: status_done = 0              !! Exit status where nothing fails
         logical, private :: failed = .false.    !! A write on standard output failed
         integer, private :: progress_length = 0 !! Of the progress line that is shown
     contains

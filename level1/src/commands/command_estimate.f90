@@ -6,12 +6,13 @@ module gracecg_level1_command_estimate
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
-    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
+    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, signs_are_known, VERDICTS
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_level1_leakage, only: LEAKAGE_CHOICES
     use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
@@ -35,7 +36,7 @@ contains
                                 'are one fit, in which gains and delays of the rods, delay and angular channels of the '// &
                                 'accelerometer, and the leakage of the rods are estimated with the offset; what the setup '// &
                                 'says beside is tested. The same without the gyros, and without the angular channels, '// &
-                                'stands beside it.', &
+                                'stands beside it. With flag 2, not to be used, the exit status is 3.', &
                                 'gracecg level1 estimate day --setup setup.nml')
         call declare_data_options(arguments)
         call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (with the a-priori sigma '// &
@@ -130,6 +131,7 @@ contains
             call fail(error, vcm//': not written, for the offset is not to be used (flag 2)')
             return
         end if
+        if (estimate%flag > 1) console%status_done = STATUS_NOT_TO_BE_USED
         if (vcm /= '') call write_vcm(vcm, calibration, estimate, error)
         if (allocated(error)) return
         if (soe /= '') call write_event(soe, calibration, estimate, error)
@@ -179,6 +181,11 @@ contains
                               pick_text(first%reason == '', '', ': '//trim(first%reason)))
             call console%line(trim(offset_remark(first%offset)))
             if (first%flag > 1) return
+            if (.not. signs_are_known(calibration, setup)) then
+                call console%paragraph('sign not confirmed: move the masses by a small known part, calibrate again, see that '// &
+                                       'the offset changed by it, then set signs_known in &level1')
+                return
+            end if
             call trim_commands(setup, first%offset, commands)
             do i = 1, size(commands)
                 call console%line('trim: '//trim(commands(i)%text))
@@ -420,7 +427,9 @@ contains
                 end associate
             end do
             call results%end()
-            call trim_commands(setup, merge(first%offset, 0*first%offset, first%flag < 2), commands)
+            call results%member('signs_known', signs_are_known(calibration, setup))
+            call trim_commands(setup, merge(first%offset, 0*first%offset, first%flag < 2 .and. &
+                                            signs_are_known(calibration, setup)), commands)
             call results%member('trim', [(commands(k)%text, k=1, size(commands))])
         end associate
         call results%member('findings', estimate%findings)
