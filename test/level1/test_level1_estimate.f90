@@ -12,7 +12,8 @@ module test_level1_estimate
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_judgement, only: offset_remark
+    use gracecg_level1_estimation, only: estimate_level1
+    use gracecg_level1_judgement, only: offset_remark, judge, name_faults
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: rod_moments
@@ -53,6 +54,7 @@ contains
     subroutine test_offset(error)
         type(error_type), allocatable, intent(out) :: error
 
+        type(level1_setup_t) :: setup
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
@@ -72,6 +74,25 @@ contains
             call check(error, all(abs(leak - spread([1, -1, 2]*1e-12_dp, 2, 3)) < 5e-14_dp), 'leakage')
         end associate
         call check(error, .not. estimate%steps .and. size(estimate%findings) == 0, 'nothing is wrong')
+        ! These files hold the spans alone, where nothing tells the signs of the accelerometer.
+        call check(error, estimate%flag == 1 .and. index(estimate%solutions(1)%reason, 'sign of the accelerometer') == 1, &
+                   'sign not confirmed')
+        if (allocated(error)) return
+        setup = setup_said()
+        setup%signs_known = .true.
+        call estimate_level1(calibration, setup, 'estimate', estimate, failure)
+        call check(error, .not. allocated(failure) .and. estimate%flag == 0, 'signs are known')
+        ! Spans that are far from each other, or sources, are not to be used.
+        estimate%solutions(1)%chi_square = 1000
+        call judge(calibration, setup, estimate)
+        call check(error, estimate%solutions(1)%flag == 2 .and. estimate%solutions(2)%flag == 0, 'spans that disagree')
+        estimate%solutions(1)%chi_square = 0
+        estimate%solutions(2)%offset = estimate%solutions(2)%offset + 30*MICROMETRE
+        call judge(calibration, setup, estimate)
+        call check(error, all(estimate%solutions%flag == 2), 'solutions that disagree')
+        estimate%solutions(1)%offset = 11e-3_dp
+        call name_faults(calibration, setup, estimate)
+        call check(error, says(estimate%findings, 'an offset of 11 mm'), 'an offset beyond all')
     end subroutine test_offset
 
     !> Currents that jump where spans begin and end, half a second of nobody knows what, in CMCAL events that are longer.
@@ -303,7 +324,7 @@ contains
             call check(error, maxval(abs(times - nint(times))) < 1e-9_dp, 'whole intervals')
         end associate
         begin = minval(calibration%spans(2)%time, mask=calibration%spans(2)%time >= calibration%spans(2)%start + 0.3_dp) + &
-            real(calibration%epoch - EPOCH, dp)
+            real(calibration%epoch - EPOCH, dp) + 6*observations%knowledge%accelerometer_interval    ! of the first mean
         along = rod_moments(observations%knowledge%rods, 7.3_dp)
         call check(error, maxval(abs(along - ROD*current_at(begin + 7.3_dp, flaws_t()))) < 0.1_dp, 'moments, A m^2')
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)

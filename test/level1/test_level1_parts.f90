@@ -11,6 +11,7 @@ module test_level1_parts
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_heads, only: combine_heads
+    use gracecg_level1_strays, only: find_strays
     use gracecg_level1_held_currents, only: find_steps, rod_acceleration
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_moment_series, only: new_moment_series
@@ -28,11 +29,37 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('strays', test_strays), &
                     new_unittest('heads-together', test_heads), &
                     new_unittest('axes-of-gyros', test_gyro_axes), &
                     new_unittest('steps-of-currents', test_steps)]
     end subroutine collect_level1_parts
 
+
+    !> Spikes are found, each of several and next to nothing else; steps, noise and a rapid line are none.
+    subroutine test_strays(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: N = 300
+        type(random_stream_t) :: stream
+        real(dp) :: times(N), values(2, N)
+        logical :: stray(N)
+        integer :: i
+
+        stream = new_stream(3_i8, 1, 1, 1, 1)
+        do i = 1, N
+            times(i) = 0.5_dp*i + merge(7.0_dp, 0.0_dp, i > 200)
+            values(:, i) = [sin(TWO_PI*times(i)/4), 1e-3_dp*times(i)**2] + 0.01_dp*[stream%normal(), stream%normal()]
+        end do
+        values(2, 120:) = values(2, 120:) + 50      ! a step
+        call find_strays(times, values, 0.01_dp, stray)
+        call check(error, count(stray), 0, 'none')
+        if (allocated(error)) return
+        values(1, [40, 43, 250]) = values(1, [40, 43, 250]) + [100, -30, 1000000]
+        values(2, 77) = values(2, 77) - 20
+        call find_strays(times, values, 0.01_dp, stray)
+        call check(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')
+    end subroutine test_strays
 
     !> Two heads across each other, noisy about their boresights, one of them turned by 1e-3 rad and away half of the
     !> time: together they are as good on every axis as each across its boresight, and nothing jumps.

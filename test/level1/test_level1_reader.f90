@@ -483,7 +483,7 @@ contains
         call check_refused(error, NAME, cards('2', 'GRACE C', '1'), &
                                                        [character(W) :: ':2:', '"2"', '0 (binary) and 1 (text)'])
         call check_refused(error, 'any.txt', yaml('0', 'any'), &
-                                                       [character(W) :: 'neither header nor name say'])
+                                                       [character(W) :: 'the header does not say which product'])
         call check_refused(error, 'IMU1A_2020-02-01_C_04.dat', cards('0', 'GRACE C', '1'), &
                                                        [character(W) :: 'no binary form'])
     end subroutine test_broken_headers

@@ -1,8 +1,14 @@
 !> Simulated Level-1 files and back: estimates of what was put in, and faults told by their names.
 module test_level1_round_trip
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MICROMETRE
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t, integer_text, real_text, parse_real, split_words
+    use gracecg_cli_command_line, only: run_command_line
+    use gracecg_cli_console, only: console_t, STATUS_NOT_TO_BE_USED
+    use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
+    use gracecg_files_folder, only: files_in_folder
+    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
@@ -18,7 +24,8 @@ module test_level1_round_trip
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
     use test_level1_simulation, only: fly, write_files, prepare, START
-    use fixture, only: check, failed
+    use fixture, only: check, check_passes, failed
+    use level1_day, only: says
     use testdrive, only: unittest_type, error_type, new_unittest
     implicit none
     private
@@ -37,7 +44,8 @@ contains
                     new_unittest('in-phase', test_in_phase), &
                     new_unittest('wrong-inertia', test_wrong_inertia), &
                     new_unittest('exactly-known', test_exactly_known), &
-                    new_unittest('faults', test_faults)]
+                    new_unittest('faults', test_faults), &
+                    new_unittest('changed-files', test_changed_files)]
     end subroutine collect_level1_round_trip
 
     !> A span of a simulated day as an observation set, written, read and estimated.
@@ -314,4 +322,127 @@ contains
             call check(error, estimate%flag >= flag, fault//': the flag')
         end subroutine named
     end subroutine test_faults
+
+    !> Files in which something is wrong with numbers: unit, a sign, tags of the orbit, single samples, a channel. What can be
+    !> left out is, and the offset is the same; of all else nothing is to be used, and the status says so.
+    subroutine test_changed_files(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_truth_t) :: truth
+        type(level1_estimate_t) :: estimate
+        type(level1_calibration_t) :: calibration
+        type(console_t) :: console
+        character(:), allocatable :: path
+        integer :: status
+
+        call fly(level1_settings_t(), truth, error)
+        call again()
+        call change('SCA1B', [5], 1.0_dp, 5e-3_dp, error, 330)
+        call change('ACC1A', [7, 10], 1.0_dp, 1e-4_dp, error, 3300)
+        call change('MAG1B', [5], 1.0_dp, 500.0_dp, error, 650)
+        call change('IMU1A', [6], 1.0_dp, 0.05_dp, error, 7897)
+        call estimated()
+        if (allocated(error)) return
+        call check(error, all(calibration%follows == 1), 'signs along the orbit')
+        call check(error, says(calibration%notes, 'star cameras: 1 of') .and. says(calibration%notes, 'magnetometer: ') .and. &
+                   says(calibration%notes, 'gyros: 1 angles'), 'what is left out')
+        call check(error, sum(calibration%spans%outliers), 1, 'samples')
+        call check(error, estimate%flag == 0 .and. maxval(abs(estimate%solutions(1)%offset - truth%case%satellite%offset)) < &
+                   10*MICROMETRE, 'offset')
+        call again()
+        call change('ACC1A', [7, 8, 9], 1/9.81_dp, 0.0_dp, error)
+        call told('unit of the linear accelerations: along the orbit light is 0.')
+        call again()
+        call change('GNV1B', [1], 1.0_dp, -18.0_dp, error)
+        call change('GNI1B', [1], 1.0_dp, -18.0_dp, error)
+        call told('tags of the orbit are 18 s off')
+        call again()
+        call change('ACC1A', [11], 0.0_dp, 0.0_dp, error)
+        call told('about an axis are zero')
+        call again()
+        call change('ACC1A', [9], -1.0_dp, 0.0_dp, error)
+        call told('sign of accelerometer x')
+        if (allocated(error)) return
+        console%captured = .true.
+        call run_command_line(split_words('level1 estimate '//path//' --setup '//path//'/'//SETUP_NAME), console, status, &
+                              level1_commands())
+        call check(error, status, STATUS_NOT_TO_BE_USED)
+        call check(error, index(console%output, '(flag 2)') > 0 .and. index(console%output, 'trim:') == 0, console%output)
+
+    contains
+
+        subroutine again()
+            if (.not. allocated(error)) call write_files(truth, 'l1s_changed', path, error)
+        end subroutine again
+
+        subroutine estimated()
+            type(error_t), allocatable :: failure
+
+            if (allocated(error)) return
+            call estimate_folder(path, calibration, estimate, failure)
+            call check_passes(error, message_of(failure))
+        end subroutine estimated
+
+        subroutine told(words)
+            character(*), intent(in) :: words
+
+            call estimated()
+            if (allocated(error)) return
+            call check(error, says(estimate%findings, words), words)
+            call check(error, estimate%flag, 2, words)
+        end subroutine told
+
+        !> Changes columns of a file, of one record or all, to factor x + more; whole seconds stay whole.
+        subroutine change(product, columns, factor, more, error, record)
+            character(*), intent(in) :: product
+            integer, intent(in) :: columns(:)
+            real(dp), intent(in) :: factor, more
+            type(error_type), allocatable, intent(inout) :: error
+            integer, intent(in), optional :: record
+
+            type(text_file_t) :: file
+            type(output_file_t) :: copy
+            type(error_t), allocatable :: failure
+            type(string_t), allocatable :: words(:), found(:)
+            character(:), allocatable :: line
+            real(dp) :: value
+            integer :: i, k, n
+            logical :: header, ok
+
+            if (allocated(error)) return
+            call files_in_folder(path, found, failure)
+            i = findloc([(index(found(k)%text, product//'_') > 0, k=1, size(found))], .true., 1)
+            line = found(i)%text
+            call read_text_file(line, file, failure)
+            if (.not. allocated(failure)) call copy%open(line, failure)
+            if (failed(error, message_of(failure))) return
+            header = .true.
+            n = 0
+            do i = 1, file%line_count()
+                line = file%line(i)
+                if (.not. header) then
+                    n = n + 1
+                    if (present(record)) ok = n == record
+                    if (.not. present(record) .or. ok) then
+                        words = split_words(line)
+                        do k = 1, size(columns)
+                            call parse_real(words(columns(k))%text, value, ok)
+                            value = factor*value + more
+                            words(columns(k))%text = real_text(value)
+                            if (columns(k) == 1) words(1)%text = integer_text(nint(value, i8))
+                        end do
+                        line = words(1)%text
+                        do k = 2, size(words)
+                            line = line//' '//words(k)%text
+                        end do
+                    end if
+                else
+                    header = index(line, '# End') == 0 .and. index(line, 'END OF HEADER') == 0
+                end if
+                call copy%line(line)
+            end do
+            call copy%commit(failure)
+            call check_passes(error, message_of(failure))
+        end subroutine change
+    end subroutine test_changed_files
 end module test_level1_round_trip

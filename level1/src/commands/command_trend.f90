@@ -23,7 +23,7 @@ contains
     subroutine declare_level1_trend(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('level1 trend', 'RESULT ...', 2, MOST_RESULTS, &
+        call arguments%describe('level1 trend', 'RESULT ...', 1, MOST_RESULTS, &
                                 'How the CG offset changes with time: a weighted straight line through the results of '// &
                                 '`gracecg level1 estimate --format json` of several dates, by axis, with a step at every '// &
                                 'VCM event of an SOE file, and beside it what the gas used lets expect.', &

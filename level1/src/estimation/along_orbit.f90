@@ -2,16 +2,24 @@
 !> they follow air and light.
 module gracecg_level1_along_orbit
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE, DAYS_PER_CENTURY, HOUR_ANGLE, MJD_TO_JD, SECONDS_PER_DAY
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t
-    use gracecg_environment_time, only: utc_of_gps
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_case
-    use gracecg_simulation_case_models, only: build_dynamics
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t
+    use gracecg_base_vectors, only: cross
+    use gracecg_environment_density_models, only: new_density_model, density_settings_t
+    use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
+        EARTH_RADIATION_EPOCH_JD, DEFAULT_SOLAR_IRRADIANCE
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_environment_space_weather, only: space_weather_source_t
+    use gracecg_environment_sun, only: sun_position, conical_shadow
+    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_time, only: utc_t, utc_of_gps, day_of_year, julian_centuries_tt, local_mean_solar_time
+    use gracecg_spacecraft_plates, only: satellite_surface_t, new_trapezoid
+    use gracecg_spacecraft_surface_loads, only: gas_t, wall_t, surface_load_t, mean_molar_mass, aerodynamic_load, &
+        solar_radiation_load, earth_radiation_load
     use gracecg_level1_between_records, only: orbit_at, attitude_at
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_folder, only: level1_folder_t
@@ -24,13 +32,22 @@ module gracecg_level1_along_orbit
     private
     public :: compare_along_orbit
 
+    type :: surroundings_t
+        !! Models of air and light, and the satellite in them
+        type(utc_t) :: epoch                        !! Time 0
+        class(density_model_t), allocatable :: air
+        type(earth_radiation_t) :: earthlight
+        type(satellite_surface_t) :: surface
+        real(dp) :: mass = 0                        !! kg
+    end type surroundings_t
+
 contains
 
     !> Compares the samples of every minute within half a revolution of the spans with the models of the library, and notes
-    !> in the calibration what they say by axis. Without SCA1B, or where the files hold too little, they say nothing.
+    !> in the calibration what they say by axis. Without SCA1B or GNV1B, or where the files hold too little, they say nothing.
     !>
-    !> The air's density is hardly known beforehand (solar activity), light is to a third: each has a factor of its own. The
-    !> unit is that by which light is seen, the sign that of the factor that is seen best.
+    !> The air's density is hardly known beforehand (solar activity): x, along the flight, gives it. Light is known to a third:
+    !> the unit is that by which it is seen.
     subroutine compare_along_orbit(paths, setup, clock, calibration)
         type(level1_folder_t), intent(in) :: paths
         type(level1_setup_t), intent(in) :: setup
@@ -46,10 +63,10 @@ contains
             STATE(6) = [character(10) :: 'xpos', 'ypos', 'zpos', 'xvel', 'yvel', 'zvel']
         type(level1_calibration_t) :: aside         ! takes the notes, which the spans have, too
         type(level1_records_t) :: acc, sca, gnv, gni
-        type(satellite_dynamics_t) :: dynamics
+        type(surroundings_t) :: models
         type(error_t), allocatable :: error
         real(dp), allocatable :: windows(:, :), times(:), seen(:, :), air(:, :), light(:, :), minutes(:)
-        real(dp) :: t, sample(3)
+        real(dp) :: t, sample(3), density           ! by x, along the flight, for all
         integer :: i, k, n
         logical :: known
 
@@ -70,11 +87,11 @@ contains
         call read_in('SCA1B', TURN, NEAR, sca)
         call read_in('GNV1B', STATE, ORBIT_MARGIN, gnv)
         call read_in('GNI1B', STATE, ORBIT_MARGIN, gni)
-        if (allocated(error) .or. acc%count == 0 .or. sca%count == 0 .or. gnv%count + gni%count == 0) return
+        if (allocated(error) .or. acc%count == 0 .or. sca%count == 0 .or. gnv%count == 0) return
         call acc%drop(.not. without_bits(acc, [0, 1, 3, 4, 6]))
         call sca%drop(.not. without_bits(sca, [0]))
         call acc%times_since(calibration%epoch, times)
-        call build_models(setup, calibration%epoch, dynamics, error)
+        call build_models(setup, calibration%epoch, models, error)
         if (allocated(error)) return
         allocate (seen(3, size(minutes)), air(3, size(minutes)), light(3, size(minutes)))
         n = 0
@@ -90,8 +107,9 @@ contains
             end associate
         end do
         if (n < FEWEST) return
+        density = -1
         do k = 1, 3
-            call compare(minutes(:n), seen(k, :n), air(k, :n), light(k, :n), calibration%follows(k), &
+            call compare(minutes(:n), seen(k, :n), air(k, :n), light(k, :n), density, calibration%follows(k), &
                          calibration%light_seen(:, k))
         end do
 
@@ -119,7 +137,6 @@ contains
             real(dp), intent(out) :: air(3), light(3)
             logical, intent(out) :: known
 
-            type(accelerations_t) :: acting
             real(dp) :: inertial(6), fixed(6), c(3, 3), q(4)
 
             associate (second => floor(time, i8))
@@ -127,75 +144,110 @@ contains
                 if (known) call orbit_at(gnv, gni, calibration%epoch + second, time - real(second, dp), inertial, fixed, c, known)
             end associate
             if (.not. known) return
-            call dynamics%accelerations(time, inertial(:3), inertial(4:), q, acting)
-            air = matmul(rotation_matrix(q), acting%drag)
-            light = matmul(rotation_matrix(q), acting%solar_radiation + acting%earth_radiation)
+            call accelerations(models, time, inertial, fixed(:3), rotation_matrix(q), air, light)
         end subroutine model_at
     end subroutine compare_along_orbit
 
-    !> Air and light of the report's front satellite, plate by plate, with the mass that is said, from an epoch on.
-    subroutine build_models(setup, epoch, dynamics, error)
+    !> Air and light about the satellite of CSR-TM-00-01 (section 5.2), with the mass that is said, from an epoch on. Its plates
+    !> reflect light as solar cells and foil do together, about.
+    subroutine build_models(setup, epoch, models, error)
         type(level1_setup_t), intent(in) :: setup
         integer(i8), intent(in) :: epoch            !! GPS, s past 2000-01-01 12:00
-        type(satellite_dynamics_t), intent(out) :: dynamics
+        type(surroundings_t), intent(out) :: models
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        real(dp), parameter :: LENGTH = 3.122_dp, HEIGHT = 0.720_dp, BOTTOM = 1.942_dp, TOP = 0.693_dp      ! m
+        real(dp), parameter :: SPECULAR = 0.2_dp, DIFFUSE = 0.3_dp
 
-        call find_case('front-1', case, error)
-        if (allocated(error)) return
-        case%epoch = utc_of_gps(epoch, 0.0_dp)
-        case%earth_rotation = 'gmst-1982'
-        case%gravity_model = 'point-mass'
-        case%field_model = 'igrf14'
-        case%space_weather = 'given'
-        case%density_wave_random = .true.
-        case%satellite%mass = setup%mass
-        case%satellite%forces = 'plates'
-        case%satellite%specular = 0.2_dp        ! between those of solar cells and of foil
-        case%satellite%diffuse = 0.3_dp
-        call build_dynamics(case, dynamics, error)
+        models%epoch = utc_of_gps(epoch, 0.0_dp)
+        models%mass = setup%mass
+        call new_trapezoid(models%surface, LENGTH, HEIGHT, BOTTOM, TOP, SPECULAR, DIFFUSE, error)
+        if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
+                                                             DEFAULT_SOLAR_IRRADIANCE, error)
+        if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &
+            density_settings_t(space_weather_source_t('given')), models%air, error)
     end subroutine build_models
 
-    !> What one axis says: the factors of air and light beside a bias and a drift, by least squares, with sigmas for residuals
-    !> that hang together.
-    subroutine compare(times, seen, air, light, follows, light_seen)
+    !> What air that turns with the Earth, and light of Sun and Earth, make plate by plate.
+    subroutine accelerations(models, time, inertial, fixed, to_body, air, light)
+        type(surroundings_t), intent(in) :: models
+        real(dp), intent(in) :: time                !! s
+        real(dp), intent(in) :: inertial(6), fixed(3)       !! Position and velocity, m, m/s; Earth-fixed position, m
+        real(dp), intent(in) :: to_body(3, 3)       !! From inertial axes
+        real(dp), intent(out) :: air(3), light(3)   !! SRF, m/s^2
+
+        real(dp), parameter :: CENTRE(3) = 0     ! no torques are wanted
+        type(atmosphere_point_t) :: point
+        type(atmosphere_state_t) :: state
+        type(earth_irradiance_t) :: earthlight
+        type(surface_load_t) :: load, sunlight
+        real(dp) :: longitude, sun(3), flow(3)
+
+        associate (epoch => models%epoch, r => inertial(:3))
+            call earth_fixed_to_geodetic(fixed, point%latitude, longitude, point%height)
+            point%local_solar_time = local_mean_solar_time(epoch, 0.0_dp) + time/3600 + longitude/HOUR_ANGLE
+            point%day_of_year = day_of_year(epoch) + time/SECONDS_PER_DAY
+            call models%air%evaluate(point, state)
+            flow = matmul(to_body, inertial(4:) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], r))
+            load = aerodynamic_load(models%surface, CENTRE, gas_t(state%density, state%temperature, &
+                                    mean_molar_mass([state%n_he, state%n_o, state%n_n2])), wall_t(), flow)
+            air = load%force/models%mass
+            sun = sun_position(julian_centuries_tt(epoch) + time/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
+            sunlight = solar_radiation_load(models%surface, CENTRE, DEFAULT_SOLAR_IRRADIANCE, conical_shadow(r, sun), &
+                                            matmul(to_body, sun - r))
+            call models%earthlight%irradiance_at(r, sun, epoch%mjd + (epoch%seconds + time)/SECONDS_PER_DAY + &
+                                                 (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), earthlight)
+            load = earth_radiation_load(models%surface, CENTRE, to_body, earthlight)
+            light = (sunlight%force + load%force)/models%mass
+        end associate
+    end subroutine accelerations
+
+    !> What one axis says, all beside a bias and a drift, by least squares: whether air by its density and light by a factor of
+    !> its own, or the opposite of both, explain it. The sigma is for residuals that hang together.
+    subroutine compare(times, seen, air, light, density, follows, light_seen)
         real(dp), intent(in) :: times(:)            !! s
         real(dp), intent(in) :: seen(:), air(:), light(:)   !! m/s^2
+        real(dp), intent(inout) :: density          !! Of the air, by the model's; negative: not known, and found here
         integer, intent(out) :: follows             !! 1; -1: with the opposite sign; 0: it does not tell
         real(dp), intent(out) :: light_seen(2)      !! Factor of light, and its sigma; 0: not known
 
-        real(dp), parameter :: LEAST_SHARE = 0.5_dp     ! Of the variance that has to be explained
-        real(dp), parameter :: CERTAIN = 5          ! Standard deviations
+        real(dp), parameter :: LEAST_SHARE = 0.5_dp     ! Of the squares, that has to be explained
+        real(dp), parameter :: MORE = 4             ! The opposite sign has to leave so many times as much
         type(error_t), allocatable :: error
-        real(dp) :: rows(4, size(times)), normal(4, 4), rhs(4), x(4), covariance(4, 4), condition, left(size(times)), &
-            drifting(size(times)), scale(4), together, ratio(2)
+        real(dp) :: rows(2, size(times)), normal(2, 2), rhs(2), x(2), covariance(2, 2), condition, left(size(times), -1:1), &
+            drifting(size(times), 3), factor(-1:1), together
         integer :: i, n
 
         follows = 0
         light_seen = 0
         n = size(times)
         rows(1, :) = 1
-        rows(2, :) = times - sum(times)/n
-        rows(3, :) = air
-        rows(4, :) = light
-        scale = max(maxval(abs(rows), 2), tiny(1.0_dp))
-        do i = 1, n
-            rows(:, i) = rows(:, i)/scale
+        rows(2, :) = (times - sum(times)/n)/(times(n) - times(1))
+        drifting = reshape([air, light, seen], [n, 3])
+        do i = 1, 3
+            call normal_equations(rows, drifting(:, i), normal, rhs)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            if (allocated(error)) return
+            drifting(:, i) = drifting(:, i) - matmul(x, rows)
         end do
-        call normal_equations(rows(:2, :), seen, normal(:2, :2), rhs(:2))
-        call solve_normal_equations(normal(:2, :2), rhs(:2), x(:2), covariance(:2, :2), condition, error)
-        if (allocated(error)) return
-        drifting = seen - matmul(x(:2), rows(:2, :))
-        call normal_equations(rows, seen, normal, rhs)
-        call solve_normal_equations(normal, rhs, x, covariance, condition, error)
-        if (allocated(error)) return
-        left = seen - matmul(x, rows)
-        together = max(0.0_dp, sum(left(2:)*left(:n - 1))/max(sum(left**2), tiny(1.0_dp)))
-        covariance = covariance*sum(left**2)/(n - 4)*(1 + together)/(1 - min(together, 0.99_dp))
-        ratio = x(3:)/sqrt(max([covariance(3, 3), covariance(4, 4)], tiny(1.0_dp)))
-        if (sum(left**2) > (1 - LEAST_SHARE)*sum(drifting**2) .or. maxval(abs(ratio)) < CERTAIN) return
-        follows = nint(sign(1.0_dp, ratio(maxloc(abs(ratio), 1))))
-        light_seen = [x(4), sqrt(covariance(4, 4))]/scale(4)
+        if (density < 0) then
+            call normal_equations(transpose(drifting(:, :2)), drifting(:, 3), normal, rhs)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            if (allocated(error)) return
+            density = abs(x(1))
+        end if
+        do i = -1, 1, 2
+            left(:, i) = drifting(:, 3) - i*density*drifting(:, 1)
+            factor(i) = max(0.0_dp, i*sum(left(:, i)*drifting(:, 2))/max(sum(drifting(:, 2)**2), tiny(1.0_dp)))
+            left(:, i) = left(:, i) - i*factor(i)*drifting(:, 2)
+        end do
+        i = merge(1, -1, sum(left(:, 1)**2) < sum(left(:, -1)**2))
+        associate (best => left(:, i))
+            if (sum(best**2) > (1 - LEAST_SHARE)*sum(drifting(:, 3)**2) .or. MORE*sum(best**2) > sum(left(:, -i)**2)) return
+            follows = i
+            together = min(0.99_dp, max(0.0_dp, sum(best(2:)*best(:n - 1))/max(sum(best**2), tiny(1.0_dp))))
+            light_seen = [factor(i), sqrt(sum(best**2)/(n - 4)/max(sum(drifting(:, 2)**2), tiny(1.0_dp))* &
+                                          (1 + together)/(1 - together))]
+        end associate
     end subroutine compare
 end module gracecg_level1_along_orbit

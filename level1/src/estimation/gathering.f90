@@ -158,7 +158,8 @@ contains
 
         real(dp), parameter :: STUCK = 2.5_dp   ! s without a new value
         integer, parameter :: FEWEST = 40       ! Values
-        real(dp), parameter :: FAR_OFF = 20     ! Standard deviations, of 1 nT at least
+        real(dp), parameter :: FAR_OFF = 20     ! Standard deviations
+        real(dp), parameter :: NOISE = 100*NANOTESLA    ! At least: rods whose currents are held look like 1 uT
         real(dp), allocatable :: rows(:, :), differences(:, :), rates(:, :), good(:, :), good_time(:)
         integer, parameter :: COLUMNS = 7       ! Bias, currents, their rates
         real(dp) :: normal(COLUMNS, COLUMNS), rhs(COLUMNS), x(COLUMNS), covariance(COLUMNS, COLUMNS), condition, b(3), &
@@ -205,8 +206,8 @@ contains
                 call solve_normal_equations(normal, rhs, x, covariance, condition, error)
                 if (allocated(error)) return
                 fit(:, axis) = x
-                differences(:n, 3 + axis) = abs(differences(:n, axis) - matmul(x, rows(:, :n)))/NANOTESLA
-                left(axis) = sum((differences(:n, 3 + axis)*NANOTESLA)**2, mask=kept)/count(kept)
+                differences(:n, 3 + axis) = abs(differences(:n, axis) - matmul(x, rows(:, :n)))/NOISE
+                left(axis) = sum((differences(:n, 3 + axis)*NOISE)**2, mask=kept)/count(kept)
             end do
             changed = .false.
             before = kept

@@ -191,12 +191,12 @@ contains
         call acc%times_since(calibration%epoch, times)
         steps = times(2:) - times(:size(times) - 1)
         interval = sum(steps, mask=steps < 0.5_dp)/max(1, count(steps < 0.5_dp))
-        calibration%has_angular = .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3)))) .and. &
-            maxval(abs(acc%values(:, 4:6)), mask=spread(good, 2, 3)) > 0
-        calibration%zero_angular = .not. calibration%has_angular .and. &
-            .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3))))
+        calibration%has_angular = .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3))))
+        calibration%zero_angular = calibration%has_angular .and. &
+            any([(.not. any(abs(acc%values(:, k)) > 0 .and. good), k=4, 6)])
+        calibration%has_angular = calibration%has_angular .and. .not. calibration%zero_angular
         if (calibration%zero_angular) then
-            call note(calibration, 'ACC1A: all angular accelerations are zero, as in transplanted data (ACT)')
+            call note(calibration, 'ACC1A: all angular accelerations about an axis are zero, as in transplanted data (ACT)')
         else if (.not. calibration%has_angular) then
             call note(calibration, 'ACC1A has no angular accelerations')
         end if

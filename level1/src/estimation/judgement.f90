@@ -68,7 +68,7 @@ contains
             call append(estimate%remarks, 'the torque is ahead of the currents by '//trim(milliseconds(-estimate%rods%delay))// &
                         ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
-            'accelerations are zero, and the linear ones may be those of the other satellite')
+            'accelerations about an axis are zero, and the linear ones may be those of the other satellite')
         if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
 

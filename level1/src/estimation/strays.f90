@@ -1,6 +1,7 @@
 !> Samples far off their neighbours: what one of them would do to everything that is found from all.
 module gracecg_level1_strays
     use gracecg_base_kinds, only: dp
+    use gracecg_base_statistics, only: median_of
     use gracecg_estimation_spike_screen, only: is_spike
     use gracecg_level1_series, only: interpolate
     implicit none
@@ -20,13 +21,17 @@ contains
 
         real(dp), parameter :: LIMIT = 20
         real(dp), parameter :: MORE = 1.25_dp       ! Times both neighbours: a spike 3/2, a step 1
+        real(dp), parameter :: LONGEST = 8          ! Intervals from the first to the last neighbour
         integer, parameter :: MOST_ROUNDS = 10
+        real(dp) :: usual
         real(dp) :: off(size(times)), expected(1)
         integer, allocatable :: left(:)
         logical, allocatable :: here(:)
         integer :: component, i, n, round
 
         stray = .false.
+        if (size(times) < 7) return
+        usual = median_of(times(2:) - times(:size(times) - 1))
         do component = 1, size(values, 1)
             do round = 1, MOST_ROUNDS
                 left = pack([(i, i=1, size(times))], .not. stray)
@@ -34,6 +39,7 @@ contains
                 if (n < 7) return
                 off = 0
                 do i = 3, n - 2
+                    if (times(left(i + 2)) - times(left(i - 2)) > LONGEST*usual) cycle      ! a gap
                     associate (others => [left(i - 2:i - 1), left(i + 1:i + 2)])
                         call interpolate(times(others), values([component], others), times(left(i)), expected)
                     end associate

@@ -50,6 +50,10 @@ contains
         integer :: i, k, n, parameters, axis
 
         n = size(points)
+        if (n < 2) then
+            call fail(error, 'a trend needs the results of two dates at least: give those of earlier calibrations, too')
+            return
+        end if
         allocate (trend%step_time(0))
         do i = 1, size(step_times)
             if (.not. any(points%time < step_times(i)) .or. .not. any(points%time >= step_times(i))) cycle

@@ -121,8 +121,8 @@ contains
         if (named /= '' .and. named /= product) &
             call self%warn('the name of the file says '//named//', its header '//product//', which is taken')
         if (product == '') then
-            call fail(error, self%path//': neither header nor name say which product this is; name the file like '// &
-                      'ACC1A_2023-06-01_C_04.txt')
+            call fail(error, self%path//': the header does not say which product this is, and the name does not begin with '// &
+                      'one that is read and "_"; name the file like ACC1A_2023-06-01_C_04.txt')
             call self%close()
             return
         end if

@@ -40,6 +40,8 @@ contains
             value = ieee_value(1.0_dp, ieee_quiet_nan)
             if (.not. is_no_number(text(first:at - 1))) &
                 problem = '"'//printable(text(first:at - 1))//'" is not a decimal number'
+            if (allocated(problem) .and. verify(text(first:at - 1), '*') == 0) problem = problem// &
+                ': stars stand where a number was too long when the file was written; take the line out, or correct it'
         case (KIND_LETTER)
             value = iachar(text(at:at))
             at = at + 1
