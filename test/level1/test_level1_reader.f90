@@ -500,6 +500,7 @@ contains
                                                     'the line ends here; 8 fields are expected', '| 633798010 C'])
         call refused('633798010 C -1 -0.25 0 0 0 00000000 7', [character(W) :: '"7" is more than the 8 fields'])
         call refused('633798010 C -1 -0,25 0 0 0 00000000', [character(W) :: 'eps_time', '"-0,25" is not a decimal number'])
+        call refused('633798010 C -1 ****** 0 0 0 00000000', [character(W) :: 'eps_time', 'stars stand where a number'])
         call refused('633798010 C 200 0 0 0 0 00000000', [character(W) :: 'clock_id', '"200"', '-128 to 127'])
         call refused('6337980.5 C 2 0 0 0 0 00000000', [character(W) :: 'rcv_time', '"6337980.5"'])
         call refused('633798010 E 2 0 0 0 0 00000000', [character(W) :: 'id', '"E" is no satellite'])

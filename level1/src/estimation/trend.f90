@@ -51,7 +51,7 @@ contains
 
         n = size(points)
         if (n < 2) then
-            call fail(error, 'a trend needs the results of two dates at least: give those of earlier calibrations, too')
+            call fail(error, 'a trend needs the results of at least 2 dates: give those of earlier calibrations, too')
             return
         end if
         allocate (trend%step_time(0))
