@@ -13,7 +13,8 @@ module test_level1_estimate
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
-    use gracecg_level1_judgement, only: offset_remark, judge, name_faults
+    use gracecg_estimation_action, only: TRIM_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    use gracecg_level1_judgement, only: take_action, offset_remark, judge, name_faults
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: rod_moments
@@ -77,11 +78,14 @@ contains
         ! These files hold the spans alone, where nothing tells the signs of the accelerometer.
         call check(error, estimate%flag == 1 .and. index(estimate%solutions(1)%reason, 'sign of the accelerometer') == 1, &
                    'sign not confirmed')
+        if (.not. allocated(error)) call check(error, estimate%action%kind, CALIBRATE_AGAIN, estimate%action%text)
         if (allocated(error)) return
         setup = setup_said()
         setup%signs_known = .true.
         call estimate_level1(calibration, setup, 'estimate', estimate, failure)
         call check(error, .not. allocated(failure) .and. estimate%flag == 0, 'signs are known')
+        if (.not. allocated(error)) call check(error, estimate%action%kind == TRIM_IT .and. all(estimate%action%trimmed), &
+                                               estimate%action%text)
         ! Spans that are far from each other, or sources, are not to be used.
         estimate%solutions(1)%chi_square = 1000
         call judge(calibration, setup, estimate)
@@ -90,6 +94,9 @@ contains
         estimate%solutions(2)%offset = estimate%solutions(2)%offset + 30*MICROMETRE
         call judge(calibration, setup, estimate)
         call check(error, all(estimate%solutions%flag == 2), 'solutions that disagree')
+        call take_action(setup%mass, estimate)
+        if (.not. allocated(error)) call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
+                                               estimate%action%text)
         estimate%solutions(1)%offset = 11e-3_dp
         call name_faults(calibration, setup, estimate)
         call check(error, says(estimate%findings, 'an offset of 11 mm'), 'an offset beyond all')

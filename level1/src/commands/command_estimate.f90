@@ -14,6 +14,7 @@ module gracecg_level1_command_estimate
     use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
+    use gracecg_cli_calibration_json, only: put_action
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_work
@@ -148,6 +149,7 @@ contains
         type(trim_command_t), allocatable :: commands(:)
         integer :: i
 
+        call console%paragraph(estimate%action%text)
         call console%line('satellite '//calibration%satellite//', '//calibration%date//': '// &
                           integer_text(count(calibration%spans%used))//' of '//integer_text(size(calibration%spans))// &
                           ' spans used, from '//trim(calibration%spans_from))
@@ -180,15 +182,9 @@ contains
                               integer_text(first%flag)//')'// &
                               pick_text(first%reason == '', '', ': '//trim(first%reason)))
             call console%line(trim(offset_remark(first%offset)))
-            if (first%flag > 1) return
-            if (.not. signs_are_known(calibration, setup)) then
-                call console%paragraph('sign not confirmed: move the masses by a small known part, calibrate again, see that '// &
-                                       'the offset changed by it, then set signs_known in &level1')
-                return
-            end if
-            call trim_commands(setup, first%offset, commands)
+            call trim_commands(setup, merge(first%offset, 0*first%offset, estimate%action%trimmed), commands)
             do i = 1, size(commands)
-                call console%line('trim: '//trim(commands(i)%text))
+                call console%line('trim command: '//trim(commands(i)%text))
             end do
         end associate
     end subroutine show
@@ -382,6 +378,7 @@ contains
         integer :: i, k
 
         call results%open('level1 estimate')
+        call put_action(estimate%action, results)
         call results%member('satellite', calibration%satellite)
         call results%member('date', calibration%date)
         call results%member('epoch_gps_s', middle_of(calibration))
@@ -428,8 +425,7 @@ contains
             end do
             call results%end()
             call results%member('signs_known', signs_are_known(calibration, setup))
-            call trim_commands(setup, merge(first%offset, 0*first%offset, first%flag < 2 .and. &
-                                            signs_are_known(calibration, setup)), commands)
+            call trim_commands(setup, merge(first%offset, 0*first%offset, estimate%action%trimmed), commands)
             call results%member('trim', [(commands(k)%text, k=1, size(commands))])
         end associate
         call results%member('findings', estimate%findings)

@@ -5,7 +5,7 @@ module gracecg_level1_estimation
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_fit, only: fit_spans
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
-    use gracecg_level1_judgement, only: name_faults, judge
+    use gracecg_level1_judgement, only: name_faults, judge, take_action
     use gracecg_level1_outcome, only: level1_estimate_t
     implicit none
     private
@@ -46,6 +46,7 @@ contains
         call name_faults(calibration, setup, estimate)
         call judge(calibration, setup, estimate)
         estimate%flag = estimate%solutions(1)%flag
+        call take_action(setup%mass, estimate)
     end subroutine estimate_level1
 
     !> Which rods some span drives.

@@ -3,6 +3,7 @@ module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
     use gracecg_base_text, only: append, integer_text, rounded_text
+    use gracecg_estimation_action, only: decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_level1_setup, only: level1_setup_t
@@ -14,7 +15,7 @@ module gracecg_level1_judgement
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: name_faults, judge, offset_remark, signs_are_known, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
+    public :: name_faults, judge, take_action, offset_remark, signs_are_known, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
 
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
@@ -23,6 +24,25 @@ module gracecg_level1_judgement
     real(dp), parameter :: POOR_SIGMA = 50*MICROMETRE       !! And with a greater one than this not at all
 
 contains
+
+    !> What to do: nothing is moved by an offset that is not to be used.
+    subroutine take_action(mass, estimate)
+        real(dp), intent(in) :: mass                !! Of the satellite, kg
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        associate (first => estimate%solutions(1))
+            if (first%flag > 1 .and. size(estimate%findings) > 0) then
+                call refuse_offset(estimate%findings(1)%text, estimate%action)
+            else if (first%flag > 1) then
+                call refuse_offset(trim(first%reason), estimate%action)
+            else if (.not. allocated(first%beliefs)) then
+                call refuse_offset('what the setup says could not be tested', estimate%action)
+            else
+                call decide(known_of(first%offset, first%covariance, first%beliefs), mass, estimate%action)
+                if (first%flag == 1) estimate%action%text = estimate%action%text//'; with care: '//trim(first%reason)
+            end if
+        end associate
+    end subroutine take_action
 
     !> Names what is wrong with data or setup.
     subroutine name_faults(calibration, setup, estimate)

@@ -3,6 +3,7 @@ module gracecg_level1_outcome
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: string_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_action, only: action_t
     use gracecg_estimation_arcs, only: arc_residuals_t
     use gracecg_level1_solution, only: level1_solution_t
     implicit none
@@ -36,6 +37,7 @@ module gracecg_level1_outcome
         type(string_t), allocatable :: findings(:)          !! What is wrong, by name
         type(string_t), allocatable :: remarks(:)           !! What is to be known
         integer :: flag = 2                                 !! Of the first solution
+        type(action_t) :: action                            !! What to do
     end type level1_estimate_t
 
 contains

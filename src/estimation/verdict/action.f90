@@ -4,9 +4,11 @@ module gracecg_estimation_action
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: rounded_text, join
+    use gracecg_observations_parameters, only: belief_subject
+    use gracecg_estimation_belief_report, only: belief_report_t
     implicit none
     private
-    public :: action_t, known_offset_t, decide, refuse_offset, listed_axes, ACTIONS, WANTED_ACCURACY
+    public :: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, ACTIONS, WANTED_ACCURACY
     public :: TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
 
     integer, parameter :: TRIM_IT = 1           !! Move the centre of mass along some axes
@@ -38,6 +40,24 @@ module gracecg_estimation_action
     end type action_t
 
 contains
+
+    !> What is known of an offset by its covariance and tests.
+    pure function known_of(offset, covariance, report) result(known)
+        real(dp), intent(in) :: offset(3), covariance(3, 3)     !! d, m; m^2
+        type(belief_report_t), intent(in) :: report
+        type(known_offset_t) :: known
+
+        integer :: i
+
+        known%value = offset
+        known%sigma = [(sqrt(covariance(i, i) + report%apart(i)**2), i=1, 3)]
+        known%unseen = report%undetected_within() - report%apart
+        do i = 1, 3
+            if (report%largest_within(i) > 0) known%hidden(i) = belief_subject(report%values(report%largest_within(i))%belief)
+        end do
+        known%tolerated = report%wanted
+        known%signs_known = report%signs_known
+    end function known_of
 
     !> The action for an offset that nothing contradicts. Each axis is taken for itself: it is moved if its sigma, and what
     !> could hide, are as small as wanted, and it differs from 0.

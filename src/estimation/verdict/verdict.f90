@@ -3,14 +3,13 @@ module gracecg_estimation_verdict
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: integer_text, rounded_text, join
-    use gracecg_observations_parameters, only: belief_subject
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
     use gracecg_estimation_fit_checks, only: MISFITTING, MUCH_NOISE
     use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested
-    use gracecg_estimation_action, only: action_t, known_offset_t, decide, refuse_offset, listed_axes, WANTED_ACCURACY
+    use gracecg_estimation_action, only: action_t, known_of, decide, refuse_offset, listed_axes, WANTED_ACCURACY
     implicit none
     private
     public :: verdict_t, finding_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
@@ -278,9 +277,7 @@ contains
         real(dp), intent(in) :: mass                    !! Of the satellite, kg
         type(action_t), intent(out) :: action
 
-        type(known_offset_t) :: known
         character(:), allocatable :: contradiction
-        integer :: i
 
         if (.not. allocated(solution%beliefs)) then
             call refuse_offset('what the setup says was not tested against the data (test_beliefs)', action)
@@ -293,16 +290,8 @@ contains
                 call refuse_offset(contradiction, action)
                 return
             end if
-            known%value = solution%offset
-            known%sigma = [(sqrt(solution%covariance(i, i) + report%apart(i)**2), i=1, 3)]
-            known%unseen = report%undetected_within() - report%apart
-            do i = 1, 3
-                if (report%largest_within(i) > 0) known%hidden(i) = belief_subject(report%values(report%largest_within(i))%belief)
-            end do
-            known%tolerated = report%wanted
-            known%signs_known = report%signs_known
+            call decide(known_of(solution%offset, solution%covariance, report), mass, action)
         end associate
-        call decide(known, mass, action)
     end subroutine act_on
 
     !> '4.9E+03'.
