@@ -243,8 +243,7 @@ contains
                 call results%end()
                 if (all(abs(test%within) <= report%wanted)) cycle
                 call rows%add('  '//trim(belief_subject(belief)))
-                if (smallest > 0) call rows%add(smallest)
-                if (.not. smallest > 0) call rows%add_nothing()
+                call rows%add(min(test%stated, merge(test%detectable, test%largest, smallest > 0))/belief_size(belief))
                 call rows%add(trim(belief_unit(belief)))
                 call rows%add(abs(test%within)/MILLIMETRE)
             end associate

@@ -73,7 +73,9 @@ contains
         type(solution_t) :: tested
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
+        real(dp), parameter :: FAR_APART = 5    ! standard deviations
         real(dp) :: factor
+        integer :: i
 
         if (.not. allocated(solution%beliefs)) then
             call estimate_optimal(observations, options, tested, failure)
@@ -83,6 +85,10 @@ contains
                 return
             end if
             tested%beliefs%apart = abs(solution%offset - tested%offset)
+            if (any(tested%beliefs%apart > FAR_APART*[(sqrt(solution%covariance(i, i)), i=1, 3)]) .and. solution%converged) &
+                call append(solution%warnings, solution%algorithm//' is not for this manoeuvre: it is off from `optimal` by '// &
+                            'more than '//rounded_text(FAR_APART, 1)//' of its sigmas, which leave out scale factors, the '// &
+                            'magnetometer''s bias and forces that bend; use --algorithm optimal')
             solution%beliefs = tested%beliefs
             solution%misfit = tested%misfit
         end if

@@ -24,7 +24,6 @@ module gracecg_estimation_verdict
     real(dp), parameter :: BY_CHANCE = 4        !! Standard deviations of the residuals' ratio
     real(dp), parameter :: CORRELATED = 1e-3_dp !! Of the probability of whiteness
     real(dp), parameter :: NOT_ZERO = 3         !! Standard deviations of a torque that is not as believed
-    real(dp), parameter :: FAR_APART = 5        !! Standard deviations of an estimate from that of `optimal`
 
     !> One thing that was examined.
     type :: finding_t
@@ -211,7 +210,6 @@ contains
         type(verdict_t), intent(inout) :: verdict
 
         character(:), allocatable :: text, part
-        integer :: i
 
         if (.not. allocated(solution%beliefs)) then
             call add(verdict, GRADE_DOUBTFUL, 'What the setup says', 'not tested against the data')
@@ -234,10 +232,6 @@ contains
                      text)
             call say_untested(report, part)
             if (part /= '') call add(verdict, GRADE_DOUBTFUL, 'Not testable here', part)
-            if (any(report%apart > FAR_APART*[(sqrt(solution%covariance(i, i)), i=1, 3)])) &
-                call add(verdict, GRADE_DOUBTFUL, 'Estimator', solution%algorithm//' is not for this manoeuvre: it is off from '// &
-                         '`optimal` by more than '//rounded_text(FAR_APART, 1)//' of its sigmas, which leave out scale '// &
-                         'factors, magnetometer bias and forces that bend; use --algorithm optimal')
         end associate
     end subroutine judge_beliefs
 
