@@ -14,6 +14,9 @@ module gracecg_estimation_belief_report
     !! than is wanted
     integer, parameter :: CONTRADICTED = 3  !! By the data
     real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp   !! Probability that right beliefs are contradicted anywhere
+    real(dp), parameter :: SUSPICIOUS = 3.3_dp
+    !! Score beyond which what the operator states of a value limits nothing: of some 20 independent ones, one in 50 sound
+    !! calibrations has one
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
     !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra, and
@@ -39,7 +42,7 @@ module gracecg_estimation_belief_report
         logical :: all_or_nothing = .false. !! It is either 0 or `largest`
         real(dp) :: effect(3) = 0
         !! What the smaller of `detectable` and `largest`, or the latter where nothing is detectable, does to the offset, m
-        real(dp) :: within(3) = 0           !! The same of the smaller of that and `stated`, m
+        real(dp) :: within(3) = 0           !! The same of the smaller of that and `stated`, unless the score is suspicious, m
         real(dp) :: shift(3) = 0            !! What the value found adds to the offset estimated without it, m
         integer :: state = CONFIRMED        !! One of the three
     end type value_test_t
@@ -206,7 +209,7 @@ contains
                     unseen = min(unseen, test%detectable)
                     if (test%all_or_nothing .and. test%detectable < test%largest) unseen = 0    ! it would be seen
                 end if
-                test%within = test%effect*min(unseen, test%stated)
+                test%within = test%effect*merge(unseen, min(unseen, test%stated), abs(test%score) > SUSPICIOUS)
                 test%effect = test%effect*unseen
                 test%state = state_of(report, test)
             end associate
