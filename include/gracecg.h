@@ -450,13 +450,13 @@ gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double
 gracecg_status gracecg_case_bound(const gracecg_object *the_case, gracecg_object **bound, gracecg_error *error);
 
 /* Searches the manoeuvre with the best worst axis for a case's satellite; takes seconds. settings: start (s from the
-   case's epoch, within one revolution), duration (10 to 600 s), amplitude of each rod (at most 30 A m^2), lowest and
-   highest frequency (Hz), taper, rise time (s), limits of rate (rad/s) and of the turn away from the nominal attitude
-   (rad); choices: rods along x, y, z and waveforms sine, cosine, tapered, square, 1 or 0 each; threads, 1 to 1024.
-   gracecg_get tells those of a case: design_settings, design_choices. place 1: at that start; 2: at the start that is
-   best on so many revolutions (`gracecg design --anywhere`); 3: one manoeuvre for the worst axis at all places of
-   them (`--everywhere`), that begins at that start. `planned` is a case, too: the one with that manoeuvre at that
-   place. */
+   case's epoch, within one revolution), duration (10 to 600 s), amplitude of each rod (A m^2, at most what the case
+   says that it bears), lowest and highest frequency (Hz), taper, rise time (s), limits of rate (rad/s) and of the
+   turn away from the nominal attitude (rad); choices: rods along x, y, z and waveforms sine, cosine, tapered, square,
+   1 or 0 each; threads, 1 to 1024. gracecg_get tells those of a case: design_settings, design_choices. place 1: at
+   that start; 2: at the start that is best on so many revolutions (`gracecg design --anywhere`); 3: one manoeuvre for
+   the worst axis at all places of them (`--everywhere`), that begins at that start. `planned` is a case, too: the one
+   with that manoeuvre at that place. */
 gracecg_status gracecg_design(const gracecg_object *the_case, const double settings[9], const int32_t choices[8],
                               int32_t place, int32_t revolutions, gracecg_object **planned, gracecg_error *error);
 

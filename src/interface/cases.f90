@@ -4,6 +4,7 @@ module gracecg_interface_cases
         options_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
         propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, STATE_POSITION, STATE_VELOCITY, design_settings_t
     use gracecg_base_vectors, only: cross
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
@@ -69,8 +70,8 @@ contains
                                                [7, size(rods)]))
                 call items%put('rod_kinds', real([(rods(i)%axis, rods(i)%waveform, i=1, size(rods))], dp))
             end associate
-            call items%put('design_settings', [0.0_dp, case%duration, default_settings(), case%limits%rate, &
-                                               case%limits%pointing])
+            call items%put('design_settings', [0.0_dp, case%duration, default_settings(usual_amplitude(case%satellite%rods)), &
+                                               case%limits%rate, case%limits%pointing])
             call items%put('design_choices', real(default_choices(), dp))
         end associate
         call tell_settings(self%calibration, items)
@@ -85,12 +86,13 @@ contains
     end subroutine tell_time
 
     !> The planner's own numbers that gracecg_design is given.
-    pure function default_settings() result(values)
+    pure function default_settings(amplitude) result(values)
+        real(dp), intent(in) :: amplitude       !! Of the case's rods, A m^2
         real(dp) :: values(5)                   !! A m^2, Hz, Hz, s, s
 
         type(design_settings_t) :: default
 
-        values = [default%amplitude, default%lowest_frequency, default%highest_frequency, default%taper, default%rise_time]
+        values = [amplitude, default%lowest_frequency, default%highest_frequency, default%taper, default%rise_time]
     end function default_settings
 
     pure function default_choices() result(values)

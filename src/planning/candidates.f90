@@ -76,7 +76,7 @@ contains
                                    frequency=settings%highest_frequency, stop=duration, waveform=waveform, &
                                    taper=merge(settings%taper, 0.0_dp, waveform == TAPERED), &
                                    rise_time=settings%rise_time)
-            call new_torque_rods(rods, [rod], error)
+            call new_torque_rods(rods, [rod], error, arc%knowledge%rods%largest_moment)
             if (.not. allocated(error)) call check_rod_sampling(rods, arc%interval, error)
         end do
     end subroutine check_design_settings

@@ -5,12 +5,12 @@ module gracecg_planning_map
     use gracecg_base_error, only: error_t, add_context, number_text
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, rod_pattern
-    use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_pattern
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_offset_bound, only: principal_axes
     use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, new_manoeuvre_site, &
         manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_usual_manoeuvre, only: usual_manoeuvre
     implicit none
     private
     public :: map_point_t, map_manoeuvre, map_pattern, new_manoeuvre_sites
@@ -77,7 +77,7 @@ contains
         call move_alloc(work%points, points)
     end subroutine map_manoeuvre
 
-    !> The same of the report's manoeuvre: 30 A m^2, 0.1 Hz, the rods that a rule chooses by the field at each place.
+    !> The same of the case's usual manoeuvre, on the rods that a rule chooses by the field at each place.
     subroutine map_pattern(arc, orbit, times, rule, threads, points, error, progress)
         type(planned_arc_t), intent(in), target :: arc
         type(nominal_orbit_t), intent(in), target :: orbit
@@ -138,8 +138,8 @@ contains
         point%longitude = site%longitude
         rods = self%rods
         if (allocated(self%rule)) &
-            call new_harmonic_manoeuvre(rods, rod_pattern(self%rule, site%field(:, 0)), ROD_AMPLITUDE, ROD_FREQUENCY, &
-                                        0.0_dp, self%arc%knowledge%duration, error)
+            call usual_manoeuvre(self%arc%knowledge%rods, rod_pattern(self%rule, site%field(:, 0)), 0.0_dp, &
+                                 self%arc%knowledge%duration, rods, error)
         if (allocated(error)) return
         call evaluate_manoeuvre(self%arc, site, rods, point%quality)
         if (.not. point%quality%is_seen()) return

@@ -12,6 +12,7 @@ module gracecg_planning_next_manoeuvre
     use gracecg_planning_observed_case, only: case_of_observations
     use gracecg_planning_planner, only: plan_request_t, plan_t, prepare_plan
     use gracecg_planning_site, only: manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     implicit none
     private
     public :: say_next_manoeuvre
@@ -33,7 +34,7 @@ contains
         text = ''
         associate (rods => observations%knowledge%rods)
             if (rods%count == 0) return
-            request%settings%amplitude = maxval(abs(rods%activations(:rods%count)%amplitude))
+            request%settings%amplitude = usual_amplitude(rods)
         end associate
         call case_of_observations(observations, calibration%case, failure)
         if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)

@@ -38,8 +38,8 @@ module gracecg_planning_programme
 
 contains
 
-    !> The report's manoeuvre (30 A m^2, 0.1 Hz, the rods that the case's rule chooses by the field there) at places of an
-    !> orbit, in arcs of several lengths. Fails when a time lies outside of the orbit, or an arc is too short.
+    !> The case's usual manoeuvre (the rods that its rule chooses by the field there) at places of an orbit, in arcs of
+    !> several lengths. Fails when a time lies outside of the orbit, or an arc is too short.
     subroutine candidates_along(case, orbit, times, durations, threads, candidates, error, progress)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
@@ -60,6 +60,9 @@ contains
         do i = 1, size(durations)
             longer = case
             longer%duration = durations(i)
+            associate (rods => longer%satellite%rods)
+                rods%activations%stop = rods%activations%stop + (durations(i) - case%duration)
+            end associate
             call new_planned_arc(longer, arc, error)
             if (.not. allocated(error)) &
                 call map_pattern(arc, orbit, times, case%pattern_rule, threads, points, error, progress)

@@ -1,5 +1,5 @@
 !> When to calibrate: Figures 6.1 and 6.4 of CSR-TM-00-01. At places along the nominal orbit, the
-!> angular acceleration that the report's manoeuvre would give, and how well a calibration that
+!> angular acceleration that the case's rods would give, and how well a calibration that
 !> starts there would determine the CG offset.
 module gracecg_planning_scan
     use gracecg_base_kinds, only: dp
@@ -8,7 +8,7 @@ module gracecg_planning_scan
     use gracecg_base_progress, only: progress_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_vectors, only: cross, inverse_3x3
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, rod_pattern
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_pattern
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -20,8 +20,8 @@ module gracecg_planning_scan
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_view, only: operator_knowledge
-    use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_manoeuvre
     implicit none
     private
     public :: orbit_place_t, scan_orbit, x_is_weakest
@@ -107,9 +107,9 @@ contains
             place%field = acting%field
             place%pattern = rod_pattern(case%pattern_rule, place%field)
             place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
-                                            cross(ROD_AMPLITUDE*place%pattern, place%field)))
-            call new_harmonic_manoeuvre(rods, place%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
-                                        real(time, dp), time + knowledge%duration, error)
+                                            cross(usual_amplitude(knowledge%rods)*knowledge%rods%gain*place%pattern, &
+                                                  place%field)))
+            call usual_manoeuvre(knowledge%rods, place%pattern, real(time, dp), knowledge%duration, rods, error)
             if (.not. allocated(error)) &
                 call predict_sigma(knowledge, self%options, case%angular_velocity, &
                                    magnetic_torque(knowledge, rods, time, measured_field(case, orbit, rods, k)), &

@@ -8,7 +8,7 @@ module gracecg_spacecraft_settings
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, take_manoeuvre, &
-        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
+        MAX_ACTIVATIONS, WAVEFORM_NAMES, PATTERN_RULES
     implicit none
     private
     public :: describe_calibration, describe_mass_properties, describe_manoeuvre, describe_limits
@@ -73,6 +73,8 @@ contains
         integer :: n, i
 
         call settings%group('rods', 'The torque rods themselves, x, y, z: moment = gain commanded moment')
+        call settings%real_value('largest_moment', rods%largest_moment, 1e-3_dp, 1e4_dp, 'A m^2, that each rod bears', &
+                                 unit='A m^2')
         call settings%real_values('gain', rods%gain, -10.0_dp, 10.0_dp, 'of each rod')
         call settings%real_values('misalignment_deg', rods%misalignment, -180.0_dp, 180.0_dp, 'deg, turns of the '// &
                                   'x rod about y and z, of the y rod about z and x, of the z rod about x and y', &
@@ -90,7 +92,7 @@ contains
         do i = 1, n
             call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
             call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
-            call settings%real_value('amplitude', activations(i)%amplitude, -MAX_DIPOLE, MAX_DIPOLE, &
+            call settings%real_value('amplitude', activations(i)%amplitude, -1e4_dp, 1e4_dp, &
                                      'A m^2', unit='A m^2', required=.true.)
             call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
                                      unit='Hz', required=.true.)
@@ -107,7 +109,7 @@ contains
             call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
                                      's, of each edge of a square wave', unit='s')
             if (allocated(settings%failure)) return
-            call new_torque_rods(driven, activations(:i), problem)
+            call new_torque_rods(driven, activations(:i), problem, rods%largest_moment)
             if (allocated(problem)) call settings%reject('amplitude', problem%message)
             call settings%end_group()
         end do

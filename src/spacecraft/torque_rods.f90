@@ -12,18 +12,15 @@ module gracecg_spacecraft_torque_rods
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, rod_moments, rod_direction, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
-    public :: moves_rods, check_rods_fire, check_total_moment, check_rod_sampling, next_rod_edge, dipole_moments
-    public :: rod_pattern, PATTERN_RULES
+    public :: moves_rods, check_rods_fire, check_total_moment, amplitude_at_start, check_rod_sampling, next_rod_edge, dipole_moments
 
-    !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
     character(8), parameter :: PATTERN_RULES(2) = [character(8) :: 'y-z', 'general']
-    public :: MAX_ACTIVATIONS, MAX_DIPOLE
-    public :: SINE, COSINE, TAPERED, SQUARE, WAVEFORM_NAMES
+    !! The rules of section 4.2 by name: the y and z rods as in the report, or the general one
+    public :: rod_pattern, PATTERN_RULES, MAX_ACTIVATIONS, MAX_DIPOLE, SINE, COSINE, TAPERED, SQUARE, WAVEFORM_NAMES
 
-    !> Greatest number of activations of a manoeuvre
-    integer, parameter :: MAX_ACTIVATIONS = 16
+    integer, parameter :: MAX_ACTIVATIONS = 16          !! Of a manoeuvre
     real(dp), parameter :: MAX_DIPOLE = 30.0_dp
-    !! Greatest linear dipole moment of a rod, A m^2: CSR-TM-00-01 section 4.1
+    !! Greatest linear dipole moment of a rod, unless stated, A m^2: CSR-TM-00-01 section 4.1
 
     integer, parameter :: SINE = 1, COSINE = 2, TAPERED = 3, SQUARE = 4    !! Waveforms, by number
     character(8), parameter :: WAVEFORM_NAMES(4) = [character(8) :: 'sine', 'cosine', 'tapered', 'square']
@@ -55,6 +52,7 @@ module gracecg_spacecraft_torque_rods
     type :: torque_rods_t
         integer :: count = 0                                    !! Number of the activations
         type(rod_activation_t) :: activations(MAX_ACTIVATIONS)  !! The first `count` of them
+        real(dp) :: largest_moment = MAX_DIPOLE     !! That a rod bears, A m^2
         real(dp) :: gain(3) = 1         !! Moment by commanded moment, of the rods along x, y, z
         real(dp) :: misalignment(6) = 0
         !! Turns of the x rod about y and z, of the y rod about z and x, of the z rod about x and y, rad
@@ -68,28 +66,28 @@ contains
     !> The manoeuvre of a list of activations. Fails when there are too many, when a number is not
     !> finite, an axis none of 1, 2, 3, a frequency negative, a stop not after its start, a taper or
     !> an edge too long or missing, or when what is active at one time on one rod could exceed
-    !> MAX_DIPOLE.
-    subroutine new_torque_rods(self, activations, error)
+    !> what it bears.
+    subroutine new_torque_rods(self, activations, error, largest_moment)
         type(torque_rods_t), intent(out) :: self
         type(rod_activation_t), intent(in) :: activations(:)
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: largest_moment    !! That a rod bears, A m^2; absent: MAX_DIPOLE
 
         integer :: i
 
         if (size(activations) > MAX_ACTIVATIONS) then
-            call fail(error, 'torque rods: '//integer_text(size(activations))// &
-                      ' activations given, at most '//integer_text(MAX_ACTIVATIONS)// &
-                      ' allowed')
+            call fail(error, 'torque rods: '//integer_text(size(activations))//' activations given, at most '// &
+                      integer_text(MAX_ACTIVATIONS)//' allowed')
             return
         end if
         do i = 1, size(activations)
             call check_activation(activations(i), i, error)
             if (allocated(error)) return
         end do
-        call check_total_moment(activations, 0.0_dp, self%gain, error)
-        if (allocated(error)) return
+        if (present(largest_moment)) self%largest_moment = largest_moment
         self%count = size(activations)
         self%activations(:self%count) = activations
+        call check_total_moment(self, 0.0_dp, error)
     end subroutine new_torque_rods
 
     !> The manoeuvre of CSR-TM-00-01 section 5.2,
@@ -130,17 +128,13 @@ contains
 
         name = 'torque rod activation '//integer_text(number)//': '
         if (activation%axis < 1 .or. activation%axis > 3) then
-            call fail(error, name//'axis = '//integer_text(activation%axis)// &
-                      ' has to be 1, 2 or 3')
-        else if (.not. all(ieee_is_finite( &
-                           [activation%amplitude, activation%frequency, activation%phase, &
-                            activation%start, activation%stop, activation%taper, &
-                            activation%rise_time]))) then
+            call fail(error, name//'axis = '//integer_text(activation%axis)//' has to be 1, 2 or 3')
+        else if (.not. all(ieee_is_finite([activation%amplitude, activation%frequency, activation%phase, activation%start, &
+                                           activation%stop, activation%taper, activation%rise_time]))) then
             call fail(error, name//'amplitude, frequency, phase, start, stop, taper and rise_time '// &
                       'have to be finite numbers')
         else if (activation%frequency < 0) then
-            call fail(error, name//'frequency = '//number_text(activation%frequency)// &
-                      ' Hz must not be negative')
+            call fail(error, name//'frequency = '//number_text(activation%frequency)//' Hz must not be negative')
         else if (activation%stop <= activation%start) then
             call fail(error, name//'stop = '//number_text(activation%stop)//' s has to be '// &
                       'later than start = '//number_text(activation%start)//' s')
@@ -178,28 +172,36 @@ contains
         end associate
     end subroutine check_shape
 
-    !> Fails when what is active at one time on one rod, and what it does besides, could exceed MAX_DIPOLE. A rod's
-    !> greatest sum of amplitudes occurs where one of its activations starts.
-    subroutine check_total_moment(activations, besides, gain, error)
-        type(rod_activation_t), intent(in) :: activations(:)
+    !> Fails when what is active at one time on one rod, and what it does besides, could exceed what it bears.
+    subroutine check_total_moment(self, besides, error)
+        type(torque_rods_t), intent(in) :: self
         real(dp), intent(in) :: besides     !! A m^2
-        real(dp), intent(in) :: gain(3)     !! Of the rods
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: total
         integer :: i
 
-        do i = 1, size(activations)
-            associate (axis => activations(i)%axis, time => activations(i)%start)
-                total = besides + abs(gain(axis))*sum(abs(activations%amplitude), mask=activations%axis == axis .and. &
-                                                      activations%start <= time .and. time <= activations%stop)
-                if (total <= MAX_DIPOLE) cycle
+        do i = 1, self%count
+            associate (axis => self%activations(i)%axis)
+                total = besides + abs(self%gain(axis))*amplitude_at_start(self, i)
+                if (total <= self%largest_moment) cycle
                 call fail(error, 'torque rod '//integer_text(axis)//': amplitudes add up to '//number_text(total)// &
-                          ' A m^2 at t = '//number_text(time)//' s; a rod bears at most '//number_text(MAX_DIPOLE)//' A m^2')
+                          ' A m^2 at t = '//number_text(self%activations(i)%start)//' s; a rod bears at most '// &
+                          number_text(self%largest_moment)//' A m^2 (largest_moment of &rods)')
                 return
             end associate
         end do
     end subroutine check_total_moment
+
+    !> The sum of the amplitudes on the rod of activation i where that starts, A m^2: a rod's greatest is one of these.
+    pure real(dp) function amplitude_at_start(self, i) result(total)
+        type(torque_rods_t), intent(in) :: self
+        integer, intent(in) :: i            !! Number of the activation
+
+        associate (a => self%activations(:self%count), this => self%activations(i))
+            total = sum(abs(a%amplitude), mask=a%axis == this%axis .and. a%start <= this%start .and. this%start <= a%stop)
+        end associate
+    end function amplitude_at_start
 
     !> Dipole moment of all rods at a time, body axes, A m^2.
     pure function dipole_moment(self, time, at_once) result(moment)

@@ -3,7 +3,7 @@
 module test_orbit_scan
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t
+    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: integer_text
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
     use gracecg_estimation_options, only: estimation_options_t
@@ -14,8 +14,9 @@ module test_orbit_scan
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use gracecg_planning_nominal_orbit
+    use gracecg_planning_programme, only: candidate_t, candidates_along, programme_sigma
     use gracecg_planning_scan
-    use fixture, only: check, test_failed
+    use fixture, only: check, failed, test_failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -38,6 +39,7 @@ contains
                     new_unittest('statements-of-section-6.2', test_statements), &
                     new_unittest('turned-satellite-sees-the-same', test_turned), &
                     new_unittest('sigma-grows-with-the-noise', test_noise), &
+                    new_unittest('sigma-is-that-of-the-case''s-rods', test_own_rods), &
                     new_unittest('threads', test_threads), &
                     new_unittest('failures', test_failures)]
     end subroutine collect_orbit_scan
@@ -324,6 +326,39 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)
     end subroutine test_noise
+
+    !> A tenth of the amplitude has a tenth of the acceleration and ten times the sigma; half of the time more than 1.4
+    !> times the sigma; and the case's frequency is another sigma. A programme follows the rods, too.
+    subroutine test_own_rods(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(nominal_orbit_t) :: orbit
+        type(orbit_place_t), allocatable :: places(:), weak(:), short(:), slow(:)
+        type(candidate_t), allocatable :: strong_flight(:), weak_flight(:)
+        type(error_t), allocatable :: failure
+
+        call fly('back', case, orbit, error)
+        if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
+        if (allocated(error)) return
+        call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, strong_flight, failure)
+        if (failed(error, message_of(failure))) return
+        case%satellite%rods%activations%amplitude = case%satellite%rods%activations%amplitude/10
+        call scan(case, orbit, [2000], weak, error)
+        call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, weak_flight, failure)
+        if (failed(error, message_of(failure))) return
+        call check(error, maxval(abs(places(1)%acceleration/weak(1)%acceleration - 10)) < 1e-9_dp)
+        call check(error, maxval(abs(weak(1)%sigma/places(1)%sigma - 10)) < 0.1_dp)
+        call check(error, maxval(abs(programme_sigma(weak_flight(1)%information)/ &
+                                     programme_sigma(strong_flight(1)%information) - 10)) < 0.1_dp)
+        case%satellite%rods%activations%stop = 30
+        call scan(case, orbit, [2000], short, error)
+        call check(error, minval(short(1)%sigma/weak(1)%sigma) > 1.4_dp)
+        case%satellite%rods%activations%stop = 60
+        case%satellite%rods%activations%frequency = 0.05_dp
+        call scan(case, orbit, [2000], slow, error)
+        if (.not. allocated(error)) call check(error, maxval(abs(slow(1)%sigma/weak(1)%sigma - 1)) > 0.1_dp)
+    end subroutine test_own_rods
 
     subroutine test_threads(error)
         type(error_type), allocatable, intent(out) :: error

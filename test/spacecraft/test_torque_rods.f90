@@ -258,7 +258,13 @@ contains
         pair(2)%start = 20
         pair(2)%axis = 2
         call new_torque_rods(rods, pair, failure)
-        call check_passes(error, message_of(failure))
+        if (failed(error, message_of(failure))) return
+        pair(2)%axis = 1        ! of rods that are stronger, or weaker
+        call new_torque_rods(rods, pair, failure, 35.0_dp)
+        if (failed(error, message_of(failure))) return
+        call check(error, rods%largest_moment, 35.0_dp)
+        call new_torque_rods(rods, pair, failure, 3.0_dp)
+        call check_fails(error, message_of(failure), [character(40) :: 'at most 3 A m^2 (largest_moment of &rods)'])
     end subroutine test_limit
 
     !> The first rod's moment of one activation.

@@ -2,7 +2,7 @@
 !> orbit or along revolutions.
 module gracecg_cli_design
     use gracecg_base_version, only: file_comments
-    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, WAVEFORM_NAMES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_planning_calibration, only: write_calibration
@@ -14,6 +14,7 @@ module gracecg_cli_design
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
     use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: quoted_word
     use gracecg_cli_plan_results, only: rods_table, add_programme, add_leakage, add_reliable
@@ -66,7 +67,8 @@ contains
                                   'component by more than this without a test seeing it: a slow component for the star '// &
                                   'camera beside the fast one; sigma grows')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them', default='xyz')
-        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2', default=real_text(USUAL%amplitude))
+        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2, up to largest_moment of the case''s &rods '// &
+                                  '(default: as the case drives its rods)')
         call arguments%add_option('--frequencies', 'LOW HIGH', 'Hz, allowed', default=real_text(USUAL%lowest_frequency)//' '// &
                                   real_text(USUAL%highest_frequency))
         call arguments%add_option('--waveforms', 'LIST', 'allowed: of sine, cosine, tapered, square', choices=WAVEFORM_NAMES, &
@@ -103,6 +105,8 @@ contains
         call read_request(arguments, request, misuse)
         call take_cases(arguments, request, calibration, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
+        if (.not. arguments%has('--amplitude')) &
+            request%plan%settings%amplitude = usual_amplitude(calibration%case%satellite%rods)
         call check_writable(request%map, error)
         if (allocated(error)) return
 
@@ -146,7 +150,7 @@ contains
         if (arguments%has('--everywhere')) request%plan%place = EVERYWHERE
         call arguments%get('--at', request%plan%time, misuse, low=0.0_dp, unit='s')
         associate (settings => request%plan%settings)
-            call arguments%get('--amplitude', settings%amplitude, misuse, low=0.0_dp, high=MAX_DIPOLE, unit='A m^2')
+            call arguments%get('--amplitude', settings%amplitude, misuse, low=0.0_dp, high=1e4_dp, unit='A m^2')
             call arguments%get('--frequencies', frequencies, misuse, low=0.0_dp, high=1e3_dp, unit='Hz')
             settings%lowest_frequency = frequencies(1)
             settings%highest_frequency = frequencies(2)

@@ -34,7 +34,8 @@ contains
                                 'Finds the best time for a calibration: over one revolution from the epoch of '// &
                                 'a case (default front-1), '// &
                                 'the geomagnetic field in body axes (Figure 6.1 of CSR-TM-00-01), the '// &
-                                'amplitude of the angular acceleration that the rods give (Figure 6.4) '// &
+                                'amplitude of the angular acceleration that the rods give (Figure 6.4), driven as '// &
+                                'strongly, as fast and as long as the strongest rod of the case, '// &
                                 'and the predicted standard deviation of the CG offset.', &
                                 'gracecg timing front-1 --step 60 --out timing.csv'//new_line('a')// &
                                 'gracecg timing front-1 --step 120 --manoeuvres 2 --lengths 60,120')

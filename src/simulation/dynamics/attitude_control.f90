@@ -19,7 +19,7 @@ module gracecg_simulation_attitude_control
     use gracecg_base_vectors, only: cross, unit, identity
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_files_settings, only: settings_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_total_moment, MAX_DIPOLE
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_total_moment
     implicit none
     private
     public :: attitude_control_t, orbital_axes, describe_control, check_control
@@ -132,7 +132,7 @@ contains
         call settings%real_value('frequency', control%frequency, 1e-5_dp, 1e-2_dp, 'Hz, of the law as an oscillator', &
                                  unit='Hz')
         call settings%real_value('damping', control%damping, 0.1_dp, 10.0_dp, 'its damping ratio')
-        call settings%real_value('greatest_moment', control%greatest_moment, 1e-2_dp, MAX_DIPOLE, &
+        call settings%real_value('greatest_moment', control%greatest_moment, 1e-3_dp, 1e4_dp, &
                                  'A m^2, beside the manoeuvre''s', unit='A m^2')
         call settings%logical_value('thrusters', control%thrusters, 'give the torque along the field, which no rod can')
         call settings%end_group()
@@ -150,7 +150,7 @@ contains
             call fail(error, 'control: rods with a misalignment are not held by it; set misalignment_deg of &rods to 0')
             return
         end if
-        call check_total_moment(rods%activations(:rods%count), control%greatest_moment, rods%gain, error)
+        call check_total_moment(rods, control%greatest_moment, error)
         call add_context(error, 'control: with greatest_moment = '//number_text(control%greatest_moment)//' A m^2')
     end subroutine check_control
 end module gracecg_simulation_attitude_control

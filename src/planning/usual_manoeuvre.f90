@@ -1,0 +1,53 @@
+!> The manoeuvre by which places are compared: that of a case's own rods, with the signs that its rule gives the rods there.
+module gracecg_planning_usual_manoeuvre
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_spacecraft_moment_series, only: has_moments
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, take_manoeuvre, &
+        amplitude_at_start
+    use gracecg_simulation_report_cases, only: ROD_FREQUENCY
+    implicit none
+    private
+    public :: usual_amplitude, usual_manoeuvre
+
+contains
+
+    !> What rods are driven to: the greatest sum of amplitudes on one rod; where nothing is commanded, the greatest moment
+    !> that was measured, or what they bear. A m^2.
+    pure real(dp) function usual_amplitude(rods) result(amplitude)
+        type(torque_rods_t), intent(in) :: rods
+
+        integer :: i
+
+        amplitude = maxval([0.0_dp, (amplitude_at_start(rods, i), i=1, rods%count)])
+        if (has_moments(rods%measured) .and. .not. amplitude > 0) amplitude = maxval(abs(rods%measured%moment))
+        if (.not. amplitude > 0) amplitude = rods%largest_moment
+    end function usual_amplitude
+
+    !> That amplitude on the rods of a pattern, in the waveform, at the frequency and for as long as the strongest activation
+    !> of the rods; where nothing is commanded, the report's sine over the whole arc. Fails as `new_torque_rods` does.
+    subroutine usual_manoeuvre(rods, pattern, from, duration, manoeuvre, error)
+        type(torque_rods_t), intent(in) :: rods
+        integer, intent(in) :: pattern(3)       !! -1, 0 or 1 for each rod
+        real(dp), intent(in) :: from, duration  !! Of the arc, s
+        type(torque_rods_t), intent(out) :: manoeuvre   !! Of rods with the same gain, directions and delay
+        type(error_t), allocatable, intent(out) :: error
+
+        type(rod_activation_t) :: model, activations(3)
+        type(torque_rods_t) :: driven
+        integer :: axis
+
+        model = rod_activation_t(frequency=ROD_FREQUENCY, stop=duration)
+        if (rods%count > 0) model = rods%activations(maxloc(abs(rods%activations(:rods%count)%amplitude), 1))
+        model%start = from + model%start
+        model%stop = from + model%stop
+        activations = model
+        do axis = 1, 3
+            activations(axis)%axis = axis
+            activations(axis)%amplitude = pattern(axis)*usual_amplitude(rods)
+        end do
+        call new_torque_rods(driven, pack(activations, pattern /= 0), error, rods%largest_moment)
+        manoeuvre = rods
+        call take_manoeuvre(driven, manoeuvre)
+    end subroutine usual_manoeuvre
+end module gracecg_planning_usual_manoeuvre
