@@ -94,6 +94,7 @@ program tester
     use test_knowledge_errors, only: collect_knowledge_errors
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
+    use test_stated_start, only: collect_stated_start
     use test_verification, only: collect_verification
     use test_statements, only: collect_statements
     use test_report_studies, only: collect_report_studies
@@ -239,6 +240,7 @@ program tester
              new_testsuite('knowledge-errors', collect_knowledge_errors), &
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
+             new_testsuite('stated-start', collect_stated_start), &
              new_testsuite('verification', collect_verification), &
              new_testsuite('statements', collect_statements), &
              new_testsuite('report-studies', collect_report_studies), &

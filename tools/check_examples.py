@@ -8,7 +8,8 @@ Examples are
 - the lines below `example:` in the help of the program and of every command that it lists (a command
   without an example is a failure);
 - in README.md and docs/user-guide.md, every line that begins with `$ ` of a ```console block: what stands
-  below it, up to the next one, is all that the command prints (standard output, then standard error). As in
+  below it, up to the next one, is all that the command prints (standard output, then standard error), but for a
+  file that is typed in: the lines from `$ cat > FILE <<'END'` to `END` belong to the command. As in
   docs/development.md a line `...` stands for any number of lines, and at the end of a line for the rest of it;
 - there, in other code blocks (fenced or indented), the lines that begin with `gracecg ` or
   `build/bin/gracecg `: whatever they print.
@@ -84,15 +85,19 @@ def help_examples(text):
 
 def document_examples(text):
     """(line number, command, lines shown below it or None) of the code blocks of a Markdown text."""
-    fence, before, block = None, "", False
+    fence, before, block, typed_in = None, "", False, False
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         command = line.strip()
         if command.startswith("```"):
             fence = command[3:] if fence is None else None
         elif fence == "console":
-            if line.startswith("$ "):
+            if typed_in:
+                found[-1] = (found[-1][0], f"{found[-1][1]}\n{line}", [])
+                typed_in = line != "END"
+            elif line.startswith("$ "):
                 found.append((number, line[2:], []))
+                typed_in = line.endswith("<<'END'")
             elif found:
                 found[-1][2].append(line)
         else:

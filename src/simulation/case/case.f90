@@ -10,9 +10,10 @@ module gracecg_simulation_case
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_quaternion, only: normalised
     use gracecg_files_settings, only: settings_t
-    use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
+    use gracecg_environment_earth_orientation, only: earth_parameters_t, earth_orientation_t, new_earth_orientation, &
+        EARTH_ORIENTATIONS
     use gracecg_environment_iers_file, only: read_earth_parameters
-    use gracecg_environment_time, only: utc_t
+    use gracecg_environment_time, only: utc_t, gmst_1982
     use gracecg_environment_thermosphere, only: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     use gracecg_environment_gravity_models, only: GRAVITY_MODELS
     use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
@@ -24,18 +25,20 @@ module gracecg_simulation_case
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
-    use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
+    use gracecg_observations_knowledge, only: describe_a_priori, ESTIMATION_GROUPS
     use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
     use gracecg_simulation_attitude_control, only: attitude_control_t, describe_control, check_control
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
+    use gracecg_simulation_stated_start, only: stated_start_t, describe_start, find_start
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text, LEVEL1_GROUPS
-    public :: earth_orientation_name, find_earth_parameters, flies_under_control
+    public :: earth_orientation_name, find_earth_parameters, flies_under_control, sidereal_angle_at_epoch
 
-    !> Of the orientation of the Earth: 'iau' from the year 2000 on, unless the sidereal angle is given
+    !> Of the orientation of the Earth: 'iau' from the year 2000 on, unless the sidereal angle is given; of the geomagnetic
+    !> field: 'igrf95' before, 'igrf14' from then on
     character(*), parameter :: BY_DATE = 'by-date'
     integer, parameter :: MJD_2000 = 51544              !! 2000-01-01
     !> Groups of simulated Level-1 files, which may stand in the same file
@@ -58,6 +61,7 @@ module gracecg_simulation_case
         type(motion_limits_t) :: limits             !! Of the manoeuvre
         type(attitude_control_t) :: control         !! Of the satellite, beside the manoeuvre
         ! initial state
+        type(stated_start_t) :: start               !! How a file states it
         real(dp) :: position(3) = 0                 !! Inertial J2000, m
         real(dp) :: velocity(3) = 0                 !! m/s
         real(dp) :: quaternion(4) = 0               !! Inertial to body, scalar last
@@ -138,16 +142,26 @@ contains
         type(case_t), intent(inout) :: case
         type(error_t), allocatable, intent(out) :: error
 
+        type(earth_orientation_t) :: earth
+
+        case%field_model = BY_DATE
         call describe_case(settings, case)
+        if (case%field_model == BY_DATE) case%field_model = GEOMAGNETIC_MODELS(merge(1, 2, case%epoch%mjd < MJD_2000))
         call settings%finish(error, others=[character(len(LEVEL1_GROUPS)) :: ESTIMATION_GROUPS, LEVEL1_GROUPS])
         if (allocated(error)) return
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         if (.not. allocated(error)) call check_control(case%control, case%satellite%rods, error)
         call add_context(error, name)
         if (allocated(error)) return
+        call find_earth_parameters(case, case%earth_parameters, error)
+        if (.not. allocated(error)) &
+            call new_earth_orientation(trim(earth_orientation_name(case)), case%epoch, sidereal_angle_at_epoch(case), &
+                                       case%earth_parameters, earth, error)
+        if (.not. allocated(error)) &
+            call find_start(case%start, case%epoch, case%earth_parameters%ut1_minus_utc, earth, case%position, case%velocity, &
+                            case%quaternion, case%angular_velocity, error)
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
         if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)
-        call find_earth_parameters(case, case%earth_parameters, error)
         call add_context(error, name)
     end subroutine take_case
 
@@ -161,6 +175,14 @@ contains
         name = 'report'
         if (case%epoch%mjd >= MJD_2000 .and. case%earth_rotation /= 'given') name = 'iau'
     end function earth_orientation_name
+
+    !> Of Greenwich, rad.
+    pure real(dp) function sidereal_angle_at_epoch(case) result(angle)
+        type(case_t), intent(in) :: case
+
+        angle = case%sidereal_angle
+        if (case%earth_rotation /= 'given') angle = gmst_1982(case%epoch, case%ut1_minus_utc)
+    end function sidereal_angle_at_epoch
 
     !> Are the steps of a case's truth under control, and not one an interval?
     pure logical function flies_under_control(case)
@@ -227,18 +249,7 @@ contains
         call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
         call settings%real_values('offset_mm', case%satellite%offset, -10.0_dp, 10.0_dp, &
                                   'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
-        call settings%real_values('position', case%position, -1e9_dp, 1e9_dp, 'm, inertial J2000', &
-                                  unit='m', required=.true.)
-        call settings%real_values('velocity', case%velocity, -1e5_dp, 1e5_dp, 'm/s, inertial J2000', &
-                                  unit='m/s', required=.true.)
-        if (.not. norm2(case%position) > 6.4e6_dp) then
-            call settings%reject('position', 'lies inside the Earth: at least 6400 km from its centre is allowed')
-        end if
-        call settings%real_values('quaternion', case%quaternion, -1.0_dp, 1.0_dp, &
-                                  'inertial to body, scalar last', required=.true.)
-        call check_quaternion(settings, 'quaternion', case%quaternion)
-        call settings%real_values('angular_velocity', case%angular_velocity, -1.0_dp, 1.0_dp, 'rad/s', &
-                                  unit='rad/s', required=.true.)
+        call describe_start(settings, case%start, case%position, case%velocity, case%quaternion, case%angular_velocity)
         call settings%real_value('interval', case%interval, 1e-3_dp, 10.0_dp, 's, of the true arc', unit='s')
         call settings%text_value('integrator', case%integrator, 'Runge-Kutta-Fehlberg 7(8): one step an interval up to '// &
                                  '600 s, steps under control beyond; or always the one or the other', INTEGRATORS)
@@ -279,8 +290,8 @@ contains
         call check_file_key(settings, 'gravity', case%gravity_model, case%gravity_file)
         call settings%integer_value('degree', case%gravity_degree, 0, 360, 'of the geopotential')
         call settings%integer_value('order', case%gravity_order, 0, 360, 'of the geopotential')
-        call settings%text_value('magnetic_field', case%field_model, 'geomagnetic field', &
-                                 [character(16) :: GEOMAGNETIC_MODELS, 'file'])
+        call settings%text_value('magnetic_field', case%field_model, 'geomagnetic field; left out: igrf14 from 2000 on, '// &
+                                 'else igrf95', [character(16) :: BY_DATE, GEOMAGNETIC_MODELS, 'file'])
         call settings%text_value('magnetic_field_file', case%field_file, 'SHC file')
         call check_file_key(settings, 'magnetic_field', case%field_model, case%field_file)
         call settings%end_group()

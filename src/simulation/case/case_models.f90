@@ -5,7 +5,7 @@ module gracecg_simulation_case_models
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_earth_orientation, only: earth_parameters_t, new_earth_orientation
-    use gracecg_environment_time, only: gmst_1982, decimal_year, day_of_year, julian_centuries_tt, local_mean_solar_time
+    use gracecg_environment_time, only: decimal_year, day_of_year, julian_centuries_tt, local_mean_solar_time
     use gracecg_environment_gravity_models, only: new_gravity_model
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
     use gracecg_environment_space_weather, only: space_weather_source_t
@@ -17,10 +17,10 @@ module gracecg_simulation_case_models
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use gracecg_simulation_attitude_control, only: check_control
-    use gracecg_simulation_case, only: case_t, earth_orientation_name, find_earth_parameters
+    use gracecg_simulation_case, only: case_t, earth_orientation_name, find_earth_parameters, sidereal_angle_at_epoch
     implicit none
     private
-    public :: build_dynamics, initial_state, sidereal_angle_at_epoch, case_star_catalogue
+    public :: build_dynamics, initial_state, case_star_catalogue
 
 contains
 
@@ -87,17 +87,6 @@ contains
                                            (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD)
         end associate
     end subroutine set_time
-
-    !> Of Greenwich, rad.
-    pure real(dp) function sidereal_angle_at_epoch(case) result(angle)
-        type(case_t), intent(in) :: case
-
-        if (case%earth_rotation == 'given') then
-            angle = case%sidereal_angle
-        else
-            angle = gmst_1982(case%epoch, case%ut1_minus_utc)
-        end if
-    end function sidereal_angle_at_epoch
 
     subroutine set_mass(case, dynamics, error)
         type(case_t), intent(in) :: case

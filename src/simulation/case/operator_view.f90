@@ -11,8 +11,7 @@ module gracecg_simulation_operator_view
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_vectors, only: cross, unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
-    use gracecg_simulation_case, only: case_t, earth_orientation_name
-    use gracecg_simulation_case_models, only: sidereal_angle_at_epoch
+    use gracecg_simulation_case, only: case_t, earth_orientation_name, sidereal_angle_at_epoch
     use gracecg_simulation_operator_errors
     implicit none
     private

@@ -12,7 +12,7 @@ module gracecg_simulation_nadir_pointing
         VELOCITY, OMEGA, ATTITUDE
     implicit none
     private
-    public :: nadir_pointing_t
+    public :: nadir_pointing_t, held_axes
 
     !> The dynamics of a satellite that is held so.
     type, extends(satellite_dynamics_t) :: nadir_pointing_t
@@ -76,7 +76,7 @@ contains
     !> The matrix that turns inertial into body axes: its rows are the body axes.
     pure function held_axes(forward, y) result(axes)
         logical, intent(in) :: forward
-        real(dp), intent(in) :: y(:)        !! State
+        real(dp), intent(in) :: y(:)        !! State, or its position and velocity alone
         real(dp) :: axes(3, 3)
 
         axes = orbital_axes(y(POSITION), y(VELOCITY))

@@ -1,0 +1,193 @@
+!> Orbits as operators have them: osculating elements of Kepler, and two-line elements (TLE) as they are published.
+!>
+!> Two-line elements are mean ones. Their state is that of the theory that they are made for (F. R. Hoots, R. L. Roehrich,
+!> Spacetrack Report No. 3, 1980: SGP4): the same at the elements' epoch; away from it without its drag, but for the change
+!> of the mean motion, and without J4 and the squares of J2, which is some 0.1 km after a day and some km after ten. The
+!> elements themselves are good to 1 km or so.
+module gracecg_simulation_orbital_elements
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM, DEGREE, TWO_PI, SECONDS_PER_DAY
+    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_files_value, only: real_from_text
+    use gracecg_environment_time, only: utc_t, seconds_between, modified_julian_day
+    implicit none
+    private
+    public :: kepler_state, tle_state
+
+    !> The Earth of two-line elements, WGS 72: m^3/s^2, m
+    real(dp), parameter :: GM = 398600.8e9_dp, RADIUS = 6378135.0_dp, J2 = 1.082616e-3_dp, J3 = -2.53881e-6_dp
+    real(dp), parameter :: FEWEST_TURNS = 6.4_dp, MOST_TURNS = 18   !! A day; with fewer the theory is another
+    real(dp), parameter :: LONGEST = 10*SECONDS_PER_DAY     !! From the elements' epoch, s
+
+    !> Where a satellite stands in the plane of its orbit.
+    type :: in_plane_t
+        real(dp) :: distance = 0            !! m
+        real(dp) :: angle = 0               !! From the node, rad
+        real(dp) :: rising = 0, along = 0   !! Velocity away from the centre, and across that, m/s
+    end type in_plane_t
+
+contains
+
+    !> Position and velocity of osculating elements, in the axes of the elements.
+    pure subroutine kepler_state(elements, position, velocity)
+        real(dp), intent(in) :: elements(6)
+        !! Semi-major axis (m), eccentricity, inclination, right ascension of the node, argument of the perigee, mean
+        !! anomaly (rad)
+        real(dp), intent(out) :: position(3), velocity(3)   !! m, m/s
+
+        associate (e => elements(2), perigee => elements(5))
+            call leave_plane(in_plane(EARTH_GM, elements(1), e*cos(perigee), e*sin(perigee), perigee + elements(6)), &
+                             elements(3), elements(4), position, velocity)
+        end associate
+    end subroutine kepler_state
+
+    !> Position and velocity at a time, in axes of the true equator and mean equinox of that time: about z by the sidereal
+    !> angle of 1982 (GMST) from Earth-fixed ones. Fails for lines that are no two-line elements or have a wrong checksum,
+    !> for orbits of 225 minutes and more, and more than 10 days from the elements' epoch.
+    subroutine tle_state(lines, time, position, velocity, error)
+        character(*), intent(in) :: lines(2)    !! As published, 69 characters each
+        type(utc_t), intent(in) :: time
+        real(dp), intent(out) :: position(3), velocity(3)   !! m, m/s
+        type(error_t), allocatable, intent(out) :: error
+
+        type(in_plane_t) :: place
+        real(dp) :: year, day, turns, n, a, e, i, node, perigee, anomaly, change, since, c, s, p, part, axn, ayn, u, twice
+
+        position = 0
+        velocity = 0
+        call check_line(lines(1), '1', error)
+        call check_line(lines(2), '2', error)
+        call read_field(lines(1), 19, 20, '', 'year', 0.0_dp, 99.0_dp, year, error)
+        call read_field(lines(1), 21, 32, '', 'day', 1.0_dp, 367.0_dp, day, error)
+        call read_field(lines(1), 34, 43, '', 'change of the mean motion', -1.0_dp, 1.0_dp, change, error)
+        call read_field(lines(2), 9, 16, '', 'inclination', 0.0_dp, 180.0_dp, i, error)
+        call read_field(lines(2), 18, 25, '', 'node', 0.0_dp, 360.0_dp, node, error)
+        call read_field(lines(2), 27, 33, '0.', 'eccentricity', 0.0_dp, 0.5_dp, e, error)
+        call read_field(lines(2), 35, 42, '', 'perigee', 0.0_dp, 360.0_dp, perigee, error)
+        call read_field(lines(2), 44, 51, '', 'mean anomaly', 0.0_dp, 360.0_dp, anomaly, error)
+        call read_field(lines(2), 53, 63, '', 'mean motion', FEWEST_TURNS, MOST_TURNS, turns, error)
+        if (allocated(error)) return
+        since = seconds_between(utc_t(modified_julian_day(merge(1900, 2000, year >= 57) + nint(year), 1, 1), 0.0_dp), time) - &
+                (day - 1)*SECONDS_PER_DAY
+        if (abs(since) > LONGEST) then
+            call fail(error, 'two-line elements of '//number_text(abs(since)/SECONDS_PER_DAY)//' days '// &
+                      trim(merge('before', 'after ', since > 0))//' the epoch: take those of at most 10 days from it')
+            return
+        end if
+        c = cos(i*DEGREE)
+        s = sin(i*DEGREE)
+        ! the published mean motion is Kozai's: Brouwer's, and its semi-major axis
+        n = turns*TWO_PI/SECONDS_PER_DAY
+        part = 0.75_dp*J2*RADIUS**2*(3*c**2 - 1)/(1 - e**2)**1.5_dp
+        a = axis_of(n)
+        u = part/a**2
+        u = part/(a*(1 - u*(1.0_dp/3 + u*(1 + u*134/81))))**2
+        n = n/(1 + u)
+        a = axis_of(n)
+        ! secular changes
+        part = 1.5_dp*J2*n*(RADIUS/(a*(1 - e**2)))**2
+        node = node*DEGREE - part*c*since
+        perigee = perigee*DEGREE + part*(5*c**2 - 1)/2*since
+        anomaly = anomaly*DEGREE + (n + part*sqrt(1 - e**2)*(3*c**2 - 1)/2)*since + &
+                  TWO_PI*change*(since/SECONDS_PER_DAY)**2
+        ! of long period, by J3
+        part = J3/J2*s*RADIUS/(a*(1 - e**2))
+        axn = e*cos(perigee)
+        ayn = e*sin(perigee) - part/2
+        u = anomaly + perigee - part*(3 + 5*c)/(4*max(1 + c, 1e-9_dp))*axn
+        ! of short period, by J2
+        place = in_plane(GM, a, axn, ayn, u)
+        p = a*(1 - axn**2 - ayn**2)
+        part = J2*RADIUS**2/(2*p)
+        twice = 2*place%angle
+        place%distance = place%distance*(1 - 1.5_dp*part/p*sqrt(p/a)*(3*c**2 - 1)) + part/2*s**2*cos(twice)
+        place%rising = place%rising - n*part*s**2*sin(twice)
+        place%along = place%along + n*part*(s**2*cos(twice) + 1.5_dp*(3*c**2 - 1))
+        place%angle = place%angle - part/p*(7*c**2 - 1)*sin(twice)/4
+        call leave_plane(place, i*DEGREE + 1.5_dp*part/p*c*s*cos(twice), node + 1.5_dp*part/p*c*sin(twice), position, velocity)
+    end subroutine tle_state
+
+    pure real(dp) function axis_of(mean_motion) result(a)
+        real(dp), intent(in) :: mean_motion     !! rad/s
+
+        a = (GM/mean_motion**2)**(1.0_dp/3)
+    end function axis_of
+
+    !> The motion in the plane of an orbit, of its eccentricity's components along the node and across it.
+    pure type(in_plane_t) function in_plane(gm, a, axn, ayn, u) result(place)
+        real(dp), intent(in) :: gm              !! m^3/s^2
+        real(dp), intent(in) :: a               !! m
+        real(dp), intent(in) :: axn, ayn        !! e cos(perigee), e sin(perigee)
+        real(dp), intent(in) :: u               !! Mean argument of the latitude, rad
+
+        real(dp) :: eccentric, across, root, turn
+        integer :: k
+
+        eccentric = u
+        do k = 1, 30
+            turn = (u - ayn*cos(eccentric) + axn*sin(eccentric) - eccentric)/ &
+                   (1 - axn*cos(eccentric) - ayn*sin(eccentric))
+            eccentric = eccentric + max(-0.95_dp, min(0.95_dp, turn))
+        end do
+        across = axn*sin(eccentric) - ayn*cos(eccentric)
+        root = sqrt(1 - axn**2 - ayn**2)
+        place%distance = a*(1 - axn*cos(eccentric) - ayn*sin(eccentric))
+        place%rising = sqrt(gm*a)*across/place%distance
+        place%along = sqrt(gm*a)*root/place%distance
+        place%angle = atan2(sin(eccentric) - ayn - axn*across/(1 + root), cos(eccentric) - axn + ayn*across/(1 + root))
+    end function in_plane
+
+    !> From the plane of an orbit into space.
+    pure subroutine leave_plane(place, inclination, node, position, velocity)
+        type(in_plane_t), intent(in) :: place
+        real(dp), intent(in) :: inclination, node           !! rad
+        real(dp), intent(out) :: position(3), velocity(3)   !! m, m/s
+
+        real(dp) :: to_node(3), across(3), outward(3), forward(3)
+
+        to_node = [cos(node), sin(node), 0.0_dp]
+        across = [-sin(node)*cos(inclination), cos(node)*cos(inclination), sin(inclination)]
+        outward = across*sin(place%angle) + to_node*cos(place%angle)
+        forward = across*cos(place%angle) - to_node*sin(place%angle)
+        position = place%distance*outward
+        velocity = place%rising*outward + place%along*forward
+    end subroutine leave_plane
+
+    !> Number, length and checksum of a line: its digits add up to the last, a minus counts 1, modulo 10.
+    subroutine check_line(line, number, error)
+        character(*), intent(in) :: line, number
+        type(error_t), allocatable, intent(inout) :: error
+
+        integer :: k, total
+
+        if (allocated(error)) return
+        total = 0
+        do k = 1, min(68, len(line))
+            total = total + max(0, index('0123456789', line(k:k)) - 1)
+            if (line(k:k) == '-') total = total + 1
+        end do
+        if (len_trim(line) /= 69 .or. line(:2) /= number//' ') then
+            call fail(error, 'line '//number//' of two-line elements has to begin with "'//number//' " and to have 69 characters')
+        else if (index('0123456789', line(69:69)) - 1 /= modulo(total, 10)) then
+            call fail(error, 'line '//number//' of two-line elements: its last digit, the checksum, does not agree with the others')
+        end if
+    end subroutine check_line
+
+    !> A number of a line.
+    subroutine read_field(line, first, last, before, what, low, high, value, error)
+        character(*), intent(in) :: line
+        integer, intent(in) :: first, last      !! Columns
+        character(*), intent(in) :: before      !! The digits that are not written
+        character(*), intent(in) :: what        !! For the message
+        real(dp), intent(in) :: low, high       !! Allowed
+        real(dp), intent(out) :: value
+        type(error_t), allocatable, intent(inout) :: error
+
+        character(:), allocatable :: problem
+
+        value = 0
+        if (allocated(error)) return
+        call real_from_text(before//trim(adjustl(line(first:last))), value, problem, low, high)
+        if (allocated(problem)) call fail(error, 'two-line elements: '//what//': '//problem)
+    end subroutine read_field
+end module gracecg_simulation_orbital_elements
