@@ -138,7 +138,7 @@ class Field(Handle):
     ----------
     date : Utc, str or datetime
     name : str
-        "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file.
+        "igrf95" (1985 to 2000), "igrf14" (1900 to 2030, extrapolated to 2040), or the path of an SHC file.
     """
 
     def __init__(self, date: When, name: str = "igrf14") -> None:

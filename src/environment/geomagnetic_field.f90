@@ -14,7 +14,7 @@ module gracecg_environment_geomagnetic_field
         IGRF95_DEGREE, IGRF95_FIELD, IGRF95_RATE
     implicit none
     private
-    public :: geomagnetic_model_t, igrf_t, igrf, new_igrf, coefficients_at, spherical_components
+    public :: geomagnetic_model_t, igrf_t, igrf, new_igrf, coefficients_at, spherical_components, is_extrapolated
 
     type, abstract :: geomagnetic_model_t
         !! Any model of the field; evaluation is undefined at the centre
@@ -44,12 +44,14 @@ module gracecg_environment_geomagnetic_field
 
     character(6), parameter :: GENERATIONS(*) = ['igrf95', 'igrf14']
     real(dp), parameter :: RATE_SPAN = 5        !! Years for which a secular variation is given
+    real(dp), parameter :: IGRF14_END = 2030    !! Where that of the 14th generation ends
+    real(dp), parameter :: LONGEST_BEYOND = 10  !! Years after that, in which it is extrapolated
 
 contains
 
     !> The IGRF at a date: 'igrf95' is the 7th generation as issued in 1995 (DGRF 1985 and 1990,
     !> IGRF 1995 with its secular variation; 1985.0 to 2000.0), 'igrf14' the 14th (1900.0 to
-    !> 2030.0). Linear between the epochs. Fails on an unknown generation and on a date outside its
+    !> 2030.0, and by its last secular variation to 2040.0). Linear between the epochs. Fails on an unknown generation and on a date outside its
     !> range.
     subroutine igrf(generation, decimal_year, model, error)
         character(*), intent(in) :: generation  !! 'igrf95' or 'igrf14'
@@ -71,14 +73,22 @@ contains
             call fail_unknown_name(error, 'generation of the geomagnetic reference field', generation, GENERATIONS)
             return
         end select
-        call coefficients_at(decimal_year, epochs, tables, list, error)
+        call coefficients_at(decimal_year, epochs, tables, list, error, merge(LONGEST_BEYOND, 0.0_dp, generation == 'igrf14'))
         call add_context(error, generation)
         if (allocated(error)) then
-            if (generation == 'igrf95') error%message = error%message//'; igrf14 covers 1900 to 2030'
+            if (generation == 'igrf95') error%message = error%message//'; igrf14 covers 1900 to 2030 (to 2040 by extrapolation)'
             return
         end if
         call new_igrf(generation, EARTH_RADIUS_IGRF, degree, list, model, error)
     end subroutine igrf
+
+    !> Is the field of a generation extrapolated at a date? The secular variation changes by some nT/yr each year.
+    pure logical function is_extrapolated(generation, decimal_year)
+        character(*), intent(in) :: generation
+        real(dp), intent(in) :: decimal_year    !! Year with decimals
+
+        is_extrapolated = generation == 'igrf14' .and. decimal_year > IGRF14_END
+    end function is_extrapolated
 
     !> The lists of coefficients of the 7th generation at its epochs and at the end of its validity.
     pure subroutine generation_7(epochs, tables)
@@ -111,21 +121,24 @@ contains
         tables(:, N + 1) = tables(:, N) + RATE_SPAN*IGRF14_RATE
     end subroutine generation_14
 
-    !> Coefficients at a date, linear between the epochs. Fails when the date is outside them or not
-    !> a number.
-    subroutine coefficients_at(decimal_year, epochs, tables, list, error)
+    !> Coefficients at a date, linear between the epochs, and after the last as before it. Fails when the date is outside
+    !> them or not a number.
+    subroutine coefficients_at(decimal_year, epochs, tables, list, error, beyond)
         real(dp), intent(in) :: decimal_year    !! Year with decimals
         real(dp), intent(in) :: epochs(:)       !! Decimal years, rising
         real(dp), intent(in) :: tables(:, :)    !! One column an epoch
         real(dp), allocatable, intent(out) :: list(:)   !! At that date, nT
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: beyond        !! Allowed after the last epoch, years; absent: 0
 
-        real(dp) :: share
+        real(dp) :: share, last
         integer :: i, n
 
         n = size(epochs)
-        if (.not. (decimal_year >= epochs(1) .and. decimal_year <= epochs(n))) then
-            call fail_out_of_range(error, 'date', decimal_year, epochs(1), epochs(n), 'years')
+        last = epochs(n)
+        if (present(beyond)) last = last + beyond
+        if (.not. (decimal_year >= epochs(1) .and. decimal_year <= last)) then
+            call fail_out_of_range(error, 'date', decimal_year, epochs(1), last, 'years')
             return
         end if
         i = min(count(epochs <= decimal_year), n - 1)

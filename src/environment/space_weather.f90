@@ -56,6 +56,8 @@ module gracecg_environment_space_weather
     integer, parameter :: GFZ_COLUMNS = 28, GFZ_FIRST_KP = 8, GFZ_F107 = 26
     integer, parameter :: MEAN_DAYS = 40    !! Before and after a day, of its mean over 81
     integer, parameter :: DAYS_NEEDED = 73  !! Of the 81, where single days have no flux
+    character(*), parameter :: REMEDY = 'give f107, f107_mean and kp (in a case file: space_weather = ''given''), or a table '// &
+        'of that time as SW-All.csv of CelesTrak (space_weather = ''file'' and space_weather_file)'
     real(dp), parameter :: NONE = 0         !! In the place of a mean that cannot be formed
 
 contains
@@ -97,14 +99,13 @@ contains
         if (today == 0 .or. yesterday == 0) then
             call write_spans(self%mjd, spans)
             call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
-                      spans//', and the day before is needed too; give f107, '// &
-                      'f107_mean and kp, or a table of that time')
+                      spans//', and the day before is needed too; '//REMEDY)
             return
         end if
         if (.not. self%f107_mean(today) > NONE) then
             call fail(error, 'no 81-day mean of F10.7 for '//date_text(utc%mjd)//': it needs the fluxes of the 40 days '// &
                       'before and after, and the table holds '//date_text(self%mjd(1))//' to '// &
-                      date_text(self%mjd(size(self%mjd)))//'; give f107, f107_mean and kp, or a table that reaches further')
+                      date_text(self%mjd(size(self%mjd)))//'; '//REMEDY)
             return
         end if
         f107_previous_day = self%f107(yesterday)

@@ -109,7 +109,7 @@ contains
         end do
     end subroutine gravity_evaluate
 
-    !> "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file, at a date.
+    !> "igrf95" (1985 to 2000), "igrf14" (1900 to 2030, extrapolated to 2040), or the path of an SHC file, at a date.
     subroutine field_open(name, date, made, outcome)
         character(*), intent(in) :: name            !! Of a model, or path of a file
         type(utc_t), intent(in) :: date

@@ -20,6 +20,7 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('a-satellite-of-one''s-own', test_own_satellite), &
                     new_unittest('cases', test_cases), &
                     new_unittest('case-files', test_case_files), &
                     new_unittest('broken-case-files', test_broken_cases), &
@@ -177,6 +178,37 @@ contains
         call check(error, index(output, 'front-1: edited or switched, not the case') > 0 .and. &
                    index(output, '(95 %): 3 of 3') > 0, output)
     end subroutine test_edited_cases
+
+    !> A satellite of one's own, as in the user guide: every command takes it, sigma follows its rods, and what is wrong is
+    !> said with its remedy.
+    subroutine test_own_satellite(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: OWN = FOLDER//'own.nml', LF = achar(10)
+        character(*), parameter :: BEGINNING = "&calibration name = 'own', duration = 60, epoch = '"
+        character(*), parameter :: SATELLITE = "T00:00:00' /"//LF//"&mass_properties mass = 100, "// &
+            "moments_of_inertia = 8, 9, 10 /"//LF//"&rods largest_moment = 3 /"//LF
+        character(*), parameter :: RODS = "&rod axis = 2, amplitude = 3, frequency = 0.1, stop = 60 /"//LF// &
+            "&rod axis = 3, amplitude = 3, frequency = 0.1, stop = 60 /"//LF
+        character(*), parameter :: ORBIT = "&truth orbit = 'kepler', semi_major_axis_km = 6870, eccentricity = 0.001, "//LF// &
+            "inclination_deg = 89, node_deg = 120, perigee_deg = 90, mean_anomaly_deg = 10, attitude = 'nadir' /"//LF
+        character(*), parameter :: WEATHER = "&atmosphere space_weather = 'given', f107 = 150, f107_mean = 150, kp = 2 /"
+        character(:), allocatable :: output, messages
+        integer :: status
+
+        call make_file(error, 'own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
+        call succeeds(error, 'timing '//OWN//' --step 600', output)
+        call check(error, index(output, 'best all') > 0, output)
+        call succeeds(error, 'verify '//OWN, output)
+        call succeeds(error, 'design '//OWN//' --out '//FOLDER//'own-best.nml', output)
+        call check(error, index(output, '     3.000  ') > 0 .and. index(output, '30.000  ') == 0, output)
+        call succeeds(error, 'simulate '//FOLDER//'own-best.nml --out '//FOLDER//'own-run', output)
+        call refused(error, 'design '//OWN//' --amplitude 4', STATUS_FAILED, [character(60) :: 'at most 3 A m^2 (largest_moment'])
+        call make_file(error, 'own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT)
+        call refused(error, 'timing '//OWN, STATUS_FAILED, [character(60) :: "space_weather = 'given'", "space_weather = 'file'"])
+        call make_file(error, 'own.nml', BEGINNING//'2031-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
+        call run('timing '//OWN//' --step 600', status, output, messages)
+        call check(error, status == STATUS_DONE .and. index(messages, 'is extrapolated: igrf14 ends') > 0, messages)
+    end subroutine test_own_satellite
 
     !> Without a moment there is no calibration; the observations themselves can be simulated, with a
     !> warning.

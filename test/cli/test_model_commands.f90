@@ -4,8 +4,8 @@ module test_model_commands
     use gracecg_base_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
     use gracecg_base_text, only: string_t, split, parse_real
     use gracecg_files_file, only: text_file_t, text_file_of
-    use gracecg_cli_command_line, only: STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: succeeds, refused
+    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use command_fixture, only: run, succeeds, refused
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: check
     implicit none
@@ -82,7 +82,9 @@ contains
         character(*), parameter :: HEADER = &
             'bx_tesla,by_tesla,bz_tesla,b_radial_tesla,b_south_tesla,b_east_tesla'
         character(*), parameter :: IN_1989 = 'model field --date 1989-01-02T00:00:00'
+        character(:), allocatable :: output, messages
         real(dp) :: old(6), new(6)
+        integer :: status
 
         call row_of(error, IN_1989//EQUATOR, HEADER, old)
         call row_of(error, IN_1989//' --table igrf14'//EQUATOR, HEADER, new)
@@ -90,6 +92,8 @@ contains
         call check(error, maxval(abs(old - new)) < 1e-12_dp .and. norm2(old(:3)) > 2e-5_dp)
         call refused(error, 'model field --date 2005-06-01'//EQUATOR, STATUS_FAILED, &
                      [character(W) :: 'igrf95', '1985 to 2000', 'igrf14 covers 1900 to 2030'])
+        call run('model field --date 2031-06-01 --table igrf14'//EQUATOR, status, output, messages)
+        call check(error, status == STATUS_DONE .and. index(messages, 'is extrapolated: igrf14 ends') > 0, messages)
     end subroutine test_field
 
     !> The density is the sum over the constituents (with O2, a little more); the row of the table

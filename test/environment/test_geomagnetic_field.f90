@@ -7,7 +7,7 @@ module test_geomagnetic_field
     use gracecg_environment_geomagnetic_field
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_environment_shc_file, only: read_shc
-    use fixture, only: check, check_fails, check_passes
+    use fixture, only: check, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
@@ -48,6 +48,7 @@ contains
                     new_unittest('generations', test_generations), &
                     new_unittest('spherical-components', test_spherical_components), &
                     new_unittest('bad-arguments-are-refused', test_bad_arguments), &
+                    new_unittest('extrapolated-after-2030', test_extrapolated), &
                     new_unittest('shc-file', test_shc_file), &
                     new_unittest('corrupted-shc-files', test_corrupted_files), &
                     new_unittest('storm-by-kp', test_storm)]
@@ -284,9 +285,10 @@ contains
         nan = ieee_value(nan, ieee_quiet_nan)
         call refuse_date('igrf95', 1984.99_dp, 'igrf95: date = 1984.99 years is outside', error)
         call refuse_date('igrf95', 2000.01_dp, 'range 1985 to 2000 years', error)
-        call refuse_date('igrf14', 1899.9_dp, 'range 1900 to 2030 years', error)
-        call refuse_date('igrf14', 2030.1_dp, 'range 1900 to 2030 years', error)
+        call refuse_date('igrf14', 1899.9_dp, 'range 1900 to 2040 years', error)
+        call refuse_date('igrf14', 2040.1_dp, 'range 1900 to 2040 years', error)
         call refuse_date('igrf14', nan, 'is outside', error)
+        call check(error, is_extrapolated('igrf14', 2030.1_dp) .and. .not. is_extrapolated('igrf14', 2030.0_dp))
         call refuse_date('igrf59', 1990.0_dp, 'did you mean "igrf95"', error)
         if (allocated(error)) return
         call new_igrf('x', EARTH_RADIUS_IGRF, 0, LIST, model, failure)
@@ -296,6 +298,24 @@ contains
         call new_igrf('x', EARTH_RADIUS_IGRF, 1, nan*LIST, model, failure)
         call check_fails(error, message_of(failure), ['not a finite number'])
     end subroutine test_bad_arguments
+
+    !> After 2030 the field goes on as it went before.
+    subroutine test_extrapolated(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: PLACE(3) = [4e6_dp, 3e6_dp, 5e6_dp]
+        type(igrf_t) :: model
+        type(error_t), allocatable :: failure
+        real(dp) :: b(3, 3)
+        integer :: i
+
+        do i = 1, 3
+            call igrf('igrf14', 2028.0_dp + 2*i, model, failure)
+            if (failed(error, message_of(failure))) return
+            call model%evaluate(PLACE, b(:, i))
+        end do
+        call check(error, norm2(b(:, 3) - 2*b(:, 2) + b(:, 1)) < 1e-18_dp)
+        call check(error, norm2(b(:, 2) - b(:, 1)) > 1e-9_dp)
+    end subroutine test_extrapolated
 
     subroutine refuse_date(generation, year, part, error)
         character(*), intent(in) :: generation, part

@@ -105,10 +105,11 @@ contains
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         type(utc_t) :: utc
-        character(60) :: parts(3)
+        character(60) :: parts(4)
         real(dp) :: found(3)
         integer :: i
 
+        parts(4) = "space_weather = 'given'"
         parts(2) = '1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31'
         parts(3) = 'f107, f107_mean and kp'
         table = embedded_space_weather()

@@ -6,6 +6,8 @@ module gracecg_cli_calibration_argument
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: string_t, integer_text, join, split, split_words
     use gracecg_files_file, only: check_writable
+    use gracecg_environment_geomagnetic_field, only: is_extrapolated
+    use gracecg_environment_time, only: utc_t, utc_text, decimal_year
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_options, only: read_options
@@ -17,7 +19,7 @@ module gracecg_cli_calibration_argument
     implicit none
     private
     public :: study_t, add_study_options, take_options, take_study, put_shard, SHARD_MARK
-    public :: take_calibration, take_calibrations, MOST_CASES
+    public :: take_calibration, take_calibrations, warn_of_field, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
     character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
@@ -126,8 +128,19 @@ contains
         if (present(shard)) call put_shard(shard, study%path)
         call check_writable(study%path, error)
         if (allocated(error)) return
-        call take_calibrations(arguments, default, study%calibrations, misuse, error, may_rest)
+        call take_calibrations(arguments, default, study%calibrations, misuse, error, may_rest, console)
     end subroutine take_study
+
+    !> Says when the field of a date is extrapolated.
+    subroutine warn_of_field(model, date, console)
+        character(*), intent(in) :: model           !! Of the geomagnetic field
+        type(utc_t), intent(in) :: date
+        type(console_t), intent(inout) :: console
+
+        if (is_extrapolated(model, decimal_year(date))) &
+            call console%warn('the magnetic field of '//trim(utc_text(date))//' is extrapolated: igrf14 ends with 2029; after '// &
+                              'five years it may be wrong by some 100 nT; a later model can be given as a file')
+    end subroutine warn_of_field
 
     !> Puts the number of the shard where a path has SHARD_MARK.
     subroutine put_shard(shard, path)
@@ -142,13 +155,14 @@ contains
 
     !> All cases of a command that estimates, checked and each with a name of its own. Fails as
     !> take_calibration does for any of them, and when two have the same name.
-    subroutine take_calibrations(arguments, default, calibrations, misuse, error, may_rest)
+    subroutine take_calibrations(arguments, default, calibrations, misuse, error, may_rest, console)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: default         !! Names, by commas, when the user names none
         type(calibration_t), allocatable, intent(out) :: calibrations(:)
         type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
         type(error_t), allocatable, intent(out) :: error        !! A case is
         logical, intent(in), optional :: may_rest   !! The torque rods may be off; no when absent
+        type(console_t), intent(inout), optional :: console     !! Is told of fields that are extrapolated
 
         type(string_t), allocatable :: listed(:), given(:), names(:)
         integer :: i, k
@@ -166,6 +180,7 @@ contains
         do i = 1, size(names)
             call take_calibration(arguments, names(i)%text, calibrations(i), error, may_rest)
             if (allocated(error)) return
+            if (present(console)) call warn_of_field(calibrations(i)%case%field_model, calibrations(i)%case%epoch, console)
             do k = 1, i - 1
                 if (calibrations(k)%case%name /= calibrations(i)%case%name) cycle
                 call fail(error, 'two cases have the name "'//trim(calibrations(i)%case%name)//'" ('//names(k)%text// &

@@ -22,6 +22,7 @@ module gracecg_cli_model
     use gracecg_simulation_quest, only: quest, q_method
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t, STAR_SELECTIONS
     use gracecg_simulation_star_catalogue, only: builtin_star_catalogue
+    use gracecg_cli_calibration_argument, only: warn_of_field
     use gracecg_cli_results, only: publish_row
     use gracecg_cli_work
     implicit none
@@ -130,7 +131,7 @@ contains
 
         call describe(arguments, 'field --date --position', 'Magnetic flux density in T: Earth-fixed axes, and along the '// &
                       'local geocentric vertical (up), south and east.')
-        call arguments%add_option('--table', 'NAME', 'igrf95 (1985 to 2000) or igrf14 (1900 to 2030)', &
+        call arguments%add_option('--table', 'NAME', 'igrf95 (1985 to 2000) or igrf14 (1900 to 2030, extrapolated to 2040)', &
                                   choices=GEOMAGNETIC_MODELS, default='igrf95')
         call arguments%add_option('--file', 'FILE', 'model in SHC format instead of a table')
     end subroutine declare_field
@@ -152,6 +153,7 @@ contains
         if (file /= '') table = 'file'
         call new_geomagnetic_model(table, decimal_year(point%date), file, model, error)
         if (allocated(error)) return
+        call warn_of_field(table, point%date, console)
         call model%evaluate(point%position, b)
         call spherical_components(point%position, b, radial, south, east)
         call publish_row('model field', 'bx_tesla,by_tesla,bz_tesla,b_radial_tesla,b_south_tesla,b_east_tesla', &

@@ -5,7 +5,7 @@ module gracecg_cli_simulate
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, write_options, OPTIONS_FILE
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
-    use gracecg_cli_calibration_argument, only: take_calibration
+    use gracecg_cli_calibration_argument, only: take_calibration, warn_of_field
     use gracecg_cli_console, only: quoted_word
     use gracecg_cli_work
     implicit none
@@ -52,6 +52,7 @@ contains
         order%case = calibration%case
         call write_run(order, calibration%options, summary, error)
         if (allocated(error)) return
+        call warn_of_field(order%case%field_model, order%case%epoch, console)
         call console%warn_all(summary%warnings)
         call report(order, summary, console)
     end subroutine run_simulate

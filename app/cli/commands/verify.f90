@@ -68,7 +68,8 @@ contains
         call refuse_if(named .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
                        '6.6, which stay away when a case is named', misuse)
         if (allocated(misuse)) return
-        call take_calibrations(arguments, DEFAULT_CASES, study%calibrations, misuse, error, may_rest=.true.)
+        call take_calibrations(arguments, DEFAULT_CASES, study%calibrations, misuse, error, may_rest=.true., &
+                               console=console)
         if (allocated(misuse)) return
         if (.not. allocated(error) .and. study%path /= '') call make_directory(study%path, error)
         if (allocated(error)) return
