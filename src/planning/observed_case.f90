@@ -52,10 +52,11 @@ contains
             satellite%star_camera%sampling_interval = knowledge%star_camera_interval
             satellite%magnetometer%sampling_interval = knowledge%magnetometer_interval
             case%interval = knowledge%accelerometer_interval
-            if (abs(knowledge%sidereal_angle) > 0) case%earth_rotation = 'given'
+            if (knowledge%earth_orientation == 'report' .and. abs(knowledge%sidereal_angle) > 0) case%earth_rotation = 'given'
             case%sidereal_angle = knowledge%sidereal_angle
             case%earth_orientation = knowledge%earth_orientation
             case%earth_parameters = knowledge%earth_parameters
+            case%ut1_minus_utc = max(-1.0_dp, min(1.0_dp, knowledge%earth_parameters%ut1_minus_utc))
             if (knowledge%field_model /= NO_FIELD_MODEL) case%field_model = knowledge%field_model
         end associate
         case%density_model = 'none'

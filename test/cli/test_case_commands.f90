@@ -21,6 +21,7 @@ contains
 
         testsuite = [ &
                     new_unittest('a-satellite-of-one''s-own', test_own_satellite), &
+                    new_unittest('what-is-next-works-as-typed', test_next), &
                     new_unittest('cases', test_cases), &
                     new_unittest('case-files', test_case_files), &
                     new_unittest('broken-case-files', test_broken_cases), &
@@ -209,6 +210,62 @@ contains
         call run('timing '//OWN//' --step 600', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'is extrapolated: igrf14 ends') > 0, messages)
     end subroutine test_own_satellite
+
+    !> The command behind `next:` succeeds as it stands: after a case, after one that is estimated in arcs, and after a design
+    !> for an observation set from 2000 on. A design that would not keep the limits in truth has a warning instead.
+    subroutine test_next(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: LF = achar(10)
+        character(:), allocatable :: text, output, messages
+        integer :: status
+
+        call succeeds(error, 'cases show front-1', text)
+        call change('''1989-01-02T00:00:00''', '''2005-01-02T00:00:00''')
+        call change('rotation = ''given''', 'rotation = ''gmst-1982''')
+        call change('magnetic_field = ''igrf95''', 'magnetic_field = ''igrf14''')
+        call change('space_weather = ''table''', 'space_weather = ''given''')
+        call make_file(error, 'later.nml', text)
+        call succeeds(error, 'simulate '//FOLDER//'later.nml --out '//FOLDER//'next-run', output)
+        call follow()
+        call succeeds(error, 'design '//FOLDER//'next-run --out '//FOLDER//'next.nml', output)
+        call succeeds(error, 'simulate '//FOLDER//'next.nml --out '//FOLDER//'next-again', output)
+        call change('duration = 60 ', 'duration = 180 ')
+        call change('amplitude = 30 ', 'amplitude = 25 ')
+        call change('amplitude = 30 ', 'amplitude = 25 ')
+        call make_file(error, 'held.nml', text//LF//'&control /')
+        call succeeds(error, 'simulate '//FOLDER//'held.nml --out '//FOLDER//'held-run', output)
+        call check(error, index(output, '--algorithm optimal --arc 60') > 0, output)
+        call follow()
+        if (allocated(error)) return
+        call run('design front-1 --duration 600 --out '//FOLDER//'long.nml', status, output, messages)
+        call check(error, status == STATUS_DONE .and. index(messages, 'cannot be simulated as it stands') > 0 .and. &
+                   index(output, 'next:') == 0, messages)
+
+    contains
+
+        subroutine follow()
+            character(:), allocatable :: hint
+            integer :: place
+
+            if (allocated(error)) return
+            place = index(output, 'next: gracecg ')
+            call check(error, place > 0, output)
+            if (allocated(error)) return
+            hint = output(place + len('next: gracecg '):)
+            hint = hint(:index(hint, LF) - 1)
+            call run(hint, status, output, messages)
+            call check(error, status, STATUS_DONE, messages)
+        end subroutine follow
+
+        subroutine change(old, new)
+            character(*), intent(in) :: old, new
+            integer :: place
+
+            place = index(text, old)
+            call check(error, place > 0, old)
+            if (place > 0) text = text(:place - 1)//new//text(place + len(old):)
+        end subroutine change
+    end subroutine test_next
 
     !> Without a moment there is no calibration; the observations themselves can be simulated, with a
     !> warning.

@@ -3,8 +3,10 @@
 module gracecg_cli_design
     use gracecg_base_version, only: file_comments
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, WAVEFORM_NAMES
+    use gracecg_files_file, only: directory_exists
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: SATELLITES
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_calibration, only: write_calibration
     use gracecg_planning_candidates, only: design_settings_t, pattern_567
     use gracecg_planning_design, only: manoeuvre_design_t, judge_manoeuvre
@@ -430,19 +432,34 @@ contains
         end do
     end function quality_table
 
-    !> The case with the manoeuvre, at its place.
+    !> The case with the manoeuvre, at its place, and what to do next, if the true motion keeps the limits, too.
     subroutine write_case(request, plan, console, error)
         type(request_t), intent(in) :: request
         type(plan_t), intent(in) :: plan
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        call write_calibration(request%out, planned_calibration(request%plan, plan), error)
+        type(calibration_t) :: planned
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+        integer :: run
+
+        planned = planned_calibration(request%plan, plan)
+        call write_calibration(request%out, planned, error)
         if (allocated(error)) return
+        call new_simulator(planned%case, simulator, failure)
+        if (allocated(failure)) then
+            call console%warn(request%out//' cannot be simulated as it stands: '//failure%message)
+            return
+        end if
         call console%line('')
         if (request%plan%search) &
             call console%paragraph(request%out//' has `optimal` estimate scale factors and magnetometer bias, too: '// &
                                    'else they would be the largest errors')
-        call console%line('next: gracecg simulate '//quoted_word(request%out)//' --out run1')
+        run = 1
+        do while (directory_exists('run'//integer_text(run)))       ! nobody's observations are replaced
+            run = run + 1
+        end do
+        call console%line('next: gracecg simulate '//quoted_word(request%out)//' --out run'//integer_text(run))
     end subroutine write_case
 end module gracecg_cli_design

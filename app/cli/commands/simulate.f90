@@ -3,7 +3,10 @@ module gracecg_cli_simulate
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: make_directory, remove_file
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_arc_chain, only: USUAL_ARC
+    use gracecg_estimation_plausibility, only: longest_arc
     use gracecg_estimation_options, only: estimation_options_t, write_options, OPTIONS_FILE
+    use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
     use gracecg_cli_calibration_argument, only: take_calibration, warn_of_field
     use gracecg_cli_console, only: quoted_word
@@ -80,6 +83,7 @@ contains
         type(simulation_summary_t), intent(in) :: summary
         type(console_t), intent(inout) :: console
 
+        character(16) :: how
         integer :: i
 
         call console%line('written to '//order%folder//':')
@@ -92,7 +96,10 @@ contains
         call console%line('  '//OBSERVATION_FILES(SETUP_FILE)//'  what the operator knows')
         call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (summary%moves_rods) then
-            call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm assest-fde --options '// &
+            how = 'assest-fde'
+            if (order%case%duration > USUAL_ARC .and. order%case%control%acts .or. &
+                order%case%duration > longest_arc(operator_knowledge(order%case, order%case%operator))) how = 'optimal --arc 60'
+            call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm '//trim(how)//' --options '// &
                               quoted_word(order%folder//'/'//OPTIONS_FILE))
         else
             call console%warn('all torque rods are off: from these observations no CG offset can '// &
