@@ -44,15 +44,14 @@ module gracecg_environment_geomagnetic_field
 
     character(6), parameter :: GENERATIONS(*) = ['igrf95', 'igrf14']
     real(dp), parameter :: RATE_SPAN = 5        !! Years for which a secular variation is given
-    real(dp), parameter :: IGRF14_END = 2030    !! Where that of the 14th generation ends
-    real(dp), parameter :: LONGEST_BEYOND = 10  !! Years after that, in which it is extrapolated
+    real(dp), parameter :: IGRF14_END = 2030, IGRF14_LAST = 2040    !! Where that of the 14th ends; to which it is extrapolated
 
 contains
 
     !> The IGRF at a date: 'igrf95' is the 7th generation as issued in 1995 (DGRF 1985 and 1990,
     !> IGRF 1995 with its secular variation; 1985.0 to 2000.0), 'igrf14' the 14th (1900.0 to
-    !> 2030.0, and by its last secular variation to 2040.0). Linear between the epochs. Fails on an unknown generation and on a date outside its
-    !> range.
+    !> 2030.0, and by its last secular variation to 2040.0). Linear between the epochs. Fails on an unknown generation and on
+    !> a date outside its range.
     subroutine igrf(generation, decimal_year, model, error)
         character(*), intent(in) :: generation  !! 'igrf95' or 'igrf14'
         real(dp), intent(in) :: decimal_year    !! Year with decimals: 1989.0 is 1 January 0 h
@@ -73,7 +72,7 @@ contains
             call fail_unknown_name(error, 'generation of the geomagnetic reference field', generation, GENERATIONS)
             return
         end select
-        call coefficients_at(decimal_year, epochs, tables, list, error, merge(LONGEST_BEYOND, 0.0_dp, generation == 'igrf14'))
+        call coefficients_at(decimal_year, epochs, tables, list, error)
         call add_context(error, generation)
         if (allocated(error)) then
             if (generation == 'igrf95') error%message = error%message//'; igrf14 covers 1900 to 2030 (to 2040 by extrapolation)'
@@ -115,30 +114,28 @@ contains
 
         integer, parameter :: N = size(IGRF14_EPOCHS)
 
-        epochs = [IGRF14_EPOCHS, IGRF14_EPOCHS(N) + RATE_SPAN]
-        allocate (tables(size(IGRF14_RATE), N + 1))
+        epochs = [IGRF14_EPOCHS, IGRF14_END, IGRF14_LAST]
+        allocate (tables(size(IGRF14_RATE), N + 2))
         tables(:, :N) = reshape(IGRF14_FIELDS, [size(IGRF14_RATE), N])
         tables(:, N + 1) = tables(:, N) + RATE_SPAN*IGRF14_RATE
+        tables(:, N + 2) = tables(:, N) + (IGRF14_LAST - IGRF14_EPOCHS(N))*IGRF14_RATE
     end subroutine generation_14
 
-    !> Coefficients at a date, linear between the epochs, and after the last as before it. Fails when the date is outside
-    !> them or not a number.
-    subroutine coefficients_at(decimal_year, epochs, tables, list, error, beyond)
+    !> Coefficients at a date, linear between the epochs. Fails when the date is outside them or not
+    !> a number.
+    subroutine coefficients_at(decimal_year, epochs, tables, list, error)
         real(dp), intent(in) :: decimal_year    !! Year with decimals
         real(dp), intent(in) :: epochs(:)       !! Decimal years, rising
         real(dp), intent(in) :: tables(:, :)    !! One column an epoch
         real(dp), allocatable, intent(out) :: list(:)   !! At that date, nT
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: beyond        !! Allowed after the last epoch, years; absent: 0
 
-        real(dp) :: share, last
+        real(dp) :: share
         integer :: i, n
 
         n = size(epochs)
-        last = epochs(n)
-        if (present(beyond)) last = last + beyond
-        if (.not. (decimal_year >= epochs(1) .and. decimal_year <= last)) then
-            call fail_out_of_range(error, 'date', decimal_year, epochs(1), last, 'years')
+        if (.not. (decimal_year >= epochs(1) .and. decimal_year <= epochs(n))) then
+            call fail_out_of_range(error, 'date', decimal_year, epochs(1), epochs(n), 'years')
             return
         end if
         i = min(count(epochs <= decimal_year), n - 1)

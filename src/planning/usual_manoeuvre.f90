@@ -33,19 +33,15 @@ contains
         type(torque_rods_t), intent(out) :: manoeuvre   !! Of rods with the same gain, directions and delay
         type(error_t), allocatable, intent(out) :: error
 
-        type(rod_activation_t) :: model, activations(3)
+        type(rod_activation_t) :: activations(3)
         type(torque_rods_t) :: driven
-        integer :: axis
 
-        model = rod_activation_t(frequency=ROD_FREQUENCY, stop=duration)
-        if (rods%count > 0) model = rods%activations(maxloc(abs(rods%activations(:rods%count)%amplitude), 1))
-        model%start = from + model%start
-        model%stop = from + model%stop
-        activations = model
-        do axis = 1, 3
-            activations(axis)%axis = axis
-            activations(axis)%amplitude = pattern(axis)*usual_amplitude(rods)
-        end do
+        activations = rod_activation_t(frequency=ROD_FREQUENCY, stop=duration)
+        if (rods%count > 0) activations = rods%activations(maxloc(abs(rods%activations(:rods%count)%amplitude), 1))
+        activations%axis = [1, 2, 3]
+        activations%amplitude = pattern*usual_amplitude(rods)
+        activations%start = from + activations%start
+        activations%stop = from + activations%stop
         call new_torque_rods(driven, pack(activations, pattern /= 0), error, rods%largest_moment)
         manoeuvre = rods
         call take_manoeuvre(driven, manoeuvre)

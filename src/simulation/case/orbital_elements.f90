@@ -7,8 +7,7 @@
 module gracecg_simulation_orbital_elements
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, DEGREE, TWO_PI, SECONDS_PER_DAY
-    use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_files_value, only: real_from_text
+    use gracecg_base_error, only: error_t, fail, fail_out_of_range
     use gracecg_environment_time, only: utc_t, seconds_between, modified_julian_day
     implicit none
     private
@@ -16,8 +15,8 @@ module gracecg_simulation_orbital_elements
 
     !> The Earth of two-line elements, WGS 72: m^3/s^2, m
     real(dp), parameter :: GM = 398600.8e9_dp, RADIUS = 6378135.0_dp, J2 = 1.082616e-3_dp, J3 = -2.53881e-6_dp
-    real(dp), parameter :: FEWEST_TURNS = 6.4_dp, MOST_TURNS = 18   !! A day; with fewer the theory is another
-    real(dp), parameter :: LONGEST = 10*SECONDS_PER_DAY     !! From the elements' epoch, s
+    real(dp), parameter :: FEWEST_TURNS = 6.4_dp, MOST_TURNS = 17   !! A day; with fewer the theory is another
+    real(dp), parameter :: MOST_DAYS = 10                   !! From the elements' epoch
 
     !> Where a satellite stands in the plane of its orbit.
     type :: in_plane_t
@@ -42,8 +41,8 @@ contains
     end subroutine kepler_state
 
     !> Position and velocity at a time, in axes of the true equator and mean equinox of that time: about z by the sidereal
-    !> angle of 1982 (GMST) from Earth-fixed ones. Fails for lines that are no two-line elements or have a wrong checksum,
-    !> for orbits of 225 minutes and more, and more than 10 days from the elements' epoch.
+    !> angle of 1982 (GMST) from Earth-fixed ones. Fails for lines that are no two-line elements, for orbits of 225 minutes
+    !> and more, and more than 10 days from the elements' epoch.
     subroutine tle_state(lines, time, position, velocity, error)
         character(*), intent(in) :: lines(2)    !! As published, 69 characters each
         type(utc_t), intent(in) :: time
@@ -51,39 +50,41 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(in_plane_t) :: place
+        character(8) :: wrong
+        integer :: status
         real(dp) :: year, day, turns, n, a, e, i, node, perigee, anomaly, change, since, c, s, p, part, axn, ayn, u, twice
 
         position = 0
         velocity = 0
-        call check_line(lines(1), '1', error)
-        call check_line(lines(2), '2', error)
-        call read_field(lines(1), 19, 20, '', 'year', 0.0_dp, 99.0_dp, year, error)
-        call read_field(lines(1), 21, 32, '', 'day', 1.0_dp, 367.0_dp, day, error)
-        call read_field(lines(1), 34, 43, '', 'change of the mean motion', -1.0_dp, 1.0_dp, change, error)
-        call read_field(lines(2), 9, 16, '', 'inclination', 0.0_dp, 180.0_dp, i, error)
-        call read_field(lines(2), 18, 25, '', 'node', 0.0_dp, 360.0_dp, node, error)
-        call read_field(lines(2), 27, 33, '0.', 'eccentricity', 0.0_dp, 0.5_dp, e, error)
-        call read_field(lines(2), 35, 42, '', 'perigee', 0.0_dp, 360.0_dp, perigee, error)
-        call read_field(lines(2), 44, 51, '', 'mean anomaly', 0.0_dp, 360.0_dp, anomaly, error)
-        call read_field(lines(2), 53, 63, '', 'mean motion', FEWEST_TURNS, MOST_TURNS, turns, error)
+        wrong = ''
+        read (lines(1), '(18x, f2.0, f12.8, 1x, f10.8)', iostat=status) year, day, change
+        if (status /= 0 .or. .not. has_checksum(lines(1), '1')) wrong = 'first'
+        read (lines(2), '(8x, f8.4, 1x, f8.4, 1x, f7.7, 1x, f8.4, 1x, f8.4, 1x, f11.8)', iostat=status) i, node, e, perigee, &
+            anomaly, turns
+        if (status /= 0 .or. .not. has_checksum(lines(2), '2')) wrong = 'second'
+        if (wrong /= '') then
+            call fail(error, 'the '//trim(wrong)//' of the two-line elements: it has to begin with its number and a blank, to '// &
+                      'have 69 characters, and its last digit, the checksum, has to agree with the others')
+        else if (.not. (turns >= FEWEST_TURNS .and. turns <= MOST_TURNS)) then
+            call fail_out_of_range(error, 'two-line elements: mean motion', turns, FEWEST_TURNS, MOST_TURNS, 'revolutions a day')
+        end if
         if (allocated(error)) return
         since = seconds_between(utc_t(modified_julian_day(merge(1900, 2000, year >= 57) + nint(year), 1, 1), 0.0_dp), time) - &
                 (day - 1)*SECONDS_PER_DAY
-        if (abs(since) > LONGEST) then
-            call fail(error, 'two-line elements of '//number_text(abs(since)/SECONDS_PER_DAY)//' days '// &
-                      trim(merge('before', 'after ', since > 0))//' the epoch: take those of at most 10 days from it')
-            return
-        end if
+        if (abs(since) > MOST_DAYS*SECONDS_PER_DAY) &
+            call fail_out_of_range(error, 'two-line elements: time from them to the epoch', since/SECONDS_PER_DAY, &
+                                   -MOST_DAYS, MOST_DAYS, 'days')
+        if (allocated(error)) return
         c = cos(i*DEGREE)
         s = sin(i*DEGREE)
         ! the published mean motion is Kozai's: Brouwer's, and its semi-major axis
         n = turns*TWO_PI/SECONDS_PER_DAY
         part = 0.75_dp*J2*RADIUS**2*(3*c**2 - 1)/(1 - e**2)**1.5_dp
-        a = axis_of(n)
+        a = (GM/n**2)**(1.0_dp/3)
         u = part/a**2
         u = part/(a*(1 - u*(1.0_dp/3 + u*(1 + u*134/81))))**2
         n = n/(1 + u)
-        a = axis_of(n)
+        a = (GM/n**2)**(1.0_dp/3)
         ! secular changes
         part = 1.5_dp*J2*n*(RADIUS/(a*(1 - e**2)))**2
         node = node*DEGREE - part*c*since
@@ -106,12 +107,6 @@ contains
         place%angle = place%angle - part/p*(7*c**2 - 1)*sin(twice)/4
         call leave_plane(place, i*DEGREE + 1.5_dp*part/p*c*s*cos(twice), node + 1.5_dp*part/p*c*sin(twice), position, velocity)
     end subroutine tle_state
-
-    pure real(dp) function axis_of(mean_motion) result(a)
-        real(dp), intent(in) :: mean_motion     !! rad/s
-
-        a = (GM/mean_motion**2)**(1.0_dp/3)
-    end function axis_of
 
     !> The motion in the plane of an orbit, of its eccentricity's components along the node and across it.
     pure type(in_plane_t) function in_plane(gm, a, axn, ayn, u) result(place)
@@ -154,40 +149,17 @@ contains
     end subroutine leave_plane
 
     !> Number, length and checksum of a line: its digits add up to the last, a minus counts 1, modulo 10.
-    subroutine check_line(line, number, error)
+    pure logical function has_checksum(line, number)
         character(*), intent(in) :: line, number
-        type(error_t), allocatable, intent(inout) :: error
 
         integer :: k, total
 
-        if (allocated(error)) return
+        has_checksum = len_trim(line) == 69
+        if (.not. has_checksum) return
         total = 0
-        do k = 1, min(68, len(line))
-            total = total + max(0, index('0123456789', line(k:k)) - 1)
-            if (line(k:k) == '-') total = total + 1
+        do k = 1, len_trim(line) - 1
+            total = total + max(0, index('0123456789', line(k:k)) - 1) + merge(1, 0, line(k:k) == '-')
         end do
-        if (len_trim(line) /= 69 .or. line(:2) /= number//' ') then
-            call fail(error, 'line '//number//' of two-line elements has to begin with "'//number//' " and to have 69 characters')
-        else if (index('0123456789', line(69:69)) - 1 /= modulo(total, 10)) then
-            call fail(error, 'line '//number//' of two-line elements: its last digit, the checksum, does not agree with the others')
-        end if
-    end subroutine check_line
-
-    !> A number of a line.
-    subroutine read_field(line, first, last, before, what, low, high, value, error)
-        character(*), intent(in) :: line
-        integer, intent(in) :: first, last      !! Columns
-        character(*), intent(in) :: before      !! The digits that are not written
-        character(*), intent(in) :: what        !! For the message
-        real(dp), intent(in) :: low, high       !! Allowed
-        real(dp), intent(out) :: value
-        type(error_t), allocatable, intent(inout) :: error
-
-        character(:), allocatable :: problem
-
-        value = 0
-        if (allocated(error)) return
-        call real_from_text(before//trim(adjustl(line(first:last))), value, problem, low, high)
-        if (allocated(problem)) call fail(error, 'two-line elements: '//what//': '//problem)
-    end subroutine read_field
+        has_checksum = line(:2) == number//' ' .and. index('0123456789', line(69:69)) - 1 == modulo(total, 10)
+    end function has_checksum
 end module gracecg_simulation_orbital_elements

@@ -20,6 +20,7 @@ module gracecg_simulation_stated_start
     character(16), parameter :: ORBITS(4) = [character(16) :: STATE, EARTH_FIXED, KEPLER, TLE]
     character(*), parameter :: GIVEN = 'given', BACKWARD = 'nadir-backward'
     character(16), parameter :: ATTITUDES(3) = [character(16) :: GIVEN, 'nadir', BACKWARD]
+    character(16), parameter :: ANGLES(4:6) = [character(16) :: 'node_deg', 'perigee_deg', 'mean_anomaly_deg']
     real(dp), parameter :: LEAST_DISTANCE = 6.4e6_dp    !! From the Earth's centre, m
     character(*), parameter :: INSIDE = 'lies inside the Earth: at least 6400 km from its centre is allowed'
 
@@ -41,6 +42,10 @@ contains
         real(dp), intent(inout) :: quaternion(4)                !! Inertial to body, scalar last
         real(dp), intent(inout) :: angular_velocity(3)          !! Body axes, rad/s
 
+        character(16), parameter :: STATES(4) = [character(16) :: 'position', 'velocity', 'quaternion', 'angular_velocity']
+        logical :: twice
+        integer :: k
+
         call settings%text_value('orbit', start%orbit, 'how it is given, of the epoch', ORBITS)
         select case (start%orbit)
         case (KEPLER)
@@ -48,11 +53,9 @@ contains
                                      KILOMETRE, 'km', .true.)
             call settings%real_value('eccentricity', start%elements(2), 0.0_dp, 0.99_dp, '', required=.true.)
             call settings%real_value('inclination_deg', start%elements(3), 0.0_dp, 180.0_dp, 'deg', DEGREE, 'deg', .true.)
-            call settings%real_value('node_deg', start%elements(4), -360.0_dp, 360.0_dp, 'deg, its right ascension', DEGREE, &
-                                     'deg', .true.)
-            call settings%real_value('perigee_deg', start%elements(5), -360.0_dp, 360.0_dp, 'deg, its argument', DEGREE, 'deg', &
-                                     .true.)
-            call settings%real_value('mean_anomaly_deg', start%elements(6), -360.0_dp, 360.0_dp, 'deg', DEGREE, 'deg', .true.)
+            do k = 4, 6
+                call settings%real_value(trim(ANGLES(k)), start%elements(k), -360.0_dp, 360.0_dp, 'deg', DEGREE, 'deg', .true.)
+            end do
         case (TLE)
             call settings%text_value('tle_1', start%lines(1), 'first of two-line elements', required=.true.)
             call settings%text_value('tle_2', start%lines(2), 'second of two-line elements', required=.true.)
@@ -62,7 +65,6 @@ contains
             call settings%real_values('velocity', velocity, -1e5_dp, 1e5_dp, 'm/s, likewise', unit='m/s', required=.true.)
             if (.not. norm2(position) > LEAST_DISTANCE) call settings%reject('position', INSIDE)
         end select
-        call refuse_beside('orbit', start%orbit, STATE, ['position', 'velocity'], start%orbit == KEPLER .or. start%orbit == TLE)
         call settings%text_value('attitude', start%attitude, 'by quaternion and angular velocity, or z to the Earth and x '// &
                                  'along the velocity, or against it', ATTITUDES)
         if (start%attitude == GIVEN) then
@@ -71,24 +73,11 @@ contains
             call settings%real_values('angular_velocity', angular_velocity, -1.0_dp, 1.0_dp, 'rad/s', unit='rad/s', &
                                       required=.true.)
         end if
-        call refuse_beside('attitude', start%attitude, GIVEN, [character(16) :: 'quaternion', 'angular_velocity'], &
-                           start%attitude /= GIVEN)
-
-    contains
-
-        !> Two statements of one thing: refused.
-        subroutine refuse_beside(key, choice, wanted, others, twice)
-            character(*), intent(in) :: key, choice, wanted, others(:)
-            logical, intent(in) :: twice
-
-            integer :: k
-
-            do k = 1, size(others)
-                if (twice .and. settings%holds('truth', trim(others(k)))) &
-                    call settings%reject(trim(others(k)), 'stands beside '//key//' = '''//trim(choice)// &
-                                         ''': leave it out, or write '//key//' = '''//wanted//'''')
-            end do
-        end subroutine refuse_beside
+        do k = 1, size(STATES)
+            twice = merge(any(start%orbit == [character(16) :: KEPLER, TLE]), start%attitude /= GIVEN, k <= 2)
+            if (twice .and. settings%holds('truth', trim(STATES(k)))) &
+                call settings%reject(trim(STATES(k)), 'stands beside orbit or attitude that say it, too: leave it out')
+        end do
     end subroutine describe_start
 
     !> The inertial state and the attitude that are stated; then nothing but these is. Fails as `tle_state`, and inside the
