@@ -4,6 +4,7 @@ module gracecg_cli_command_line
     use gracecg_base_arithmetic, only: check_arithmetic
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t
+    use gracecg_files_run_record, only: begin_record, end_record
     use gracecg_files_value, only: did_you_mean
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -131,7 +132,9 @@ contains
             call console%line(OF_VERSION)
         else
             call check_arithmetic(error)
+            call begin_record(arguments%command_line())
             if (.not. allocated(error)) call command%run(arguments, console, misuse, error)
+            call end_record()
         end if
     end subroutine run_command
 

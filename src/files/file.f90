@@ -8,14 +8,17 @@ module gracecg_files_file
         c_ptr, c_size_t
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: integer_text
+    use gracecg_files_path, only: file_exists, directory_exists, make_directory, remove_file, is_device, without_slashes, &
+        parent_of, copy_permissions, IDENTITY_WORDS, identity_of, is_same, c_fclose
+    use gracecg_files_run_record, only: note_input, note_hash, note_output, note_written, reserve, take_reserved, &
+        add_to_hash, EMPTY_HASH, get_provenance, UNFINISHED
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: string_t, join, padded
     implicit none
     private
     public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device, is_unfinished, &
         without_slashes
     public :: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, input_stream_t
-
-    character(*), parameter :: UNFINISHED = '.part'     !! Behind the name of a file that is being written, and a number
 
     type :: text_file_t
         !! A text and where its lines begin and end
@@ -41,6 +44,7 @@ module gracecg_files_file
 
     type, extends(stream_t) :: input_stream_t
         !! A file that is read in large pieces, for what is too long to be held whole
+        integer(i8), private :: hash = EMPTY_HASH       !! Of what was read
     contains
         procedure :: open => open_input         !! Begins at its first byte
         procedure :: read => read_input         !! The next bytes
@@ -57,6 +61,7 @@ module gracecg_files_file
     contains
         procedure :: open => open_output        !! Begins the file
         procedure :: line => write_line         !! Writes a line
+        procedure :: about => write_about       !! Writes what the file was made by and of
         procedure :: bytes => write_bytes       !! Writes what a text holds, without a line end
         procedure :: commit => commit_output    !! Ends the file and gives it its name
         procedure :: discard => discard_output  !! Leaves nothing behind
@@ -97,127 +102,34 @@ module gracecg_files_file
             type(c_ptr), value :: stream
         end function c_ferror
 
-        integer(c_int) function c_fclose(stream) bind(c, name='fclose')
-            import :: c_int, c_ptr
-            type(c_ptr), value :: stream
-        end function c_fclose
-
         integer(c_int) function c_fflush(stream) bind(c, name='fflush')
             import :: c_int, c_ptr
             type(c_ptr), value :: stream
         end function c_fflush
+
+        integer(c_int) function c_fileno(stream) bind(c, name='fileno')
+            import :: c_int, c_ptr
+            type(c_ptr), value :: stream
+        end function c_fileno
+
+        integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
+            import :: c_int
+            integer(c_int), value :: descriptor, operation
+        end function c_flock
 
         integer(c_int) function c_rename(old, new) bind(c, name='rename')
             import :: c_char, c_int
             character(kind=c_char), intent(in) :: old(*), new(*)
         end function c_rename
 
-        integer(c_int) function c_remove(path) bind(c, name='remove')
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: path(*)
-        end function c_remove
-
-        integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: path(*)
-            integer(c_int), value :: mode
-        end function c_mkdir
     end interface
 
-    integer(c_int), parameter :: ALL_PERMISSIONS = int(o'777', c_int)
+    integer(c_int), parameter :: LOCK_WITHOUT_WAITING = 6   !! LOCK_EX and LOCK_NB of sys/file.h
     integer(c_size_t), parameter :: ONE_BYTE = 1
     character(1), parameter :: LF = achar(10), CR = achar(13)
     character(3), parameter :: BYTE_ORDER_MARK = char(239)//char(187)//char(191)
 
 contains
-
-    !> True for anything that is not a folder.
-    logical function file_exists(path)
-        character(*), intent(in) :: path    !! Of file or folder
-
-        inquire (file=trim(path), exist=file_exists)
-        if (file_exists) file_exists = .not. directory_exists(path)
-    end function file_exists
-
-    !> True for a folder.
-    logical function directory_exists(path)
-        character(*), intent(in) :: path    !! With or without a slash at the end
-
-        inquire (file=trim(path)//'/.', exist=directory_exists)
-    end function directory_exists
-
-    !> Removes a file or an empty folder; nothing happens when it is not there.
-    subroutine remove_file(path)
-        character(*), intent(in) :: path    !! Of the file or empty folder
-
-        integer(c_int) :: status
-
-        status = c_remove(trim(path)//c_null_char)
-    end subroutine remove_file
-
-    !> Makes a folder, and the folders above it as needed. One that exists is left as it is.
-    recursive subroutine make_directory(path, error)
-        character(*), intent(in) :: path    !! Of the folder
-        type(error_t), allocatable, intent(out) :: error
-
-        integer(c_int) :: status
-
-        if (path == '') then
-            call fail(error, 'the name of the folder is empty')
-            return
-        end if
-        if (directory_exists(path)) return
-        if (file_exists(without_slashes(path))) then
-            call fail(error, trim(path)// &
-                      ': cannot make this folder: a file of that name is in the way')
-            return
-        end if
-        call make_directory(parent_of(path), error)
-        if (allocated(error)) return
-        status = c_mkdir(trim(path)//c_null_char, ALL_PERMISSIONS)
-        if (directory_exists(path)) return
-        call fail(error, trim(path)//': cannot make this folder; check the permissions and the '// &
-                  'free space of '//parent_of(path))
-    end subroutine make_directory
-
-    !> Where the last character stands that is no slash; 1 if there is none.
-    pure integer function length_without_slashes(path) result(length)
-        character(*), intent(in) :: path
-
-        length = max(1, verify(trim(path), '/', back=.true.))
-    end function length_without_slashes
-
-    !> The path without slashes at its end, but / itself.
-    pure function without_slashes(path) result(shorter)
-        character(*), intent(in) :: path    !! Of a folder
-        character(length_without_slashes(path)) :: shorter
-
-        shorter = path
-    end function without_slashes
-
-    !> What parent_of gives, with blanks behind it.
-    pure function parent_field(path) result(parent)
-        character(*), intent(in) :: path
-        character(len(path) + 1) :: parent
-
-        integer :: last
-
-        parent = without_slashes(path)
-        last = index(parent, '/', back=.true.)
-        if (last == 0) then
-            parent = '.'
-        else
-            parent = without_slashes(parent(:last))
-        end if
-    end function parent_field
-
-    !> The folder in which a file or folder stands.
-    pure function parent_of(path) result(parent)
-        character(*), intent(in) :: path
-        character(len_trim(parent_field(path))) :: parent
-
-        parent = parent_field(path)
-    end function parent_of
 
     !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
     !> cannot be read.
@@ -228,6 +140,7 @@ contains
 
         character(:), allocatable :: content
         type(c_ptr) :: stream
+        integer(i8) :: hash
         integer(c_int) :: status
         logical :: failed
 
@@ -239,6 +152,9 @@ contains
             call fail(error, trim(path)//': cannot be read as a text file')
             return
         end if
+        hash = EMPTY_HASH
+        call add_to_hash(content, hash)
+        call note_hash(path, hash)
         file = text_file_of(content, trim(path))
     end subroutine read_text_file
 
@@ -256,6 +172,7 @@ contains
         else if (.not. file_exists(path)) then
             call fail(error, trim(path)//': no such file')
         end if
+        if (.not. allocated(error)) call note_input(path, error)
         if (allocated(error)) return
         stream = c_fopen(trim(path)//c_null_char, 'rb'//c_null_char)
         if (.not. c_associated(stream)) &
@@ -270,6 +187,7 @@ contains
 
         call self%close()
         self%path = trim(path)
+        self%hash = EMPTY_HASH
         call open_to_read(path, self%stream, error)
     end subroutine open_input
 
@@ -283,8 +201,10 @@ contains
         count = 0
         if (.not. c_associated(self%stream) .or. len(bytes) == 0) return
         count = int(c_fread(bytes, ONE_BYTE, len(bytes, c_size_t), self%stream))
+        call add_to_hash(bytes(:count), self%hash)
         if (count < len(bytes)) then
             if (c_ferror(self%stream) /= 0) call fail(error, self%path//': cannot be read to its end')
+            if (.not. allocated(error)) call note_hash(self%path, self%hash)
         end if
     end subroutine read_input
 
@@ -416,20 +336,28 @@ contains
     end subroutine fail_at_line
 
     !> Fails when a file of that name could not be written: to be asked before long work. An empty name
-    !> stands for no file.
+    !> stands for no file. The program keeps the name for this run: nobody else writes the file meanwhile.
     subroutine check_writable(path, error)
         character(*), intent(in) :: path    !! Of the file that will be written
         type(error_t), allocatable, intent(out) :: error
 
         type(output_file_t) :: file
+        type(c_ptr) :: reserved
 
         if (path == '') return
+        call take_reserved(path, reserved)
+        if (c_associated(reserved)) then
+            call reserve(path, reserved)
+            call fail(error, trim(path)//': two outputs of this command have this name; give each a name of its own')
+            return
+        end if
         call file%open(path, error)
+        if (.not. allocated(error)) call reserve(path, file%stream)
         call file%discard()
     end subroutine check_writable
 
-    !> Begins a file. Fails when it cannot be written in its folder. A path below /dev is written
-    !> directly: a device must not be replaced by a file.
+    !> Begins a file. Fails when it cannot be written in its folder, another program is writing it, or it is an input of
+    !> this run. A path below /dev is written directly: a device must not be replaced by a file.
     subroutine open_output(self, path, error)
         class(output_file_t), intent(inout) :: self
         character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
@@ -448,7 +376,8 @@ contains
             self%temporary = self%path
             self%stream = c_fopen(self%path//c_null_char, 'wb'//c_null_char)
         else
-            call open_temporary(self)
+            call note_output(path, error)
+            if (.not. allocated(error)) call open_temporary(self, error)
         end if
         if (allocated(error)) return
         if (.not. c_associated(self%stream)) &
@@ -460,38 +389,42 @@ contains
     pure logical function is_unfinished(path)
         character(*), intent(in) :: path    !! With or without folders
 
-        integer :: at
-
-        at = index(path, UNFINISHED, back=.true.)
-        is_unfinished = .false.
-        if (at == 0) return
-        associate (number => path(at + len(UNFINISHED):))
-            is_unfinished = len_trim(number) > 0 .and. verify(trim(number), '0123456789') == 0
-        end associate
+        is_unfinished = index(trim(path)//'/', UNFINISHED//'/') > 0
     end function is_unfinished
 
-    !> Opens the first free one of PATH.part1, PATH.part2, ...: never a file that exists.
-    subroutine open_temporary(self)
+    !> Begins PATH.part1 and locks it; the system ends the lock with the program, so that a file which is not locked is
+    !> left of one that was killed, and goes. Fails when another writer has locked it.
+    subroutine open_temporary(self, error)
         class(output_file_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
 
-        integer, parameter :: ATTEMPTS = 1000
+        integer, parameter :: ATTEMPTS = 10     !! While others come and go
+        type(c_ptr) :: left
+        integer(c_int) :: before(IDENTITY_WORDS)
+        integer(c_int) :: status
         integer :: i
 
+        self%temporary = self%path//UNFINISHED
+        call take_reserved(self%path, self%stream)
+        if (c_associated(self%stream)) return
         do i = 1, ATTEMPTS
-            self%temporary = self%path//UNFINISHED//integer_text(i)
-            if (file_exists(self%temporary)) cycle
             self%stream = c_fopen(self%temporary//c_null_char, 'wbx'//c_null_char)
-            if (c_associated(self%stream)) return
-            if (.not. file_exists(self%temporary)) return   ! something else than the name
+            if (c_associated(self%stream)) then
+                status = c_flock(c_fileno(self%stream), LOCK_WITHOUT_WAITING)
+                return
+            end if
+            before = identity_of(self%temporary)
+            left = c_fopen(self%temporary//c_null_char, 'r+b'//c_null_char)
+            if (.not. c_associated(left)) cycle
+            status = c_flock(c_fileno(left), LOCK_WITHOUT_WAITING)
+            if (status == 0 .and. is_same(identity_of(self%temporary), before)) call remove_file(self%temporary)
+            status = status + c_fclose(left)
+            if (status /= 0) exit
         end do
+        if (file_exists(self%temporary)) &
+            call fail(error, self%path//': another program, or another output of this one, is writing this file; wait '// &
+                      'for its end, or remove '//self%temporary//' if there is none')
     end subroutine open_temporary
-
-    !> A path below /dev, except its folder for shared memory, where ordinary files stand.
-    pure logical function is_device(path)
-        character(*), intent(in) :: path        !! Of a file
-
-        is_device = index(path, '/dev/') == 1 .and. index(path, '/dev/shm/') /= 1
-    end function is_device
 
     !> Writes a line. A failure is remembered and reported by `commit`.
     subroutine write_line(self, text)
@@ -501,6 +434,21 @@ contains
         call self%bytes(text)
         call self%bytes(LF)
     end subroutine write_line
+
+    !> Writes comment lines with the version and command line of the program and the hashes of its inputs; nothing when
+    !> the program is another.
+    subroutine write_about(self, mark)
+        class(output_file_t), intent(inout) :: self
+        character(*), intent(in) :: mark    !! That begins a comment
+
+        character(:), allocatable :: command
+        type(string_t), allocatable :: inputs(:)
+
+        call get_provenance(command, inputs)
+        if (command == '') return
+        call self%line(mark//' gracecg '//VERSION//': '//command)
+        if (size(inputs) > 0) call self%line(mark//' inputs: '//join(padded(inputs), '; '))
+    end subroutine write_about
 
     !> Writes what a text holds. A failure is remembered and reported by `commit`.
     subroutine write_bytes(self, text)
@@ -531,10 +479,12 @@ contains
             call fail(error, self%path// &
                       ': could not be written completely; check the free space of the disk')
         else if (.not. is_device(self%path)) then
+            call copy_permissions(self%path, self%temporary)
             if (c_rename(self%temporary//c_null_char, self%path//c_null_char) /= 0) &
                 call fail(error, self%path// &
                           ': the finished file could not be given its name; check '// &
                           'the permissions of '//parent_of(self%path))
+            if (.not. allocated(error)) call note_written(self%path)
         end if
         if (allocated(error) .and. .not. is_device(self%path)) call remove_file(self%temporary)
     end subroutine commit_output

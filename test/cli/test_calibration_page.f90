@@ -44,6 +44,7 @@ contains
                     new_unittest('warnings-stand-on-the-page', test_warnings), &
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('unwritable', test_unwritable), &
+                    new_unittest('in-the-place-of-an-input', test_input_named), &
                     new_unittest('corrupted-observations', test_corrupted), &
                     new_unittest('refused-fit', test_refused)]
     end subroutine collect_calibration_page
@@ -282,6 +283,35 @@ contains
         call check(error, .not. file_exists(FOLDER//'blocked.html') .and. &
                    .not. file_exists(FOLDER//'blocked.html.part1'), 'a page is there')
     end subroutine test_unwritable
+
+    !> An output that is named like an input, in another way or by a link: refused, and every input as it was.
+    subroutine test_input_named(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: RUN_2 = FOLDER//'page-inputs'
+        character(*), parameter :: OUTPUTS(5) = [character(80) :: 'optimal --report '//RUN_2//'/setup.nml', &
+            'sequential --running '//RUN_2//'/star_camera.csv', 'sequential --running ./'//RUN_2//'//accelerometer.csv', &
+            'sequential --running '//RUN_2//'/soft.csv', 'optimal --report '//RUN_2//'/hard.nml']
+        character(*), parameter :: INPUTS(3) = [character(17) :: 'setup.nml', 'star_camera.csv', 'accelerometer.csv']
+        type(text_file_t) :: before(3), after
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        integer :: status, i, k
+
+        call observe(error, RUN_2)
+        call execute_command_line('cd '//RUN_2//' && ln -sf star_camera.csv soft.csv && ln -f setup.nml hard.nml')
+        do k = 1, size(INPUTS)
+            call read_text_file(RUN_2//'/'//trim(INPUTS(k)), before(k), failure)
+        end do
+        do i = 1, size(OUTPUTS)
+            call run('estimate '//RUN_2//' --algorithm '//trim(OUTPUTS(i)), status, output, messages)
+            call check(error, status == STATUS_FAILED .and. index(messages, 'would destroy it; name another file') > 0, messages)
+            do k = 1, size(INPUTS)
+                if (.not. allocated(failure)) call read_text_file(RUN_2//'/'//trim(INPUTS(k)), after, failure)
+                call check_passes(error, message_of(failure))
+                call check(error, after%text == before(k)%text, trim(OUTPUTS(i))//' has changed '//INPUTS(k))
+            end do
+        end do
+    end subroutine test_input_named
 
     !> Observations that cannot be read: the message of their fault, and a page that says so in the place of an older one.
     subroutine test_corrupted(error)

@@ -2,6 +2,7 @@
 module test_file
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_file
+    use gracecg_files_run_record, only: begin_record, end_record, note_update
     use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, skip_test
     implicit none
@@ -26,6 +27,12 @@ contains
                     new_unittest('write-discarded', test_discard), &
                     new_unittest('write-abandoned', test_finaliser), &
                     new_unittest('two-writers', test_two_writers), &
+                    new_unittest('left-of-a-killed-run', test_left), &
+                    new_unittest('permissions-stay', test_permissions), &
+                    new_unittest('output-that-is-an-input', test_output_as_input), &
+                    new_unittest('two-outputs-of-one-name', test_two_outputs), &
+                    new_unittest('names-kept-for-a-run', test_kept), &
+                    new_unittest('what-a-file-was-made-of', test_about), &
                     new_unittest('write-cannot-open', test_open_fails), &
                     new_unittest('write-cannot-rename', test_rename_fails), &
                     new_unittest('write-disk-full', test_disk_full)]
@@ -201,7 +208,7 @@ contains
         end subroutine abandon
     end subroutine test_finaliser
 
-    !> Two writers of one name do not mix; the last to commit wins.
+    !> Of two writers of one name the second is refused, until the first has ended.
     subroutine test_two_writers(error)
         type(error_type), allocatable, intent(out) :: error
         type(output_file_t) :: one, two
@@ -211,17 +218,177 @@ contains
         call make_folder(error)
         if (allocated(error)) return
         call one%open(FOLDER//'shared.txt', failure)
-        call two%open(FOLDER//'shared.txt', failure)
-        call two%line('two')
+        call two%open(FOLDER//'./shared.txt', failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'shared.txt', 'is writing this file', 'part1'])
         call one%line('one')
-        call two%commit(failure)
         call one%commit(failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call read_text_file(FOLDER//'shared.txt', file, failure)
         call remove_file(FOLDER//'shared.txt')
         call check(error, file%text, 'one'//LF)
+        call two%open(FOLDER//'shared.txt', failure)
+        call check_passes(error, message_of(failure))
+        call two%discard()
     end subroutine test_two_writers
+
+    !> What a program that was killed has left goes with the next one that writes the file; a link of its name leads nowhere.
+    subroutine test_left(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(output_file_t) :: output
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+
+        call make_file(error, 'left.txt.part1', 'half of a line that is longer')
+        if (allocated(error)) return
+        call output%open(FOLDER//'left.txt', failure)
+        call output%line('whole')
+        call output%commit(failure)
+        call check_passes(error, message_of(failure))
+        call read_text_file(FOLDER//'left.txt', file, failure)
+        call check(error, file%text, 'whole'//LF)
+        call check(error,.not. file_exists(FOLDER//'left.txt.part1'))
+        call make_file(error, 'other.txt', 'other')
+        call execute_command_line('ln -s other.txt '//FOLDER//'left.txt.part1')
+        call output%open(FOLDER//'left.txt', failure)
+        call output%line('more')
+        call output%commit(failure)
+        call read_text_file(FOLDER//'other.txt', file, failure)
+        call check(error, file%text, 'other')
+        call remove_file(FOLDER//'other.txt')
+        call remove_file(FOLDER//'left.txt')
+    end subroutine test_left
+
+    !> A file that is replaced keeps its permissions.
+    subroutine test_permissions(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(output_file_t) :: output
+        type(error_t), allocatable :: failure
+        integer :: status
+
+        call make_file(error, 'private.txt', 'old')
+        if (allocated(error)) return
+        call execute_command_line('chmod 640 '//FOLDER//'private.txt')
+        call output%open(FOLDER//'private.txt', failure)
+        call output%commit(failure)
+        call check_passes(error, message_of(failure))
+        call execute_command_line('test -n "$(find '//FOLDER//'private.txt -perm 640)"', exitstat=status)
+        call remove_file(FOLDER//'private.txt')
+        call check(error, status, 0)
+    end subroutine test_permissions
+
+    !> While a record is kept nothing is written in the place of an input, by whatever path or link.
+    subroutine test_output_as_input(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: NAMES(4) = [character(20) :: 'in.txt', './in.txt', 'hard.txt', 'soft.txt']
+        type(output_file_t) :: output
+        type(input_stream_t) :: stream
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call make_file(error, 'in.txt', 'input')
+        if (allocated(error)) return
+        call execute_command_line('cd '//FOLDER//' && ln -f in.txt hard.txt && ln -sf in.txt soft.txt')
+        call begin_record('test')
+        call read_text_file(FOLDER//'in.txt', file, failure)
+        do i = 1, size(NAMES)
+            call output%open(FOLDER//NAMES(i), failure)
+            call check_fails(error, message_of(failure), [character(40) :: 'reads this file', 'name another file'])
+            call check(error, index(message_of(failure), FOLDER//trim(NAMES(i))//': ') == 1)
+            call check_writable(FOLDER//NAMES(i), failure)
+            call check_fails(error, message_of(failure), [character(40) :: 'reads this file'])
+        end do
+        call begin_record('test')       ! the output is named first
+        call check_writable(FOLDER//'soft.txt', failure)
+        call check_passes(error, message_of(failure))
+        call read_text_file(FOLDER//'in.txt', file, failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'soft.txt', 'in.txt', 'reads this file'])
+        call stream%open(FOLDER//'hard.txt', failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'soft.txt', 'hard.txt', 'reads this file'])
+        call begin_record('test')       ! what is to be brought up to date
+        call note_update(FOLDER//'in.txt')
+        call check_writable(FOLDER//'in.txt', failure)
+        call read_text_file(FOLDER//'in.txt', file, failure)
+        call check_passes(error, message_of(failure))
+        call end_record()
+        call output%open(FOLDER//'in.txt', failure)
+        call check_passes(error, message_of(failure))
+        call output%discard()
+        do i = size(NAMES), 1, -1
+            call remove_file(FOLDER//NAMES(i))
+        end do
+    end subroutine test_output_as_input
+
+    !> Two outputs of a run have two names; what a run has written it does not write again.
+    subroutine test_two_outputs(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(output_file_t) :: output
+        type(error_t), allocatable :: failure
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call begin_record('test')
+        call check_writable(FOLDER//'two.txt', failure)
+        call check_writable(FOLDER//'./two.txt', failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'two.txt', 'two outputs'])
+        call output%open(FOLDER//'two.txt', failure)
+        call output%commit(failure)
+        call check_passes(error, message_of(failure))
+        call output%open(FOLDER//'./two.txt', failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'two.txt', 'written this file already'])
+        call end_record()
+        call remove_file(FOLDER//'two.txt')
+    end subroutine test_two_outputs
+
+    !> A name is kept until the run ends, and nothing is left of it then.
+    subroutine test_kept(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable :: failure
+        integer :: status
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call begin_record('test')
+        call check_writable(FOLDER//'kept.txt', failure)
+        call check_passes(error, message_of(failure))
+        call execute_command_line('flock -n '//FOLDER//'kept.txt.part1 true', exitstat=status)
+        call check(error, status /= 0, 'another program may write it')
+        call end_record()
+        call check(error,.not. (file_exists(FOLDER//'kept.txt') .or. file_exists(FOLDER//'kept.txt.part1')))
+    end subroutine test_kept
+
+    !> Command line and inputs with their hashes: those of FNV-1a that Fowler, Noll and Vo publish.
+    subroutine test_about(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(output_file_t) :: output
+        type(input_stream_t) :: stream
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(6) :: bytes
+        integer :: count
+
+        call make_file(error, 'a.txt', 'a')
+        call make_file(error, 'foobar.txt', 'foobar')
+        if (allocated(error)) return
+        call begin_record('gracecg test a.txt')
+        call read_text_file(FOLDER//'a.txt', file, failure)
+        call stream%open(FOLDER//'foobar.txt', failure)
+        call stream%read(bytes, count, failure)
+        call stream%read(bytes, count, failure)
+        call output%open(FOLDER//'about.txt', failure)
+        call output%about('!')
+        call output%commit(failure)
+        call end_record()
+        call read_text_file(FOLDER//'about.txt', file, failure)
+        call check_passes(error, message_of(failure))
+        call check(error, index(file%line(1), '! gracecg ') == 1 .and. index(file%line(1), ': gracecg test a.txt') > 0)
+        call check(error, file%line(2), '! inputs: '//FOLDER//'a.txt fnv1a AF63DC4C8601EC8C; '//FOLDER// &
+                   'foobar.txt fnv1a 85944171F73967E8')
+        call remove_file(FOLDER//'about.txt')
+        call remove_file(FOLDER//'a.txt')
+        call remove_file(FOLDER//'foobar.txt')
+    end subroutine test_about
 
     subroutine test_open_fails(error)
         type(error_type), allocatable, intent(out) :: error

@@ -3,6 +3,7 @@
 module gracecg_cli_montecarlo
     use gracecg_base_text, only: parse_integer
     use gracecg_files_file, only: file_exists, is_device
+    use gracecg_files_run_record, only: note_update
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
@@ -84,6 +85,10 @@ contains
         call catch_interruption()
         call prepare_cases(request, simulators, campaign, error)
         if (.not. allocated(error)) call prepare_theory(request%study, simulators, campaign, console, error)
+        if (request%resumed_file == request%runs_file) then
+            call note_update(request%runs_file)
+            call note_update(journal_path(request%runs_file))
+        end if
         if (.not. allocated(error) .and. request%resumed_file /= '') call resume(request%resumed_file, campaign, console, &
                                                                                  error)
         if (.not. allocated(error) .and. request%keeps) call begin_journal(request, campaign, journal, error)
@@ -395,6 +400,9 @@ contains
         call read_campaign_files(arguments, table_file, runs_file, misuse)
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
+        call check_writable(table_file, error)
+        if (.not. allocated(error)) call check_writable(runs_file, error)
+        if (allocated(error)) return
 
         names = arguments%words
         allocate (parts(size(names)))

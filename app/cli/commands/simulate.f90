@@ -2,6 +2,7 @@
 module gracecg_cli_simulate
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: make_directory, remove_file
+    use gracecg_files_run_record, only: note_output
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_arc_chain, only: USUAL_ARC
     use gracecg_estimation_plausibility, only: longest_arc
@@ -67,7 +68,8 @@ contains
         type(simulation_summary_t), intent(out) :: summary
         type(error_t), allocatable, intent(out) :: error
 
-        call make_directory(order%folder, error)
+        call note_output(order%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), error)     ! which is written last
+        if (.not. allocated(error)) call make_directory(order%folder, error)
         if (allocated(error)) return
         order%comments = [character(100) :: 'gracecg '//VERSION//' simulate', 'case '//trim(order%case%name)//', seed '// &
                           integer_text(order%seed)//', run '//integer_text(order%run)]

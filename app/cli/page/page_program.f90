@@ -4,6 +4,8 @@ module gracecg_cli_page_program
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: make_directory, output_file_t, text_file_t, read_text_file, remove_file, file_exists
+    use gracecg_files_run_record, only: note_output
+    use gracecg_cli_console, only: quoted_word
     implicit none
     private
     public :: make_page, page_folder, RESULT_FILE, PYTHON_VARIABLE
@@ -46,6 +48,8 @@ contains
         character(:), allocatable :: beside, numbers, log, messages
         integer :: status, command_status
 
+        call note_output(path, error)
+        if (allocated(error)) return
         beside = page_folder(path)
         if (present(folder)) beside = folder
         call make_directory(beside, error)
@@ -57,9 +61,10 @@ contains
         if (.not. allocated(error)) call file%line(json)
         if (.not. allocated(error)) call file%commit(error)
         if (allocated(error)) return
+        call remove_file(log)       ! for a link of that name would lead the shell to another file
         status = 0
-        call execute_command_line(shell_quoted(python())//' -m gracecg.pages '//shell_quoted(from_here(numbers))//' '// &
-                                  shell_quoted(from_here(path))//' </dev/null >'//shell_quoted(from_here(log))//' 2>&1', &
+        call execute_command_line(quoted_word(python())//' -m gracecg.pages '//quoted_word(from_here(numbers))//' '// &
+                                  quoted_word(from_here(path))//' </dev/null >'//quoted_word(from_here(log))//' 2>&1', &
                                   exitstat=status, cmdstat=command_status)
         messages = content_of(log)
         call remove_file(log)
@@ -107,24 +112,6 @@ contains
         safe = path
         if (index(path, '-') == 1) safe = './'//path
     end function from_here
-
-    !> A text as one word of the shell, whatever is in it.
-    pure function shell_quoted(text) result(word)
-        character(*), intent(in) :: text
-        character(:), allocatable :: word
-
-        integer :: i
-
-        word = "'"
-        do i = 1, len(text)
-            if (text(i:i) == "'") then
-                word = word//"'\''"
-            else
-                word = word//text(i:i)
-            end if
-        end do
-        word = word//"'"
-    end function shell_quoted
 
     function content_of(path) result(text)
         character(*), intent(in) :: path
