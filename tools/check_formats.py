@@ -189,7 +189,8 @@ def check_side_file(path):
     if not side.exists():
         return False
     about = numbers_as_text(side.read_text())
-    if about["program"] != "gracecg" or about["file"] != path.name or not about["about"]:
+    if about["program"] != "gracecg" or about["file"] != path.name or not about["about"] or not about["command_line"] or \
+            "input_hashes" not in about:
         raise Wrong(f"{side.name} does not tell of {path.name}")
     return True
 

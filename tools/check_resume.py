@@ -9,6 +9,7 @@ journal is torn, as a crash of the machine would. The runs file and the table mu
 byte, with any number of threads; the exit status of a stopped campaign 130 or 143; a campaign of other settings must
 be refused. Last, the same for shards, put together by `merge`.
 """
+import json
 import os
 import pathlib
 import random
@@ -129,8 +130,13 @@ def main():
 
 
 def content(folder, name, kind):
-    """A file of a campaign; in what stands beside it, its own name is taken out."""
-    return (folder / (name + kind)).read_bytes().replace(f'"{name}'.encode(), b'"')
+    """A file of a campaign; of what stands beside it all but its own name, the command line and what it went on with."""
+    text = (folder / (name + kind)).read_text().replace(f'"{name}', '"')
+    if kind.endswith(".json"):
+        about = json.loads(text)
+        del about["command_line"], about["input_hashes"]
+        text = json.dumps(about)
+    return text
 
 
 if __name__ == "__main__":

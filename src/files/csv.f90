@@ -9,7 +9,7 @@ module gracecg_files_csv
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, split, join, padded, quoted_text, real_text, real_field, integer_text
     use gracecg_files_file, only: output_file_t, remove_file, is_device
-    use gracecg_files_json, only: json_writer_t
+    use gracecg_files_json, only: json_writer_t, put_provenance
     use gracecg_files_units, only: unit_of_column
     implicit none
     private
@@ -180,6 +180,7 @@ contains
         call json%member('version', VERSION)
         call json%member('file', self%path(index(self%path, '/', back=.true.) + 1:))
         call json%member(SIDE_COMMENTS, self%about)
+        call put_provenance(json)
         call json%begin('units')
         do i = 1, size(self%columns)
             if (unit_of_column(self%columns(i)%text) /= '') &

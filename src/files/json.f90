@@ -8,9 +8,10 @@ module gracecg_files_json
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, split_words, integer_text, real_text, parse_real, logical_text
+    use gracecg_files_run_record, only: get_provenance
     implicit none
     private
-    public :: json_writer_t, read_json_list, read_json_numbers, read_json_text
+    public :: json_writer_t, put_provenance, read_json_list, read_json_numbers, read_json_text
 
     integer, parameter :: DEEPEST = 16          !! Objects and arrays within each other
     integer, parameter :: INDENT = 2            !! Blanks a level
@@ -42,6 +43,20 @@ module gracecg_files_json
     end type json_writer_t
 
 contains
+
+    !> The command line of the program and the hashes of its inputs as members of an object; nothing when the program is
+    !> another.
+    subroutine put_provenance(json)
+        class(json_writer_t), intent(inout) :: json
+
+        character(:), allocatable :: command
+        type(string_t), allocatable :: inputs(:)
+
+        call get_provenance(command, inputs)
+        if (command == '') return
+        call json%member('command_line', command)
+        call json%member('input_hashes', inputs)
+    end subroutine put_provenance
 
     !> Begins an object, the outermost one or a member.
     subroutine begin_object(self, key, on_one_line)

@@ -174,6 +174,7 @@ contains
         call add_context(error, trim(path))
         if (.not. allocated(error)) call file%open(path, error)
         if (allocated(error)) return
+        call file%about('!')
         call file%line(text)
         call file%commit(error)
     end subroutine save_settings

@@ -104,6 +104,7 @@ contains
         call calibration_text(calibration, text, error)
         if (.not. allocated(error)) call file%open(path, error)
         if (allocated(error)) return
+        call file%about('!')
         call file%line(text)
         call file%commit(error)
     end subroutine write_calibration

@@ -5,7 +5,7 @@ module gracecg_cli_results
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, split
     use gracecg_base_version, only: VERSION, file_comments
-    use gracecg_files_json, only: json_writer_t
+    use gracecg_files_json, only: json_writer_t, put_provenance
     use gracecg_files_data_table, only: data_table_t
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -60,6 +60,7 @@ contains
         call self%member('program', 'gracecg')
         call self%member('version', VERSION)
         call self%member('command', command)
+        call put_provenance(self)
     end subroutine open_results
 
     !> Prints the result: of JSON the object with the table's rows and the warnings, of CSV the table, of text
