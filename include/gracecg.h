@@ -121,7 +121,8 @@ gracecg_status gracecg_earth_parameters(const char *path, const gracecg_utc *utc
                                         double pole[2], gracecg_error *error);
 
 /* The rotation from inertial (GCRS) to Earth-fixed axes, fixed = rotation * inertial, `seconds` after a time at which
-   its constants are computed; rotation [3][3]: precession IAU 2006, nutation IAU 2000B. pole or NULL: x and y, rad. */
+   its constants are computed, half a day at most (UT1-UTC is held: 1 m by then where a day is 4 ms longer than 86400
+   s, as the longest was); rotation [3][3]: precession IAU 2006, nutation IAU 2000B. pole or NULL: x and y, rad. */
 gracecg_status gracecg_earth_orientation(const gracecg_utc *utc, double ut1_minus_utc, const double pole[2],
                                          double seconds, double *rotation, gracecg_error *error);
 

@@ -60,7 +60,7 @@ class Utc:
         file : str or path, optional
             Of the IERS, finals2000A or EOP C04: UT1 and pole, in place of the two arguments below.
         seconds : float
-            After this time, at which the constants are computed; at most ten days.
+            After this time, at which the constants are computed; half a day at most.
         ut1_minus_utc : float
             s.
         pole : array_like, (2,)

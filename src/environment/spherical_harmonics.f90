@@ -25,7 +25,7 @@
 !>
 !> with the matrix dd of the second derivatives of Phi at fixed q^2. That the trace is 0 is Laplace's equation, and not put in.
 module gracecg_environment_spherical_harmonics
-    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     implicit none
     private
@@ -404,13 +404,19 @@ contains
         end do
     end subroutine add_order_at_places
 
-    !> q = 2 R (x, y, z)/r^2.
+    !> q = 2 R (x, y, z)/r^2; NaN, and so all that is made of it, deep in the Earth, where a place in kilometres would lie
+    !> and the terms of high degree are beyond any meaning.
     pure function inverted(self, position) result(q)
         class(harmonic_function_t), intent(in) :: self
         real(dp), intent(in) :: position(3)     !! m
         real(dp) :: q(3)
 
-        q = position*(2*self%radius/dot_product(position, position))
+        real(dp), parameter :: DEEPEST = 0.25_dp        ! r^2/R^2
+        real(dp) :: r_squared
+
+        r_squared = dot_product(position, position)
+        q = position*(2*self%radius/r_squared)
+        if (r_squared < DEEPEST*self%radius**2) q = ieee_value(q, ieee_quiet_nan)
     end function inverted
 
     pure real(dp) function value_of(q, sums)

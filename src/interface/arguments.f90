@@ -17,8 +17,8 @@ module gracecg_interface_arguments
 
     integer, parameter :: LONGEST_NAME = 4095       !! Bytes of a name or path
     integer, parameter :: LONGEST_TEXT = 2**20      !! Bytes of a text of settings
-    real(dp), parameter :: NEAREST = 1e6_dp
-    !! Of a position to the Earth's centre, m: in kilometres it would be nearer
+    real(dp), parameter :: NEAREST = 6.35e6_dp
+    !! Of a position to the Earth's centre, m: just below the ground at the poles; in kilometres it would be far nearer
     real(dp), parameter :: ATTITUDE_TOLERANCE = 1e-2_dp
     !! Of the length of a quaternion, which is normalised: an integrator lets it drift
 
@@ -135,8 +135,9 @@ contains
         if (.not. outcome%good() .or. .not. present(position)) return
         do i = 1, n
             if (norm2(position(:, i)) >= NEAREST) cycle
-            call outcome%refuse(STATUS_BAD_VALUE, name//' '//integer_text(int(i, i8))//' is less than 1000 km from '// &
-                                'the centre of the Earth; positions have to be in metres')
+            call outcome%refuse(STATUS_BAD_VALUE, name//' '//integer_text(int(i, i8))//' lies inside the Earth, '// &
+                                'below the ground, '//number_text(norm2(position(:, i)))//' m from the '// &
+                                'centre of the Earth; positions have to be in metres, 6.35e6 or more')
             return
         end do
     end subroutine check_positions

@@ -179,7 +179,7 @@ contains
         call take_time(utc, 'utc', .true., utc_in, outcome)
         call check_number(ut1_minus_utc, 'ut1_minus_utc', outcome, low=-2.0_dp, high=2.0_dp)
         call check_numbers(pole, 2_c_size_t, 'pole', .false., outcome)
-        call check_number(seconds, 'seconds', outcome, low=-864000.0_dp, high=864000.0_dp)
+        call check_number(seconds, 'seconds', outcome, low=-43200.0_dp, high=43200.0_dp)
         call need(present(rotation), 'rotation', outcome)
         if (outcome%good()) then
             call earth_orientation(utc_in, ut1_minus_utc, pole, seconds, rotation, outcome)

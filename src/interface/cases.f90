@@ -203,8 +203,8 @@ contains
         real(dp), parameter :: ROUNDING = 1e-12_dp      ! of a product of parallel vectors: with fused multiply-add it is not 0
         type(nadir_pointing_t) :: held
 
-        call check_motion(model, 0.0_dp, state, outcome)
         if (pointing == 0) then
+            call check_motion(model, 0.0_dp, state, outcome)
             call propagate(model%dynamics, state, interval, steps, tolerance, states, outcome)
             return
         end if
@@ -212,6 +212,7 @@ contains
             if (.not. norm2(cross(position, velocity)) > ROUNDING*norm2(position)*norm2(velocity)) &
                 call outcome%refuse(STATUS_BAD_VALUE, 'position and velocity span no plane of an orbit')
         end associate
+        call check_motion(model, 0.0_dp, state, outcome)
         held%satellite_dynamics_t = model%dynamics
         held%forward = pointing == 1
         call propagate(held, state, interval, steps, tolerance, states, outcome)

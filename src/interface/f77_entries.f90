@@ -274,7 +274,7 @@ subroutine gceops(file, mjd, sec, dut1, pole, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gceops
 
-!> Inertial (GCRS) to Earth-fixed, IAU 2006/2000B, T seconds after the time, at most ten days; POLE: x, y, rad; ROT
+!> Inertial (GCRS) to Earth-fixed, IAU 2006/2000B, T seconds after the time, half a day at most; POLE: x, y, rad; ROT
 !> times a column.
 subroutine gcornt(mjd, sec, dut1, pole, t, rot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int

@@ -213,9 +213,14 @@ contains
         call check(error, gracecg_earth_orientation(epoch, ut1, pole, 600.0_dp, rows) == 0)
         earth = iau_orientation(utc_t(61100, 0.0_dp), earth_parameters_t(ut1, 0.0_dp, pole))
         call check(error, maxval(abs(transpose(rows) - earth%from_inertial(600.0_dp))) < 1e-15_dp)
+        ! As far as it goes UT1-UTC may be held, on the longest day there was: to 1 m on the equator.
+        call check(error, gracecg_earth_orientation(epoch, ut1, pole, 43200.0_dp, rows) == 0)
+        earth = iau_orientation(utc_t(61100, 43200.0_dp), earth_parameters_t(ut1 - 2e-3_dp, 0.0_dp, pole))
+        call check(error, maxval(abs(transpose(rows) - earth%from_inertial(0.0_dp)))*6378137 < 1)
         call check(error, gracecg_earth_orientation(epoch, 3.0_dp, pole, 0.0_dp, rows) /= 0 .and. &
                    gracecg_earth_orientation(epoch, 0.0_dp, [1.0_dp, 0.0_dp], 0.0_dp, rows) /= 0 .and. &
                    gracecg_earth_orientation(epoch, 0.0_dp, pole, 0.0_dp) /= 0 .and. &
+                   gracecg_earth_orientation(epoch, ut1, pole, 86400.0_dp, rows) /= 0 .and. &
                    gracecg_earth_parameters(utc=epoch) /= 0)
     end subroutine test_c
 

@@ -183,6 +183,8 @@ contains
         call check_equal(error, states(:, 0), state, 'no step')
         status = gracecg_force_model_propagate(model, state, 0, -0.2_dp, ONE, 0.0_dp, states, failure)
         call check_refused(error, status, FAILED, failure, 'interval')
+        status = gracecg_force_model_propagate(model, state, 2, 2.0_dp**31, ONE, 0.0_dp, states, failure)
+        call check_refused(error, status, FAILED, failure, '86400 s) at most')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, -1.0_dp, states, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'tolerance')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &

@@ -341,6 +341,9 @@ contains
         call check_refused(error, status, BAD_VALUE, failure, 'have to be in metres')       ! they are in kilometres
         status = gracecg_force_model_loads(model, 0.0_dp, [1e-3_dp*state(1:6), state(7:)], error=failure)
         call check_refused(error, status, BAD_VALUE, failure, 'have to be in metres')
+        status = gracecg_force_model_evaluate(model, ONE, [0.0_dp], state(1:3), 1e3_dp*state(4:6), state(10:13), &
+                                              total=a, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, '0 to 20000 m/s')
         status = gracecg_force_model_evaluate(model, ONE, [0.0_dp], state(1:3), state(4:6), 0*state(10:13), &
                                               total=a, error=failure)
         call check_refused(error, status, BAD_VALUE, failure, 'quaternion')
@@ -348,7 +351,9 @@ contains
         status = gracecg_free(case)
         status = gracecg_gravity_open(c_string('egm96'), 70, 70, gravity)
         status = gracecg_gravity_evaluate(gravity, ONE, [0.0_dp, 0.0_dp, 0.0_dp], a, error=failure)
-        call check_refused(error, status, BAD_VALUE, failure, '1000 km from')
+        call check_refused(error, status, BAD_VALUE, failure, '0 m from the centre')
+        status = gracecg_gravity_evaluate(gravity, ONE, [6.3e6_dp, 0.0_dp, 0.0_dp], a, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, '6.35e6 or more')
         status = gracecg_free(gravity)
     end subroutine test_states
 

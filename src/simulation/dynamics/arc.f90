@@ -5,7 +5,7 @@ module gracecg_simulation_arc
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION, VELOCITY
     use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     implicit none
     private
@@ -14,6 +14,8 @@ module gracecg_simulation_arc
 
     integer, parameter :: MAX_STEPS = 1000000
     !! Of an arc: a day at ten epochs a second; some 0.5 GB
+    real(dp), parameter :: LONGEST_INTERVAL = 86400     !! Of an arc's epochs, s
+    real(dp), parameter :: GREATEST_SPEED = 2e4_dp      !! m/s; nothing stays with the Earth at 1.12e4 m/s
 
     real(dp), parameter :: DEFAULT_TOLERANCE = 1e-10_dp
     !! Of the step control: a tenth of the error of one step every 0.1 s, whose edges lie within steps (docs/validation.md)
@@ -67,8 +69,9 @@ contains
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: tolerance     !! Of the step control
 
-        if (.not. (interval > 0 .and. interval <= huge(interval))) then
-            call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')
+        if (.not. (interval > 0 .and. interval <= LONGEST_INTERVAL)) then
+            call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive, a day ('// &
+                      number_text(LONGEST_INTERVAL)//' s) at most')
         else if (steps < 0 .or. steps > MAX_STEPS) then
             call fail_out_of_range(error, 'number of steps of an arc', real(steps, dp), 0.0_dp, real(MAX_STEPS, dp))
         end if
@@ -220,7 +223,11 @@ contains
             lowest = dynamics%atmosphere%lowest_height()
         end if
         if (height < 0) then
-            call fail(error, 'the satellite is below the ground at t = '//number_text(t)//' s')
+            call fail(error, 'the satellite is below the ground at t = '//number_text(t)//' s, '// &
+                      number_text(norm2(state(POSITION)))//' m from the centre of the Earth; positions are in metres')
+        else if (norm2(state(VELOCITY)) > GREATEST_SPEED) then
+            call fail_out_of_range(error, 'speed of the satellite at t = '//number_text(t)//' s', norm2(state(VELOCITY)), &
+                                   0.0_dp, GREATEST_SPEED, 'm/s')
         else if (height < lowest) then
             call fail(error, 'the satellite is '//number_text(height/1000)//' km high at t = '// &
                       number_text(t)//' s, below the '//number_text(lowest/1000)// &
