@@ -125,11 +125,12 @@ contains
 
         character(21), parameter :: ERRORS(4) = [character(21) :: 'no', 'calibrated', 'formal', 'calibrated_and_formal']
         integer, parameter :: FIELDS(4) = [5, 7, 7, 9]      ! of a line gfc
+        real(dp), parameter :: OF_EARTH(2, 2) = reshape([3.9e14_dp, 4.1e14_dp, 6.3e6_dp, 6.5e6_dp], [2, 2])
+        !! What is allowed of mu, m^3/s^2, and of the radius, m: in kilometres neither would lie there
         character(45) :: allowed
         logical :: ok
 
         ok = .true.
-        allowed = 'a positive number'
         select case (keyword)
         case ('product_type')
             allowed = 'gravity_field'
@@ -137,11 +138,13 @@ contains
         case ('modelname')
             head%name = value
         case ('earth_gravity_constant', 'gravity_constant')
+            allowed = '3.9e14 to 4.1e14, in m^3/s^2'
             call parse_real(value, head%mu, ok)
-            ok = ok .and. head%mu > 0
+            ok = ok .and. head%mu >= OF_EARTH(1, 1) .and. head%mu <= OF_EARTH(2, 1)
         case ('radius')
+            allowed = '6.3e6 to 6.5e6, in m'
             call parse_real(value, head%radius, ok)
-            ok = ok .and. head%radius > 0
+            ok = ok .and. head%radius >= OF_EARTH(1, 2) .and. head%radius <= OF_EARTH(2, 2)
         case ('max_degree')
             allowed = 'an integer, 0 or more'
             call parse_integer(value, head%max_degree, ok)

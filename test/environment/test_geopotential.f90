@@ -355,6 +355,8 @@ contains
         end do
         call model%all_derivatives([0.0_dp, 0.0_dp, 0.0_dp], u, a, tensor)
         call check(error, ieee_is_nan(u) .and. all(ieee_is_nan(a)) .and. all(ieee_is_nan(tensor)), 'a number at the centre')
+        call model%all_derivatives(1e-3_dp*PLACES(:, 1), u, a, tensor)
+        call check(error, ieee_is_nan(u) .and. all(ieee_is_nan(a)) .and. all(ieee_is_nan(tensor)), 'a number in kilometres')
         call model%all_derivatives([1e200_dp, 0.0_dp, -1e200_dp], u, a, tensor)
         call check(error, all(abs([u, a, tensor]) <= 0), 'gravity beyond all distances')
     end subroutine test_no_number
@@ -499,6 +501,9 @@ contains
         call refuse('corrupted-no-radius', 'does not give radius', error)
         call refuse('corrupted-no-max-degree', 'does not give max_degree', error)
         call refuse('corrupted-negative-radius', '.gfc:7: radius = -6.3781363E+06', error)
+        call refuse('corrupted-kilometres', '.gfc:6: earth_gravity_constant = 3.986004415E+05 cannot be used; allowed: 3.9e14 to', &
+                    error)
+        call refuse('corrupted-small-radius', '.gfc:7: radius = 0.5 cannot be used; allowed: 6.3e6 to 6.5e6, in m', error)
         call refuse('corrupted-norm', '.gfc:9: norm = unnormalized', error)
         call refuse('corrupted-product', '.gfc:4: product_type = topography', error)
         call refuse('corrupted-errors', '.gfc:11: errors = perhaps', error)
