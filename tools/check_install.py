@@ -27,6 +27,7 @@ def check_files(prefix):
         f"lib/lib{library}.a", f"lib/lib{library}.so", f"lib/lib{library}.so.{version.split('.')[0]}",
         f"lib/lib{library}.so.{version}", f"lib/pkgconfig/{library}.pc", f"include/{library}.h",
         f"include/gracecg/{library}.mod")}
+    expected |= {f"lib/cmake/gracecg/gracecgConfig{name}.cmake" for name in ("", "Version")}
     expected |= {"bin/gracecg", "share/man/man1/gracecg.1", "share/bash-completion/completions/gracecg",
                  "share/doc/gracecg/LICENSE", "share/doc/gracecg/DATA.md"}
     if loader_takes_level() is not None:

@@ -45,6 +45,13 @@ if(NOT type STREQUAL "STATIC_LIBRARY" OR TARGET gracecg-program)
     message(FATAL_ERROR "within another project only the static library is expected")
 endif()
 """
+# A project without Fortran
+FETCHING_IN_C = """cmake_minimum_required(VERSION 3.20)
+project(fetching LANGUAGES C)
+add_subdirectory("@ROOT@" gracecg)
+add_executable(in_c in_c.c)
+target_link_libraries(in_c PRIVATE gracecg::gracecg)
+"""
 IN_FORTRAN = """program in_fortran
     use gracecg, only: dp, error_t, geopotential_t, egm96
     implicit none
@@ -164,6 +171,13 @@ def check_consumer():
         for name, text in (("CMakeLists.txt", FETCHING.replace("@ROOT@", str(ROOT))), ("in_fortran.f90", IN_FORTRAN)):
             (work / "fetching" / name).write_text(text, encoding="utf-8")
         run(cmake, "-S", work / "fetching", "-B", work / "fetched")
+        (work / "in_c").mkdir()
+        for name, text in (("CMakeLists.txt", FETCHING_IN_C.replace("@ROOT@", str(ROOT))), ("in_c.c", IN_C)):
+            (work / "in_c" / name).write_text(text, encoding="utf-8")
+        run(cmake, "-S", work / "in_c", "-B", work / "fetched_in_c", "-G", "Unix Makefiles")
+        command = (work / "fetched_in_c/CMakeFiles/in_c.dir/link.txt").read_text(encoding="utf-8")
+        if "-lgfortran" not in command:
+            raise RuntimeError(f"a program in C is linked without Fortran's run-time library: {command}")
 
 
 def check_pkg_config():

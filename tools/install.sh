@@ -15,6 +15,7 @@
 #   LIBDIR/libNAME.so.VERSION         the shared libraries, with links .so.MAJOR and .so
 #   LIBDIR/glibc-hwcaps/LEVEL         the same for newer processors
 #   LIBDIR/pkgconfig/NAME.pc          compiler and linker options
+#   LIBDIR/cmake/gracecg              the package for CMake, find_package(gracecg): the shared libraries
 #   INCLUDEDIR/NAME.h                 the C interfaces
 #   INCLUDEDIR/gracecg/NAME.mod       the Fortran interfaces: the umbrella modules alone
 #   MANDIR/man1/gracecg.1             the manual page
@@ -69,6 +70,7 @@ installed_files() {
             printf '%s\n' "$libdir/glibc-hwcaps/$level/lib$name.so.$major" "$libdir/glibc-hwcaps/$level/lib$name.so.$version"
         done
     done
+    printf '%s\n' "$libdir/cmake/gracecg/gracecgConfig.cmake" "$libdir/cmake/gracecg/gracecgConfigVersion.cmake"
     for licence in LICENSES/*; do
         printf '%s\n' "$docdir/$licence"
     done
@@ -98,6 +100,37 @@ Version: $version
 Cflags: -I\${includedir} -I\${moddir}
 Libs: -L\${libdir} -l$1
 $3
+EOF
+}
+
+# The package for CMake, of the shared libraries; by find_package a version suits as one that CMakeLists.txt installs.
+write_cmake_config() {
+    cat <<EOF
+# find_package(gracecg): the targets gracecg::gracecg and gracecg::level1.
+get_filename_component(gracecg_libdir "\${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
+get_filename_component(gracecg_includedir "\${gracecg_libdir}/$(way "$libdir" "$includedir")" ABSOLUTE)
+if(NOT TARGET gracecg::gracecg)
+    foreach(gracecg_target gracecg level1)
+        string(REGEX REPLACE "^level1" "gracecg_level1" gracecg_name \${gracecg_target})
+        add_library(gracecg::\${gracecg_target} SHARED IMPORTED)
+        set_target_properties(gracecg::\${gracecg_target} PROPERTIES
+            IMPORTED_LOCATION "\${gracecg_libdir}/lib\${gracecg_name}.so.$version" IMPORTED_SONAME lib\${gracecg_name}.so.$major
+            INTERFACE_INCLUDE_DIRECTORIES "\${gracecg_includedir};\${gracecg_includedir}/gracecg")
+    endforeach()
+    set_target_properties(gracecg::level1 PROPERTIES INTERFACE_LINK_LIBRARIES gracecg::gracecg)
+endif()
+EOF
+}
+
+write_cmake_version() {
+    cat <<EOF
+set(PACKAGE_VERSION $version)
+if(NOT PACKAGE_FIND_VERSION VERSION_GREATER PACKAGE_VERSION AND NOT PACKAGE_FIND_VERSION VERSION_LESS ${version%.*})
+    set(PACKAGE_VERSION_COMPATIBLE TRUE)
+endif()
+if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
+    set(PACKAGE_VERSION_EXACT TRUE)
+endif()
 EOF
 }
 
@@ -147,6 +180,8 @@ build() {
         "Libs.private: $(dependencies)" >"$stage/gracecg.pc"
     write_pkg_config gracecg_level1 'Level-1 data of GRACE and GRACE-FO for gracecg: files, time, frames, estimates' \
         'Requires: gracecg' >"$stage/gracecg_level1.pc"
+    write_cmake_config >"$stage/gracecgConfig.cmake"
+    write_cmake_version >"$stage/gracecgConfigVersion.cmake"
     tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
 }
 
@@ -169,6 +204,9 @@ copy() {
     done
     install -D -m 644 "$stage/gracecg.1" "$destdir$mandir/man1/gracecg.1"
     install -D -m 644 packaging/completion.bash "$destdir$bash_completion"
+    for name in gracecgConfig gracecgConfigVersion; do
+        install -D -m 644 "$stage/$name.cmake" "$destdir$libdir/cmake/gracecg/$name.cmake"
+    done
     install -D -m 644 LICENSE "$destdir$docdir/LICENSE"
     install -D -m 644 data/README.md "$destdir$docdir/DATA.md"
     for licence in LICENSES/*; do
@@ -182,6 +220,7 @@ remove() {
         rm -f -- "$destdir$file"
     done
     rmdir -- "$destdir$libdir"/glibc-hwcaps/* "$destdir$libdir/glibc-hwcaps" 2>/dev/null || true
+    rmdir -- "$destdir$libdir/cmake/gracecg" "$destdir$libdir/cmake" 2>/dev/null || true
     rmdir -- "$destdir$includedir/gracecg" "$destdir$docdir/LICENSES" "$destdir$docdir" 2>/dev/null || true
 }
 
