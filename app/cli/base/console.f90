@@ -3,6 +3,7 @@
 module gracecg_cli_console
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_null_ptr, c_ptr
     use, intrinsic :: iso_fortran_env, only: error_unit
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_progress, only: progress_t
     use gracecg_base_text, only: string_t, append, parse_integer, split_words
@@ -18,12 +19,14 @@ module gracecg_cli_console
         !! Where the texts of a command go: the standard units, or, captured, into two texts
         logical :: captured = .false.           !! Set it before use: nothing is printed
         character(4) :: format = 'text'         !! text: `line` writes; csv, json: `data` alone does
+        logical :: logs_progress = .false.      !! Progress comes in lines now and then where there is no terminal
         type(string_t), allocatable :: warnings(:)  !! What `warn` has said
         character(:), allocatable :: output     !! Captured lines of standard output
         character(:), allocatable :: messages   !! Captured lines of standard error
         integer :: status_done = 0              !! Exit status where nothing fails
         logical, private :: failed = .false.    !! A write on standard output failed
         integer, private :: progress_length = 0 !! Of the progress line that is shown
+        integer(i8), private :: logged = 0      !! Reading of the clock at the last line of progress without a terminal
     contains
         procedure :: line                       !! Writes a line for people on standard output
         procedure :: paragraph                  !! Writes words in lines that fit
@@ -58,6 +61,7 @@ module gracecg_cli_console
     end interface
 
     integer(c_int), parameter :: STANDARD_ERROR = 2     !! Its descriptor (POSIX)
+    integer, parameter :: LOG_INTERVAL = 60             !! Between two lines of progress without a terminal, s
     integer, parameter :: PROGRESS_WIDTH = 79           !! Of a progress line: longer ones would break
     character(1), parameter :: LF = achar(10), CR = achar(13)
 
@@ -205,16 +209,23 @@ contains
         text = text//''''
     end function quoted_word
 
-    !> Shows how far a long work is: one line, written over again and again, and only when standard
-    !> error is a terminal.
+    !> Shows how far a long work is: one line, written over again and again, when standard error is a terminal; else a line
+    !> a minute, where `logs_progress` is set.
     subroutine progress(self, text)
         class(console_t), intent(inout) :: self
         character(*), intent(in) :: text    !! Without a line end
 
+        integer(i8) :: now, rate
         integer :: status, length
 
-        if (self%captured) return
-        if (c_isatty(STANDARD_ERROR) == 0) return
+        if (self%captured .or. c_isatty(STANDARD_ERROR) == 0) then
+            if (.not. self%logs_progress) return
+            call system_clock(now, rate)
+            if (self%logged > 0 .and. now - self%logged < LOG_INTERVAL*rate) return
+            self%logged = now
+            call self%message(text)
+            return
+        end if
         length = min(len(text), PROGRESS_WIDTH)
         write (error_unit, '(a)', advance='no', iostat=status) &
             CR//text(:length)//repeat(' ', max(0, self%progress_length - length))

@@ -71,6 +71,7 @@ contains
         if (allocated(misuse)) return
         call open_report(study%path, study%runs, study%seed, study%threads, folder, error)
         if (allocated(error)) return
+        console%logs_progress = .true.
         call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3 + size(STATEMENT_NAMES), 'parts')
         call put_inputs(folder, error)
         if (.not. allocated(error)) call put_revolutions(folder, console, error)
