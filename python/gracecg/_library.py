@@ -107,8 +107,28 @@ def _free(address: Any) -> None:
     lib.gracecg_free(address, ffi.NULL)
 
 
+def _make_again(kind: Any, arguments: Any, options: Any) -> Any:
+    return kind(*arguments, **options)
+
+
 class Handle:
     """An object of the library, given back when Python forgets it."""
+
+    def __new__(cls, *arguments: Any, **options: Any) -> Any:
+        new = super().__new__(cls)
+        new._again = (arguments, options)       # that make it again; None: it was made by something else
+        return new
+
+    def __repr__(self) -> str:
+        if self._again is None:
+            return f"<{type(self).__name__}, made by another object or of a text>"
+        words = [*map(repr, self._again[0]), *(f"{name}={value!r}" for name, value in self._again[1].items())]
+        return f"{type(self).__name__}({', '.join(words)})"
+
+    def __reduce__(self) -> Any:
+        if self._again is None:
+            raise TypeError(f"this {type(self).__name__} cannot be pickled; pickle what it was made of")
+        return _make_again, (type(self), *self._again)
 
     def __init__(self, maker: str, *arguments: Any, allowed: Sequence[int] = ()) -> None:
         address = ffi.new("gracecg_object **")
@@ -123,6 +143,7 @@ class Handle:
     def _made(cls, maker: str, *arguments: Any) -> Any:
         """An object of this class that a function makes."""
         new = cls.__new__(cls)
+        new._again = None
         Handle.__init__(new, maker, *arguments)
         return new
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 import concurrent.futures
 import os
 from dataclasses import astuple, dataclass, field
-from typing import Callable, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -277,6 +277,9 @@ class Case(_WithOptions):
     def parse(cls, text: str) -> "Case":
         """From the text of a case file."""
         return cls._made("case_open", _settings(text))
+
+    def __reduce__(self) -> Any:
+        return Case.parse, (self.text,)
 
     @property
     def text(self) -> str:

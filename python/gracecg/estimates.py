@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import itertools
 import os
+import pathlib
+import tempfile
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence
 
@@ -273,6 +275,8 @@ class Setup(_WithOptions):
         Of a file setup.nml.
     """
 
+    _measured = False
+
     def __init__(self, path: str | os.PathLike[str]) -> None:
         super().__init__("setup_open", os.fsencode(path))
 
@@ -280,6 +284,11 @@ class Setup(_WithOptions):
     def parse(cls, text: str) -> "Setup":
         """From the text of a setup.nml."""
         return cls._made("setup_open", _settings(text))
+
+    def __reduce__(self) -> Any:
+        if self._measured:
+            raise TypeError("a setup with measured moments cannot be pickled; pickle the observations, or setup and moments")
+        return Setup.parse, (self.text,)
 
     @property
     def text(self) -> str:
@@ -289,7 +298,17 @@ class Setup(_WithOptions):
     def measured(self, time: ArrayLike, moment: ArrayLike) -> "Setup":
         """The same with measured moments of the rods: times (n,), s from the epoch; moments (n, 3), A m^2."""
         times, moments = numbers(time), numbers(moment, 3)
-        return self._made("setup_from", self._handle, len(times), pointer(times), pointer(exactly(moments, len(times), 3)))
+        new = self._made("setup_from", self._handle, len(times), pointer(times), pointer(exactly(moments, len(times), 3)))
+        new._measured = True
+        return new
+
+
+def _observations_of(files: dict[str, bytes]) -> "Observations":
+    """Of the contents of the files of a folder."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files.items():
+            (pathlib.Path(folder) / name).write_bytes(content)
+        return Observations(folder)
 
 
 class Observations(_WithOptions):
@@ -337,6 +356,11 @@ class Observations(_WithOptions):
                 raise ValueError(f"arrays of {', '.join(str(len(array)) for array in arrays)} rows")
             arguments += [n, *(pointer(array) for array in arrays)]
         return cls._made("observations_create", setup._handle, *arguments)
+
+    def __reduce__(self) -> Any:
+        with tempfile.TemporaryDirectory() as folder:
+            self.write(folder)
+            return _observations_of, ({file.name: file.read_bytes() for file in pathlib.Path(folder).iterdir()},)
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Into a folder, which is made if it is not there."""
