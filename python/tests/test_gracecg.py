@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import pathlib
+import pickle
 import subprocess
 import sys
 import threading
@@ -129,6 +130,41 @@ def test_folder(observations, tmp_path):
     again = gracecg.Observations(tmp_path / "set")
     assert np.array_equal(again.accelerometer[1], observations.accelerometer[1])
     assert again.setup.text == observations.setup.text
+
+
+def test_pickle_and_repr(case, observations, tmp_path):
+    assert repr(gracecg.Gravity("egm96", degree=10)) == "Gravity('egm96', degree=10)"
+    assert repr(case) == "Case('front-3')" and "Observations" in repr(observations)
+    gravity = pickle.loads(pickle.dumps(gracecg.Gravity("egm96", degree=10)))
+    assert np.array_equal(gravity.acceleration(POSITION), gracecg.Gravity("egm96", 10).acceleration(POSITION))
+    options = "&sequential edit_sigma = 6 /"
+    again = pickle.loads(pickle.dumps(case.with_options(options)))
+    assert again.text == case.with_options(options).text and again.options == case.with_options(options).options
+    again = pickle.loads(pickle.dumps(observations))
+    assert all(map(np.array_equal, again.star_camera, observations.star_camera))
+    assert np.array_equal(again.estimate("assest-fde").offset, observations.estimate("assest-fde").offset)
+    setup = pickle.loads(pickle.dumps(observations.setup))
+    assert setup.text == observations.setup.text
+    with pytest.raises(TypeError, match="measured moments"):
+        pickle.dumps(setup.measured(np.linspace(-1.0, 61.0, 63), np.zeros((63, 3))))
+    with pytest.raises(TypeError, match="pickle what it was made of"):
+        pickle.dumps(gracecg.Simulator._made("simulator_open", case._handle))
+
+
+def test_earth_orientation_goes_half_a_day():
+    with pytest.raises(gracecg.GracecgError, match="43200"):
+        gracecg.Utc.of("2026-01-01").earth_orientation(seconds=86400.0)
+
+
+def test_kilometres(case):
+    with pytest.raises(gracecg.GracecgError, match="in metres"):
+        gracecg.Gravity().acceleration(np.array(POSITION)/1000)
+    state = case.state.copy()
+    state[3:6] *= 1000
+    with pytest.raises(gracecg.GracecgError, match="20000 m/s"):
+        case.force_model().rate(0.0, state)
+    with pytest.raises(gracecg.GracecgError, match="86400 s"):
+        case.force_model().propagate_nadir(case.state[:3], case.state[3:6], 2.0**31, 1)
 
 
 @pytest.mark.parametrize("algorithm", gracecg.algorithms())
