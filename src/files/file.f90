@@ -10,8 +10,8 @@ module gracecg_files_file
     use gracecg_base_error, only: error_t, fail, fail_in_file
     use gracecg_files_path, only: file_exists, directory_exists, make_directory, remove_file, is_device, without_slashes, &
         parent_of, copy_permissions, IDENTITY_WORDS, identity_of, is_same, c_fclose
-    use gracecg_files_run_record, only: note_input, note_hash, note_output, note_written, reserve, take_reserved, &
-        add_to_hash, EMPTY_HASH, get_provenance, UNFINISHED
+    use gracecg_files_run_record, only: note_input, note_hash, note_output, note_file, reserve, take_reserved, &
+        add_to_hash, EMPTY_HASH, get_provenance, UNFINISHED, WRITTEN
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, join, padded
     implicit none
@@ -484,7 +484,7 @@ contains
                 call fail(error, self%path// &
                           ': the finished file could not be given its name; check '// &
                           'the permissions of '//parent_of(self%path))
-            if (.not. allocated(error)) call note_written(self%path)
+            if (.not. allocated(error)) call note_file(self%path, WRITTEN)
         end if
         if (allocated(error) .and. .not. is_device(self%path)) call remove_file(self%temporary)
     end subroutine commit_output

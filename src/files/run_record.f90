@@ -11,8 +11,8 @@ module gracecg_files_run_record
     use gracecg_files_path, only: IDENTITY_WORDS, identity_of, is_same, is_device, remove_file, c_fclose
     implicit none
     private
-    public :: begin_record, end_record, note_input, note_update, note_hash, note_output, note_written, reserve, &
-        take_reserved, get_provenance, add_to_hash, EMPTY_HASH, UNFINISHED
+    public :: begin_record, end_record, note_input, note_file, note_hash, note_output, reserve, &
+        take_reserved, get_provenance, add_to_hash, EMPTY_HASH, UNFINISHED, UPDATED, WRITTEN
 
     character(*), parameter :: UNFINISHED = '.part1'    !! Behind the name of a file that is being written
 
@@ -78,13 +78,6 @@ contains
         !$omp end critical (gracecg_run_record)
     end subroutine note_input
 
-    !> Notes a file that is read and then written anew with what it has: it may be replaced.
-    subroutine note_update(path)
-        character(*), intent(in) :: path        !! Of a file that is there or not
-
-        if (allocated(files)) files = [files, run_file_t(trim(path), identity_of(path), UPDATED)]
-    end subroutine note_update
-
     !> Notes what was read of an input.
     subroutine note_hash(path, hash)
         character(*), intent(in) :: path        !! Of the input
@@ -117,15 +110,17 @@ contains
         !$omp end critical (gracecg_run_record)
     end subroutine note_output
 
-    !> Notes an output that is complete.
-    subroutine note_written(path)
-        character(*), intent(in) :: path        !! Of the file
+    !> Notes a file that is read and then written anew with what it has, and may be replaced (UPDATED), or an output that is
+    !> complete (WRITTEN).
+    subroutine note_file(path, role)
+        character(*), intent(in) :: path        !! Of the file; of one to be updated it may be missing
+        integer, intent(in) :: role
 
         if (.not. allocated(files) .or. is_device(path)) return
         !$omp critical (gracecg_run_record)
-        files = [files, run_file_t(trim(path), identity_of(path), WRITTEN)]
+        files = [files, run_file_t(trim(path), identity_of(path), role)]
         !$omp end critical (gracecg_run_record)
-    end subroutine note_written
+    end subroutine note_file
 
     !> Keeps a file that has been begun, open and locked, until it is asked for: nobody else writes it meanwhile.
     !> The stream is null behind this when it is kept.

@@ -2,7 +2,7 @@
 module test_file
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_file
-    use gracecg_files_run_record, only: begin_record, end_record, note_update
+    use gracecg_files_run_record, only: begin_record, end_record, note_file, UPDATED
     use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, skip_test
     implicit none
@@ -307,7 +307,7 @@ contains
         call stream%open(FOLDER//'hard.txt', failure)
         call check_fails(error, message_of(failure), [character(40) :: 'soft.txt', 'hard.txt', 'reads this file'])
         call begin_record('test')       ! what is to be brought up to date
-        call note_update(FOLDER//'in.txt')
+        call note_file(FOLDER//'in.txt', UPDATED)
         call check_writable(FOLDER//'in.txt', failure)
         call read_text_file(FOLDER//'in.txt', file, failure)
         call check_passes(error, message_of(failure))

@@ -3,7 +3,7 @@
 module gracecg_cli_montecarlo
     use gracecg_base_text, only: parse_integer
     use gracecg_files_file, only: file_exists, is_device
-    use gracecg_files_run_record, only: note_update
+    use gracecg_files_run_record, only: note_file, UPDATED
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
@@ -86,8 +86,8 @@ contains
         call prepare_cases(request, simulators, campaign, error)
         if (.not. allocated(error)) call prepare_theory(request%study, simulators, campaign, console, error)
         if (request%resumed_file == request%runs_file) then
-            call note_update(request%runs_file)
-            call note_update(journal_path(request%runs_file))
+            call note_file(request%runs_file, UPDATED)
+            call note_file(journal_path(request%runs_file), UPDATED)
         end if
         if (.not. allocated(error) .and. request%resumed_file /= '') call resume(request%resumed_file, campaign, console, &
                                                                                  error)

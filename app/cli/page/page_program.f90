@@ -45,6 +45,8 @@ contains
         character(:), allocatable, intent(out), optional :: said    !! What Python printed
 
         type(output_file_t) :: file
+        type(text_file_t) :: printed
+        type(error_t), allocatable :: unread
         character(:), allocatable :: beside, numbers, log, messages
         integer :: status, command_status
 
@@ -66,7 +68,9 @@ contains
         call execute_command_line(quoted_word(python())//' -m gracecg.pages '//quoted_word(from_here(numbers))//' '// &
                                   quoted_word(from_here(path))//' </dev/null >'//quoted_word(from_here(log))//' 2>&1', &
                                   exitstat=status, cmdstat=command_status)
-        messages = content_of(log)
+        call read_text_file(log, printed, unread)
+        messages = ''
+        if (.not. allocated(unread)) messages = printed%text
         call remove_file(log)
         if (present(said)) said = messages(:verify(messages, LF, back=.true.))
         if (status == 0 .and. command_status == 0 .and. file_exists(path)) return
@@ -112,19 +116,6 @@ contains
         safe = path
         if (index(path, '-') == 1) safe = './'//path
     end function from_here
-
-    function content_of(path) result(text)
-        character(*), intent(in) :: path
-        character(:), allocatable :: text
-
-        type(text_file_t) :: file
-        type(error_t), allocatable :: error
-
-        text = ''
-        if (.not. file_exists(path)) return
-        call read_text_file(path, file, error)
-        if (.not. allocated(error)) text = file%text
-    end function content_of
 
     pure function last_line(text) result(line)
         character(*), intent(in) :: text
