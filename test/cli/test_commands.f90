@@ -29,6 +29,7 @@ contains
 
         testsuite = [ &
                     new_unittest('overview', test_overview), &
+                    new_unittest('progress-in-a-log', test_progress_log), &
                     new_unittest('version', test_version), &
                     new_unittest('wrong-usage', test_wrong_usage), &
                     new_unittest('examples', test_examples), &
@@ -45,6 +46,20 @@ contains
                     new_unittest('level1', test_level1), &
                     new_unittest('empty-and-wrong-paths', test_paths)]
     end subroutine collect_commands
+
+    !> Without a terminal a line of progress a minute, where it is wanted.
+    subroutine test_progress_log(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(console_t) :: console
+
+        console%captured = .true.
+        call console%progress('unseen')
+        call check(error, .not. allocated(console%messages))
+        console%logs_progress = .true.
+        call console%progress('1 of 3')
+        call console%progress('2 of 3')
+        call check(error, console%messages, '1 of 3'//new_line('a'))
+    end subroutine test_progress_log
 
     subroutine test_overview(error)
         type(error_type), allocatable, intent(out) :: error
