@@ -77,7 +77,8 @@ WITHOUT_UNIT = {"case", "satellite", "epoch_utc", "utc", "algorithm", "axis", "s
                 "worst_x", "worst_y", "worst_z", "variance_factor", "edited_accelerometer", "edited_star_camera", "stars",
                 "unit", "least", "greatest", "mean", "low", "high", "on_ticks",
                 "attitude_only", "near_centre", "excess", "centre_difference", "round", "day", "kp", "figure", "quantity", "inside", "fill", "place",
-                "contradicted", "belief", "size", "detectable_values", "refused", "own_test", "own_test_stated", "named", "silently_wrong", "worst_sigmas"}
+                "contradicted", "belief", "size", "detectable_values", "refused", "own_test", "own_test_stated", "named", "silently_wrong", "worst_sigmas",
+                "trim", "harmful_trim"}
 
 
 class Wrong(Exception):

@@ -77,7 +77,7 @@ def test_page_of_a_calibration(front):
     page, result = Reader(text), json.loads((front / "front_files/result.json").read_text())
     assert all(name in page.ids for name in CHAPTERS)
     assert text.count("<svg") == 4 and "<script" not in text and "NaN" not in text and "None" not in text
-    assert f"{1e3*result['offset_m'][0]:.4f}" in text and result["verdict"]["summary"] in text
+    assert f"{1e3*result['offset_m'][0]:.4f}" in text and result["action"]["text"][1:] in text
     for finding in result["verdict"]["findings"]:
         assert str(pages.typeset(finding["text"])) in text
     assert "moments_of_inertia" in text and "gracecg estimate run --algorithm optimal --report front.html" in text
