@@ -355,11 +355,13 @@ contains
 
     !> All numbers of a member, row by row where it is an array of arrays. Not ok: there is no such member, or it holds
     !> something else.
-    subroutine read_json_numbers(text, path, values, ok)
+    subroutine read_json_numbers(text, path, values, ok, wrong)
         character(*), intent(in) :: text        !! A JSON text
         character(*), intent(in) :: path        !! As of read_json_list
         real(dp), allocatable, intent(out) :: values(:)    !! The numbers
         logical, intent(out) :: ok              !! There are such numbers
+        character(:), allocatable, intent(inout), optional :: wrong
+        !! ': "WORD" of "PATH" is no number', of the first word that is none; else as it was
 
         type(string_t), allocatable :: words(:)
         character(:), allocatable :: numbers
@@ -377,7 +379,9 @@ contains
         allocate (values(size(words)))
         ok = size(words) > 0
         do i = 1, size(words)
-            if (ok) call parse_real(words(i)%text, values(i), ok)
+            if (.not. ok) exit
+            call parse_real(words(i)%text, values(i), ok)
+            if (.not. ok .and. present(wrong)) wrong = ': "'//words(i)%text//'" of "'//path//'" is no number'
         end do
     end subroutine read_json_numbers
 

@@ -491,6 +491,13 @@ contains
         call make_file(error, 'level1_cut.json', HEAD//'"flag": 0}')
         call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'covariance_mm2'])
+        call make_file(error, 'level1_cut.json', HEAD//MATRIX//'"flag": 12abc}')
+        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
+        call check_fails(error, message_of(failure), [character(W) :: '"12abc" of "flag" is no number'])
+        call make_file(error, 'level1_cut.json', '{"command": "level1 estimate", "epoch_gps_s": 0, "offset_mm": [2e3, 0, 0], '// &
+                       MATRIX//'"flag": 0}')
+        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'an offset of 2 m'])
     end subroutine test_level1_offset
 
     !> Gas that leaves one tank moves the centre of mass to the other.

@@ -212,8 +212,9 @@ contains
         call check(error, ok)
         call read_json_text(TEXT, 'a', word, ok)
         call check(error, ok .and. word == 'x,}"')
-        call read_json_numbers(TEXT, 'f', values, ok)
-        call check(error, .not. ok, 'a logical is no number')
+        word = ''
+        call read_json_numbers(TEXT, 'f', values, ok, word)
+        call check(error, .not. ok .and. word == ': "true" of "f" is no number', 'a logical is no number')
         call read_json_numbers(TEXT, 'c.g', values, ok)
         call check(error, .not. ok, 'no such member')
         call read_json_numbers(TEXT(:40), 'c.d', values, ok)

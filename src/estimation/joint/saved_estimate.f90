@@ -2,7 +2,7 @@
 !> covariance at a time.
 module gracecg_estimation_saved_estimate
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
@@ -15,6 +15,7 @@ module gracecg_estimation_saved_estimate
     private
     public :: put_information, read_information, information_from_json, dated_offset_t, read_offsets
 
+    real(dp), parameter :: MOST_OFFSET = 1      !! Of a satellite, m
     character(*), parameter :: MEMBER = 'information'
 
     type :: dated_offset_t
@@ -94,17 +95,19 @@ contains
             real(dp), intent(out) :: values(:)
 
             real(dp), allocatable :: found(:)
+            character(:), allocatable :: wrong
             logical :: ok
 
             values = 0
             if (allocated(error)) return
-            call read_json_numbers(text, MEMBER//'.'//key, found, ok)
+            wrong = ''
+            call read_json_numbers(text, MEMBER//'.'//key, found, ok, wrong)
             if (ok) ok = size(found) == size(values)
             if (ok) then
                 values = found
             else
-                call fail(error, 'has no member "'//MEMBER//'.'//key//'": a joint estimate needs what gracecg estimate '// &
-                          '--algorithm optimal --format json writes with this version')
+                call fail(error, 'has no member "'//MEMBER//'.'//key//'" of numbers'//wrong//': a joint estimate needs what '// &
+                          'gracecg estimate --algorithm optimal --format json writes with this version')
             end if
         end subroutine take
     end subroutine information_from_json
@@ -156,8 +159,11 @@ contains
             call read_offset(file%text, offsets(1), error)
         end if
         if (.not. allocated(error)) then
-            if (.not. all([(offsets(1)%covariance(i, i), i=1, 3)] > 0)) &
+            if (.not. all([(offsets(1)%covariance(i, i), i=1, 3)] > 0)) then
                 call fail(error, 'the offset has no covariance; estimate it with noise levels in setup.nml')
+            else if (.not. all(abs(offsets(1)%offset) <= MOST_OFFSET)) then
+                call fail(error, 'an offset of '//number_text(maxval(abs(offsets(1)%offset)))//' m: at most 1 m is allowed')
+            end if
         end if
         call add_context(error, path)
     end subroutine read_offsets
@@ -168,19 +174,21 @@ contains
         type(dated_offset_t), intent(inout) :: offset
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: name
+        character(:), allocatable :: name, wrong
         real(dp), allocatable :: values(:), elements(:), matrix(:, :)
         logical :: ok
         integer :: n
 
         call read_estimate_head(text, offset%time, name, error)
         if (allocated(error)) return
-        call read_json_numbers(text, 'offset_m', values, ok)
-        if (ok) call read_json_numbers(text, 'covariance.matrix', elements, ok)
+        wrong = ''
+        call read_json_numbers(text, 'offset_m', values, ok, wrong)
+        if (ok) call read_json_numbers(text, 'covariance.matrix', elements, ok, wrong)
         n = 0
         if (ok) n = nint(sqrt(real(size(elements), dp)))
         if (.not. ok .or. n < 3 .or. n**2 /= size(elements) .or. size(values) /= 3) then
-            call fail(error, 'has no members "offset_m" and "covariance": save the estimate with this version')
+            call fail(error, 'has no members "offset_m" and "covariance" of numbers'//wrong// &
+                      ': save the estimate with this version')
             return
         end if
         matrix = reshape(elements, [n, n])
@@ -196,17 +204,18 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), allocatable :: epoch(:), values(:), matrix(:), flag(:)
-        character(:), allocatable :: reason
+        character(:), allocatable :: reason, wrong
         integer(i8) :: second
         logical :: ok
 
-        call read_json_numbers(text, 'epoch_gps_s', epoch, ok)
-        if (ok) call read_json_numbers(text, 'offset_mm', values, ok)
-        if (ok) call read_json_numbers(text, 'covariance_mm2', matrix, ok)
-        if (ok) call read_json_numbers(text, 'flag', flag, ok)
+        wrong = ''
+        call read_json_numbers(text, 'epoch_gps_s', epoch, ok, wrong)
+        if (ok) call read_json_numbers(text, 'offset_mm', values, ok, wrong)
+        if (ok) call read_json_numbers(text, 'covariance_mm2', matrix, ok, wrong)
+        if (ok) call read_json_numbers(text, 'flag', flag, ok, wrong)
         if (ok) ok = size(epoch) == 1 .and. size(values) == 3 .and. size(matrix) == 9 .and. size(flag) == 1
         if (.not. ok) then
-            call fail(error, 'has no members "epoch_gps_s", "offset_mm", "covariance_mm2" and "flag" as '// &
+            call fail(error, 'has no members "epoch_gps_s", "offset_mm", "covariance_mm2" and "flag"'//wrong//' as '// &
                       'gracecg level1 estimate --format json prints them')
             return
         end if
