@@ -284,15 +284,15 @@ def plant_clean_house(root):
     plant(root, "src/estimation/report/report_estimators.f90", "use gracecg_environment_time",
           "use gracecg_estimation_fitting_data")
     plant(root, "src/estimation/optimal/optimal.f90", "use gracecg_estimation_fitting_data")
-    plant(root, "src/estimation/door/estimators.f90", "use gracecg_estimation_assest",
+    plant(root, "src/estimation/door/estimators.f90", "use gracecg_estimation_report_estimators",
           "use gracecg_estimation_optimal")
-    plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_assest")
+    plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_report_estimators")
     plant(root, "src/gracecg.f90", "use gracecg_studies_trim")
     plant(root, "src/interface/handles.f90", "use gracecg")
-    plant(root, "app/cli/output/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
+    plant(root, "app/cli/output/table.f90", "use gracecg_estimation_report_estimators", "print *, x", "stop")
     plant(root, "app/cli/command_line.f90", "use gracecg_cli_table")
     plant(root, "level1/src/files/reader.f90", "use gracecg_environment_time")
-    plant(root, "level1/src/estimation/offset.f90", "use gracecg_level1_reader", "use gracecg_estimation_assest")
+    plant(root, "level1/src/estimation/offset.f90", "use gracecg_level1_reader", "use gracecg_estimation_report_estimators")
     plant(root, "level1/src/simulation/truth.f90", "use gracecg_simulation_dynamics")
     plant(root, "level1/src/commands/list.f90", "use gracecg_level1_reader", "use gracecg_cli_table")
     plant(root, "app/main.f90", "use gracecg_cli_table", "use gracecg_level1_list", "stop")
@@ -316,7 +316,7 @@ PLANTED = (
      "observation_set.f90:2:", "above"),
     (("src/observations/observation_set.f90", "use gracecg_simulation_dynamics"),
      "report_estimators.f90:3:", "reaches the truth"),
-    (("src/observations/observation_set.f90", "use gracecg_estimation_assest"),
+    (("src/observations/observation_set.f90", "use gracecg_estimation_report_estimators"),
      "observation_set.f90:2:", "above"),
     (("src/interface/handles.f90", "use gracecg_cli_table"), "handles.f90:2:", "reaches cli"),
     (("src/gracecg.f90", "use gracecg_cli_table"), "gracecg.f90:2:", "reaches cli"),
@@ -334,7 +334,7 @@ PLANTED = (
     (("src/estimation/data/fitting_data.f90", "use gracecg_estimation_estimators"),
      "fitting_data.f90:2:", "folder above"),
     (("src/estimation/model/b.f90", "use gracecg_estimation_optimal"), "b.f90:2:", "folder above"),
-    (("src/estimation/optimal/optimal.f90", "use gracecg_estimation_assest"), "optimal.f90:2:", "never meet"),
+    (("src/estimation/optimal/optimal.f90", "use gracecg_estimation_report_estimators"), "optimal.f90:2:", "never meet"),
     (("src/simulation/case/b.f90", "use gracecg_simulation_simulator"), "b.f90:2:", "folder above"),
     (("src/simulation/dynamics/b.f90", "use gracecg_simulation_accelerometer"), "b.f90:2:", "never meet"),
     (("src/estimation/attic/b.f90",), "b.f90:1:", "no folder"),

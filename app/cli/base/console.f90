@@ -20,6 +20,7 @@ module gracecg_cli_console
         logical :: captured = .false.           !! Set it before use: nothing is printed
         character(4) :: format = 'text'         !! text: `line` writes; csv, json: `data` alone does
         logical :: logs_progress = .false.      !! Progress comes in lines now and then where there is no terminal
+        integer :: log_interval = 60            !! From one such line to the next, and before the first, s
         type(string_t), allocatable :: warnings(:)  !! What `warn` has said
         character(:), allocatable :: output     !! Captured lines of standard output
         character(:), allocatable :: messages   !! Captured lines of standard error
@@ -61,7 +62,6 @@ module gracecg_cli_console
     end interface
 
     integer(c_int), parameter :: STANDARD_ERROR = 2     !! Its descriptor (POSIX)
-    integer, parameter :: LOG_INTERVAL = 60             !! Between two lines of progress without a terminal, s
     integer, parameter :: PROGRESS_WIDTH = 79           !! Of a progress line: longer ones would break
     character(1), parameter :: LF = achar(10), CR = achar(13)
 
@@ -210,7 +210,7 @@ contains
     end function quoted_word
 
     !> Shows how far a long work is: one line, written over again and again, when standard error is a terminal; else a line
-    !> a minute, where `logs_progress` is set.
+    !> a minute, from the first minute on, where `logs_progress` is set.
     subroutine progress(self, text)
         class(console_t), intent(inout) :: self
         character(*), intent(in) :: text    !! Without a line end
@@ -221,7 +221,8 @@ contains
         if (self%captured .or. c_isatty(STANDARD_ERROR) == 0) then
             if (.not. self%logs_progress) return
             call system_clock(now, rate)
-            if (self%logged > 0 .and. now - self%logged < LOG_INTERVAL*rate) return
+            if (self%logged == 0) self%logged = now
+            if (now - self%logged < self%log_interval*rate) return
             self%logged = now
             call self%message(text)
             return
