@@ -83,7 +83,7 @@ contains
 
     !> Is the field of a generation extrapolated at a date? The secular variation changes by some nT/yr each year.
     pure logical function is_extrapolated(generation, decimal_year)
-        character(*), intent(in) :: generation
+        character(*), intent(in) :: generation  !! 'igrf95' or 'igrf14'
         real(dp), intent(in) :: decimal_year    !! Year with decimals
 
         is_extrapolated = generation == 'igrf14' .and. decimal_year > IGRF14_END

@@ -20,6 +20,7 @@ module gracecg_files_path
             integer(c_int), value :: mode
         end function c_chmod
 
+        !> Closes a stream of C's library; 0 where that went well
         integer(c_int) function c_fclose(stream) bind(c, name='fclose')
             import :: c_int, c_ptr
             type(c_ptr), value :: stream
@@ -129,7 +130,7 @@ contains
 
     !> The folder in which a file or folder stands.
     pure function parent_of(path) result(parent)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path        !! Of a file or folder
         character(len_trim(parent_field(path))) :: parent
 
         parent = parent_field(path)

@@ -114,7 +114,7 @@ contains
     !> complete (WRITTEN).
     subroutine note_file(path, role)
         character(*), intent(in) :: path        !! Of the file; of one to be updated it may be missing
-        integer, intent(in) :: role
+        integer, intent(in) :: role             !! UPDATED or WRITTEN
 
         if (.not. allocated(files) .or. is_device(path)) return
         !$omp critical (gracecg_run_record)
@@ -137,7 +137,7 @@ contains
 
     !> What was reserved for a path, by whatever way it is named; null: nothing.
     subroutine take_reserved(path, stream)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path            !! Of the file
         type(c_ptr), intent(out) :: stream
 
         integer :: place

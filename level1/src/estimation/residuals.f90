@@ -52,7 +52,11 @@ contains
         real(dp), allocatable :: time(:), observed(:, :), residual(:, :), density(:), means(:), power(:, :)
         integer :: i, axis, longest
 
-        longest = minval([(size(estimate%residuals(i)%kept), i=1, size(estimate%arcs))])
+        longest = huge(longest)
+        do i = 1, size(estimate%arcs)       ! samples at an end may be left out
+            call fitted_samples(estimate, i, time, observed, residual)
+            longest = min(longest, nint((time(size(time)) - time(1))/estimate%arcs(i)%knowledge%accelerometer_interval) + 1)
+        end do
         do i = 1, size(estimate%arcs)
             call fitted_samples(estimate, i, time, observed, residual)
             associate (interval => estimate%arcs(i)%knowledge%accelerometer_interval)

@@ -94,7 +94,7 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(star_attitude_t), intent(in) :: stars
         real(dp), intent(out) :: seen(3), modelled(3)       !! Body axes, T
-        logical, intent(out) :: compared
+        logical, intent(out) :: compared        !! Both are known
 
         type(model_field_t) :: model
         type(error_t), allocatable :: no_model

@@ -80,7 +80,7 @@ contains
     !> What is fitted: attitude and angular velocity, the state of the accelerometer, or both.
     subroutine choose(self, attitude, offset)
         class(report_problem_t), intent(inout) :: self
-        logical, intent(in) :: attitude, offset
+        logical, intent(in) :: attitude, offset     !! What the state has
 
         self%names = OFFSET_NAMES(:0)
         self%scales = [real(dp) ::]

@@ -15,6 +15,7 @@ module gracecg_estimation_action
     integer, parameter :: LEAVE_IT = 2          !! The offset is as small as can be told
     integer, parameter :: CALIBRATE_AGAIN = 3   !! No axis is known well enough
     integer, parameter :: DO_NOT_USE = 4        !! Something is wrong
+    !> The four in words
     character(15), parameter :: ACTIONS(4) = [character(15) :: 'trim', 'leave', 'calibrate again', 'do not use']
 
     real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp

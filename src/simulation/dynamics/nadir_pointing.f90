@@ -75,7 +75,7 @@ contains
 
     !> The matrix that turns inertial into body axes: its rows are the body axes.
     pure function held_axes(forward, y) result(axes)
-        logical, intent(in) :: forward
+        logical, intent(in) :: forward      !! Body x along the velocity, not against it
         real(dp), intent(in) :: y(:)        !! State, or its position and velocity alone
         real(dp) :: axes(3, 3)
 
