@@ -6,6 +6,7 @@ module gracecg_planning_next_manoeuvre
     use gracecg_base_text, only: rounded_text, integer_text
     use gracecg_environment_time, only: utc_text, utc_plus
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_simulation_limits, only: exceeds_limits
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_candidates, only: pattern_567
@@ -28,27 +29,25 @@ contains
         type(calibration_t) :: calibration
         type(plan_request_t) :: request
         type(plan_t) :: plan
+        type(torque_rods_t) :: rods
         type(manoeuvre_quality_t) :: quality
         type(error_t), allocatable :: failure
 
         text = ''
-        associate (rods => observations%knowledge%rods)
-            if (rods%count == 0) return
-            request%settings%amplitude = usual_amplitude(rods)
-        end associate
+        if (observations%knowledge%rods%count == 0) return
+        request%settings%amplitude = usual_amplitude(observations%knowledge%rods)
         call case_of_observations(observations, calibration%case, failure)
         if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)
         if (allocated(failure)) return
-        associate (rods => pattern_567(request%settings, calibration%case%duration))
-            call evaluate_manoeuvre(plan%arc, plan%sites(1), rods, quality)
-            if (.not. quality%is_seen() .or. exceeds_limits(plan%arc%knowledge%limits, quality%motion)) return
-            text = 'with rods x, y and z at '//rounded_text(rods%activations(1)%frequency, 3)//', '// &
-                rounded_text(rods%activations(2)%frequency, 3)//' and '//rounded_text(rods%activations(3)%frequency, 3)// &
-                ' Hz, '//rounded_text(request%settings%amplitude, 3)//' A m^2, for '// &
-                integer_text(nint(calibration%case%duration))//' s at the next passage here ('// &
-                utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma would be '// &
-                rounded_text(quality%sigma(1)/MILLIMETRE, 2)//', '//rounded_text(quality%sigma(2)/MILLIMETRE, 2)//', '// &
-                rounded_text(quality%sigma(3)/MILLIMETRE, 2)//' mm'
-        end associate
+        rods = pattern_567(request%settings, calibration%case%duration)
+        call evaluate_manoeuvre(plan%arc, plan%sites(1), rods, quality)
+        if (.not. quality%is_seen() .or. exceeds_limits(plan%arc%knowledge%limits, quality%motion)) return
+        text = 'with rods x, y and z at '//rounded_text(rods%activations(1)%frequency, 3)//', '// &
+            rounded_text(rods%activations(2)%frequency, 3)//' and '//rounded_text(rods%activations(3)%frequency, 3)// &
+            ' Hz, '//rounded_text(request%settings%amplitude, 3)//' A m^2, for '// &
+            integer_text(nint(calibration%case%duration))//' s at the next passage here ('// &
+            utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma would be '// &
+            rounded_text(quality%sigma(1)/MILLIMETRE, 2)//', '//rounded_text(quality%sigma(2)/MILLIMETRE, 2)//', '// &
+            rounded_text(quality%sigma(3)/MILLIMETRE, 2)//' mm'
     end subroutine say_next_manoeuvre
 end module gracecg_planning_next_manoeuvre
