@@ -130,6 +130,7 @@ program tester
                                            'sequential', 'design', 'beliefs/scores-are-standard-normal', &
                                            'belief-verdicts/wrong-beliefs-are-found-and-named', &
                                            'belief-verdicts/power-is-that-stated', &
+                                           'belief-verdicts/samples-belong-to-one-satellite', &
                                            'belief-verdicts/tried-one-after-the-other', 'joint/errors-are-those-predicted', &
                                            'state-sigmas/sigmas-against-scatter', 'level1-round-trip/faults', &
                                            'knowledge-errors/every-source-in-every-estimator', &
