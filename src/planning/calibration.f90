@@ -9,7 +9,7 @@ module gracecg_planning_calibration
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in
     use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text
-    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t
     use gracecg_planning_observed_case, only: case_of_observations
@@ -54,7 +54,7 @@ contains
 
     contains
 
-        !> The offset that `optimal` finds, since some errors grow with it; else 0.
+        !> The offset that `optimal` finds, since some errors grow with it; else 0. A run that is too long for one fit has none.
         subroutine take_offset()
             type(estimation_options_t) :: quick
             type(solution_t) :: solution
@@ -62,7 +62,7 @@ contains
 
             quick = calibration%options
             quick%test_beliefs = .false.
-            call estimate_optimal(observations, quick, solution, failure)
+            call estimate_offset('optimal', observations, quick, solution, failure)
             if (allocated(failure)) return
             if (solution%converged) calibration%case%satellite%offset = solution%offset
         end subroutine take_offset

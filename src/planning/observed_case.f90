@@ -1,5 +1,5 @@
-!> The calibration that an observation set is of, as its operator would plan it again: bound, timing and design of a real
-!> manoeuvre, by the same commands as those of a case.
+!> The case that an observation set is of, as its operator would plan it again: bound, timing and design of a real manoeuvre,
+!> by the same commands as those of a case.
 module gracecg_planning_observed_case
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
@@ -82,7 +82,6 @@ contains
             step = time(second) - time(first)
             case%velocity = (position(:, second) - (1 - pull*step**2/2 + (pull*step**2)**2/24)*position(:, first))/ &
                             (step - pull*step**3/6)
-            case%position = position(:, first)
             step = -time(first)
             case%position = (1 - pull*step**2/2)*position(:, first) + step*case%velocity
             case%velocity = case%velocity - pull*step*position(:, first)

@@ -268,7 +268,7 @@ contains
                 deallocate (error)      ! this manoeuvre does not do, others may
                 return
             end if
-            judged%effect = judged%report%undetected()
+            judged%effect = judged%report%undetected(.false.)
             associate (wanted => judged%report%wanted)
                 judged%sum = sum(part_beyond(SIGMAS*judged%design%sigma, wanted)) + part_beyond(judged%design%worst, wanted)
                 do k = 1, size(judged%report%values)

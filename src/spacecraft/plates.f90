@@ -7,8 +7,10 @@ module gracecg_spacecraft_plates
     implicit none
     private
     public :: plate_t, satellite_surface_t, surface_of, new_surface, new_trapezoid, &
-        projected_area, MAX_PLATES
+        projected_area, MAX_PLATES, REPORT_PRISM
 
+    real(dp), parameter :: REPORT_PRISM(4) = [3.122_dp, 0.720_dp, 1.942_dp, 0.693_dp]
+    !! Length, height, width at the bottom and at the top of the satellites of CSR-TM-00-01 section 5.2, m
     !> Greatest number of plates of a surface, a multiple of LANES
     integer, parameter :: MAX_PLATES = 32
     real(dp), parameter :: UNIT_TOLERANCE = 1e-9_dp     !! Of the length of a normal

@@ -284,7 +284,7 @@ contains
         outcome%worst = maxval(deviation/sigma)
         if (.not. allocated(solution%beliefs)) return
         associate (report => solution%beliefs)
-            outcome%silent = .not. outcome%contradicted .and. any(deviation - report%undetected() > SILENT_SIGMAS*sigma)
+            outcome%silent = .not. outcome%contradicted .and. any(deviation - report%undetected(.false.) > SILENT_SIGMAS*sigma)
             call act_on(solution, truth%mass, action)
             outcome%trimmed = any(action%trimmed)
             outcome%harmful = any(action%trimmed .and. deviation > HARMFUL*sqrt(sigma**2 + report%apart**2) + report%wanted)

@@ -1,5 +1,6 @@
 !> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
 module test_fit_diagnostics
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of
@@ -383,7 +384,7 @@ contains
         call advises(error, verdict%action, TRIM_IT, 7, 0, 'trim: move the centre of mass by +0.')
         solution%beliefs%signs_known = .false.
         call act_on(solution, 400.0_dp, action)
-        call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'set signs_known')
+        call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'say signs_known')
         solution%beliefs%signs_known = .true.
         solution%beliefs%wanted = 1e-6_dp
         call act_on(solution, 400.0_dp, action)
@@ -453,5 +454,11 @@ contains
         call advises(error, action, TRIM_IT, 2, 1, 'leave x (within 3 sigma of 0); calibrate again for z')
         call decide(known_offset_t(value=[1e-5_dp, -4e-5_dp, 3e-5_dp], sigma=spread(2e-5_dp, 1, 3)), 400.0_dp, action)
         call advises(error, action, LEAVE_IT, 0, 0, 'leave x, y and z')
+        call decide(known_offset_t(value=[1e-5_dp, 4e-4_dp, 3e-5_dp], sigma=[2e-5_dp, 2e-4_dp, 2e-5_dp], signs_known=.true.), &
+                    400.0_dp, action)
+        call advises(error, action, CALIBRATE_AGAIN, 0, 2, 'leave x and z (within 3 sigma of 0); calibrate again for y')
+        call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=ieee_value(1.0_dp, ieee_quiet_nan), &
+                                   signs_known=.true.), 400.0_dp, action)
+        call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'sigma of x NaN mm')
     end subroutine test_leave
 end module test_fit_diagnostics

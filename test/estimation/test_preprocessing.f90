@@ -2,14 +2,17 @@
 module test_preprocessing
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_constants, only: TWO_PI, SOLAR_RADIUS, WGS84_SEMI_MAJOR_AXIS
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
     use gracecg_observations_observation_set, only: observation_set_t, SAMPLE_TOLERANCE
     use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_environment_sun, only: sun_position
+    use gracecg_environment_time, only: utc_t, parse_utc, julian_centuries_tt
     use gracecg_estimation_fitting_data
+    use gracecg_estimation_jump_search, only: edge_of_shadow
     use fixture, only: check, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
@@ -41,7 +44,8 @@ contains
                     new_unittest('magnetometer-gap-is-refused', test_magnetometer_gap), &
                     new_unittest('stuck-magnetometer-has-a-gap', test_stuck_magnetometer), &
                     new_unittest('inconsistent-sizes-are-refused', test_sizes), &
-                    new_unittest('impossible-setup-is-refused', test_setup)]
+                    new_unittest('impossible-setup-is-refused', test_setup), &
+                    new_unittest('the-edge-of-the-shadow', test_shadow)]
     end subroutine collect_preprocessing
 
     !> A minute of curves that no interpolation reproduces; body attitudes (4, 120) beside it.
@@ -529,4 +533,34 @@ contains
         call check_fails(error, message_of(failure), parts)
         bad = good
     end subroutine refused
+
+    !> A flight across the edge of the shadow, 7000 km behind the Earth, where the penumbra is wider than the Earth by the angle
+    !> of half the Sun and the Earth's radius at its distance; and one in full light.
+    subroutine test_shadow(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: BEHIND = 7e6_dp, SPEED = 5e3_dp, INSIDE = 1e5_dp    ! m, m/s
+        type(fitting_data_t) :: data
+        type(utc_t) :: epoch
+        type(error_t), allocatable :: failure
+        real(dp) :: sun(3), across(3), reached
+        integer :: i
+
+        call parse_utc('1989-01-02T00:00:00', epoch, failure)
+        sun = sun_position(julian_centuries_tt(epoch))
+        across = unit(cross(sun, [0.0_dp, 0.0_dp, 1.0_dp]))
+        data%steps = 600
+        data%interval = 0.1_dp
+        data%orbit_time = [(real(i, dp), i=-5, 65)]
+        allocate (data%orbit_position(3, size(data%orbit_time)))
+        do i = 1, size(data%orbit_time)
+            data%orbit_position(:, i) = -BEHIND*unit(sun) + (WGS84_SEMI_MAJOR_AXIS - INSIDE + SPEED*data%orbit_time(i))*across
+        end do
+        reached = (INSIDE + BEHIND*(SOLAR_RADIUS + WGS84_SEMI_MAJOR_AXIS)/norm2(sun))/SPEED
+        call check(error, edge_of_shadow(epoch, data) - reached, 0.5_dp, thr=0.6_dp)
+        data%orbit_position = -data%orbit_position
+        if (.not. allocated(error)) call check(error, edge_of_shadow(epoch, data) < 0)
+        deallocate (data%orbit_time, data%orbit_position)
+        allocate (data%orbit_time(0), data%orbit_position(3, 0))
+        if (.not. allocated(error)) call check(error, edge_of_shadow(epoch, data) < 0)
+    end subroutine test_shadow
 end module test_preprocessing

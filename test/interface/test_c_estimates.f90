@@ -439,7 +439,7 @@ contains
             call check_equal(error, [item(fit, 'test_ratio', 3), item(fit, 'test_direction', 9), &
                                      item(fit, 'test_torque_factor', 1)], &
                              [tests%residuals%ratio, [tests%ellipsoid%direction], record%torque_factor], 'tests')
-            call check_equal(error, item(fit, 'belief_undetected', 3), expected%beliefs%undetected(), 'beliefs')
+            call check_equal(error, item(fit, 'belief_undetected', 3), expected%beliefs%undetected(.false.), 'beliefs')
             if (i == 3 .or. allocated(error)) exit
             call check_equal(error, [item(fit, 'variance_factor', 1), item(fit, 'noise_level', 3), &
                                      item(fit, 'noise_corner', 3), item(fit, 'star_camera_sigma', 3)], &

@@ -334,7 +334,8 @@ contains
         call gcblf(ALGO, iobs(1), d, t, counts(1), counts(2), counts(3), istat, msg)
         associate (beliefs => expected%beliefs)
             call check_answer(error, 'gcblf', istat, [d, t(:3), dble(counts)], &
-                              [beliefs%undetected(), beliefs%apart, dble([beliefs%how_many(), beliefs%how_many(CONTRADICTED), &
+                              [beliefs%undetected(.false.), beliefs%apart, &
+                               dble([beliefs%how_many(), beliefs%how_many(CONTRADICTED), &
                                                                           beliefs%how_many(UNTESTED)])])
         end associate
 

@@ -14,8 +14,8 @@ module test_belief_verdicts
     use gracecg_observations_parameters
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
     use gracecg_base_quaternion, only: quaternion_product
-    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, begin_report, add_score, finish_report, &
-        OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, begin_report, add_value, add_score, &
+        finish_report, CONFIRMED, UNTESTED, OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
@@ -37,6 +37,7 @@ contains
                     new_unittest('what-does-not-converge-is-refused', test_not_converged), &
                     new_unittest('samples-belong-to-one-satellite', test_other_satellite), &
                     new_unittest('a-long-arc-is-called-long', test_long_arc), &
+                    new_unittest('what-is-stated-limits-what-is-unseen', test_stated), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('power-is-that-of-fits-without-noise', test_detectable_values), &
@@ -108,15 +109,53 @@ contains
 
         call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
         call add_score(report, 10, 14.0_dp, 0.05_dp, .false.)
+        call add_score(report, 5, 3.0_dp, 0.0_dp, .false.)
         call finish_report(report)
         report%explanations = [explanation_t(OF_VALUE, INERTIA(3), 100.0_dp, -11.0_dp, 0.7_dp)]
         report%arc = 60
         call say_contradiction(report, text)
         call check(error, index(text, 'the inertia zz is 11') > 0 .and. index(text, 'even then') > 0, text)
-        report%arc = 600
+        report%arc = 600        ! the rotation fits: it is not the arc
         if (.not. allocated(error)) call say_contradiction(report, text)
-        call check(error, index(text, 'inertia') == 0 .and. index(text, 'in shorter arcs (--algorithm optimal --arc 60)') > 0, text)
+        if (.not. allocated(error)) call check(error, index(text, 'the inertia zz is 11') > 0, text)
+        report%noises(2)%state = CONTRADICTED
+        if (.not. allocated(error)) call say_contradiction(report, text)
+        call check(error, index(text, 'inertia') == 0 .and. &
+                                               index(text, 'in shorter arcs (--algorithm optimal --arc 60)') > 0, text)
     end subroutine test_long_arc
+
+    !> A gain that is stated to 0.5 %, and found to 10 %: three times what is stated counts, until its score is suspicious; and
+    !> again when fits do not bear the score out.
+    subroutine test_stated(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STATED = 0.005_dp, BY_ONE(3) = [1e-3_dp, 0.0_dp, 0.0_dp]
+        real(dp), parameter :: SCORES(3) = [20.0_dp, 32.0_dp, 35.0_dp]      ! ten times T
+        type(belief_report_t) :: report
+        integer :: i, k
+
+        do i = 1, size(SCORES)
+            report = belief_report_t()
+            call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
+            call add_value(report, ROD_GAIN, SCORES(i), 100.0_dp, STATED, BY_ONE, 2.0_dp, 3*STATED, .false.)
+            do k = 1, 60        ! a family with which T = 3.5 is not yet contradicted
+                call add_score(report, 7, 0.0_dp, 0.0_dp, .false.)
+            end do
+            call finish_report(report)
+            associate (test => report%values(1))
+                call check(error, test%effect(1), BY_ONE(1)*test%detectable, thr=1e-15_dp)
+                if (i < 3) then
+                    call check(error, test%state == CONFIRMED .and. abs(test%within(1) - 3*STATED*BY_ONE(1)) < 1e-15_dp)
+                else
+                    call check(error, test%state == UNTESTED .and. abs(test%within(1) - test%effect(1)) <= 0)
+                end if
+            end associate
+            if (allocated(error)) return
+        end do
+        call check(error, maxval(report%undetected(.true.)) > 5e-5_dp)
+        call report%take_score(1, 1.0_dp)
+        call check(error, maxval(abs(report%undetected(.true.) - 3*STATED*BY_ONE)) < 1e-15_dp)
+        call check(error, report%values(1)%state, CONFIRMED)
+    end subroutine test_stated
 
     !> Wrong beliefs of several kinds: contradicted, and the right one named first.
     subroutine test_wrong_beliefs(error)

@@ -86,10 +86,11 @@ contains
         character(*), parameter :: WORDS = 'another way to name '
 
         if (arguments%most == 1) then
-            call arguments%add_option('--cases', 'CASE', WORDS//'the CASE: a built-in case or a namelist file')
+            call arguments%add_option('--cases', 'CASE', WORDS//'the CASE: a built-in case, a namelist file, or the '// &
+                                      'folder of an observation set')
         else
             call arguments%add_option('--cases', 'LIST', WORDS//'each CASE, separated by commas: built-in cases, groups of '// &
-                                      'them ('//join(CASE_GROUPS, ', ')//') or namelist files')
+                                      'them ('//join(CASE_GROUPS, ', ')//'), namelist files, or folders of observation sets')
         end if
     end subroutine add_cases_option
 

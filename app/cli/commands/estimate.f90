@@ -12,8 +12,8 @@ module gracecg_cli_estimate
     use gracecg_estimation_options, only: estimation_options_t, read_options
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_estimation_solution, only: solution_t, running_estimate_t
-    use gracecg_cli_estimate_results, only: asked_estimate_t, show_estimate, show_iterations, publish_estimate, &
-        write_estimate_page
+    use gracecg_cli_estimate_results, only: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, &
+        publish_estimate, write_estimate_page
     use gracecg_cli_joint, only: declare_joint_options, read_joint_options, run_joint, run_chain
     use gracecg_cli_page_program, only: page_folder
     use gracecg_cli_work
@@ -161,44 +161,49 @@ contains
 
         type(solution_t) :: solution
         type(fit_record_t) :: record
+        type(judged_t) :: judged
 
         if (.not. allocated(error)) call estimate(request, console%format == 'json', observations, options, solution, record, &
                                                   error)
         if (.not. allocated(error)) then
             if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
             if (allocated(error)) return
-            call show_estimate(observations, solution, record, console, error)
+            call judge_estimate(observations, solution, record, judged, error)
             if (allocated(error)) return
+            call show_estimate(observations%knowledge, solution, judged, console)
             call warn(observations%knowledge, solution, console)
             if (allocated(solution%history)) call show_iterations(solution, console)
-            call publish_estimate(request%asked, observations, solution, record, console, error)
+            call publish_estimate(request%asked, observations, solution, record, judged, console, error)
             if (allocated(error)) return
             if (.not. solution%converged) &
                 call fail(error, request%asked%algorithm//' did not converge in '//integer_text(solution%iterations)// &
                           ' iterations: the offset is not to be relied upon; check the star-camera '// &
                           'samples, or give guess_quaternion and guess_angular_velocity with --options')
         end if
-        if (request%page /= '') call write_page(request, observations, solution, record, console, error)
+        if (request%page /= '') call write_page(request, observations, solution, record, judged, console, error)
     end subroutine run_one
 
     !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
-    subroutine write_page(request, observations, solution, record, console, error)
+    subroutine write_page(request, observations, solution, record, judged, console, error)
         type(request_t), intent(in) :: request
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record
+        type(judged_t), intent(inout) :: judged                 !! Of an estimate that is refused it is made here
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(inout) :: error      !! Says why the estimate is refused
 
         type(error_t), allocatable :: failure
 
         if (.not. allocated(error)) then
-            call write_estimate_page(request%page, request%asked, observations, solution, record, console, error)
+            call write_estimate_page(request%page, request%asked, observations, solution, record, judged, console, error)
             if (.not. allocated(error)) &
                 call console%line('written: '//request%page//'; its numbers and figures: '//page_folder(request%page))
             return
         end if
-        call write_estimate_page(request%page, request%asked, observations, solution, record, console, failure, error%message)
+        call judge_estimate(observations, solution, record, judged, failure, error%message)
+        call write_estimate_page(request%page, request%asked, observations, solution, record, judged, console, failure, &
+                                 error%message)
         if (allocated(failure)) then
             call console%warn('no page: '//failure%message)
         else

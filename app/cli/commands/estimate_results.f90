@@ -1,5 +1,6 @@
 !> What gracecg estimate says of an estimate: for people, as CSV, and as JSON.
 module gracecg_cli_estimate_results
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_iteration, only: iteration_t
@@ -17,7 +18,13 @@ module gracecg_cli_estimate_results
     use gracecg_cli_work
     implicit none
     private
-    public :: asked_estimate_t, show_estimate, show_iterations, publish_estimate, write_estimate_page
+    public :: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, publish_estimate, write_estimate_page
+
+    !> What is made of an estimate.
+    type :: judged_t
+        type(fit_diagnostics_t) :: diagnostics
+        type(verdict_t) :: verdict                  !! With an action; with findings where there is a fit
+    end type judged_t
 
     !> What was asked for.
     type :: asked_estimate_t
@@ -38,25 +45,20 @@ module gracecg_cli_estimate_results
 
 contains
 
-    !> The estimate in words and tables, what to do first. Fails when its errors cannot be examined.
-    subroutine show_estimate(observations, solution, record, console, error)
-        type(observation_set_t), intent(in) :: observations
+    !> The estimate in words and tables, what to do first.
+    subroutine show_estimate(knowledge, solution, judged, console)
+        type(operator_knowledge_t), intent(in) :: knowledge
         type(solution_t), intent(in) :: solution
-        type(fit_record_t), intent(in) :: record
+        type(judged_t), intent(in) :: judged
         type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
 
         character(40) :: line
-        type(fit_diagnostics_t) :: diagnostics
-        type(verdict_t) :: verdict
         real(dp) :: sigma(3)
         integer :: i
 
-        call judge_estimate(observations, solution, record, diagnostics, verdict, error)
-        if (allocated(error)) return
-        call console%paragraph(verdict%action%text)
+        call console%paragraph(judged%verdict%action%text)
         sigma = sigmas(solution)
-        call console%line(trim(observations%knowledge%name)//', '//solution%algorithm// &
+        call console%line(trim(knowledge%name)//', '//solution%algorithm// &
                           ': CG offset, from centre of mass to proof-mass centre, body axes')
         do i = 1, 3
             call console%line('  '//AXES(i)//fitting_text(solution%offset(i)/MILLIMETRE, 12)// &
@@ -76,35 +78,37 @@ contains
         end if
         if (allocated(solution%beliefs)) call show_beliefs(solution%beliefs, console)
         call console%line('')
-        call console%line('at the epoch '//utc_text(observations%knowledge%epoch)//' UTC, and what else was estimated')
+        call console%line('at the epoch '//utc_text(knowledge%epoch)//' UTC, and what else was estimated')
         call console%table(other_values(solution))
     end subroutine show_estimate
 
-    !> Diagnostics and verdict of an estimate. Fails when the covariance has no eigenvalues, save of a refused estimate, whose
-    !> fit is then not examined.
-    subroutine judge_estimate(observations, solution, record, diagnostics, verdict, error, refusal)
+    !> Diagnostics and verdict of an estimate, with what the next manoeuvre would give where there has to be one. Fails when the
+    !> covariance has no eigenvalues, save of a refused estimate, whose fit is then not examined.
+    subroutine judge_estimate(observations, solution, record, judged, error, refusal)
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record
-        type(fit_diagnostics_t), intent(out) :: diagnostics
-        type(verdict_t), intent(out) :: verdict         !! With an action; with findings where there is a fit
+        type(judged_t), intent(out) :: judged
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: refusal   !! Why there is no offset to be used
 
         character(:), allocatable :: proposal
 
-        if (present(refusal)) call refuse_offset(refusal, verdict%action)
-        if (.not. present(refusal)) call refuse_offset('too few samples to examine the fit', verdict%action)
+        if (present(refusal)) call refuse_offset(refusal, judged%verdict%action)
+        if (.not. present(refusal)) call refuse_offset('too few samples to examine the fit', judged%verdict%action)
         if (.not. has_fit(record)) return
-        call diagnose(observations%knowledge, solution, record, diagnostics, error)
-        if (.not. allocated(error)) then
-            verdict = judge(observations%knowledge, solution, record, diagnostics, refusal)
-            if (verdict%action%kind == DO_NOT_USE .or. .not. any(verdict%action%again)) return
-            call say_next_manoeuvre(observations, proposal)
-            if (proposal /= '') verdict%action%text = verdict%action%text//', '//proposal
-        else if (present(refusal)) then
-            deallocate (error)
+        call diagnose(observations%knowledge, solution, record, judged%diagnostics, error)
+        if (allocated(error)) then
+            if (present(refusal)) deallocate (error)
+            return
         end if
+        judged%verdict = judge(observations%knowledge, solution, record, judged%diagnostics, refusal)
+        associate (action => judged%verdict%action)
+            if (action%kind /= DO_NOT_USE .and. any(action%again)) then
+                call say_next_manoeuvre(observations, proposal)
+                if (proposal /= '') action%text = action%text//', '//proposal
+            end if
+        end associate
     end subroutine judge_estimate
 
     !> Three numbers in a line.
@@ -251,11 +255,12 @@ contains
     end subroutine show_iterations
 
     !> The estimate as CSV or JSON.
-    subroutine publish_estimate(asked, observations, solution, record, console, error)
+    subroutine publish_estimate(asked, observations, solution, record, judged, console, error)
         type(asked_estimate_t), intent(in) :: asked
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
-        type(fit_record_t), intent(in) :: record    !! Filled where the format is json
+        type(fit_record_t), intent(in) :: record    !! Of the same estimate
+        type(judged_t), intent(in) :: judged        !! What was made of it
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -263,18 +268,19 @@ contains
         type(data_table_t) :: table
 
         call fill_table(solution, table)
-        if (console%format == 'json') call fill_results(asked, observations, solution, record, results, error)
-        if (.not. allocated(error)) call results%publish(table, console, error)
+        if (console%format == 'json') call fill_results(asked, observations, solution, record, judged, results)
+        call results%publish(table, console, error)
     end subroutine publish_estimate
 
     !> The page of the estimate. With a refusal it shows no offset, begins with the reason, and has what could be read and
     !> fitted. Fails when the page cannot be made.
-    subroutine write_estimate_page(path, asked, observations, solution, record, console, error, refusal)
+    subroutine write_estimate_page(path, asked, observations, solution, record, judged, console, error, refusal)
         character(*), intent(in) :: path            !! Of the page
         type(asked_estimate_t), intent(in) :: asked
         type(observation_set_t), intent(in) :: observations     !! Without samples where they could not be read
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record    !! Of the same estimate, as far as it came
+        type(judged_t), intent(in) :: judged        !! What was made of it, or of the refusal
         type(console_t), intent(in) :: console
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: refusal   !! Why there is no offset to be used
@@ -288,8 +294,8 @@ contains
         else
             call fill_table(solution, table)
         end if
-        call fill_results(asked, observations, solution, record, results, error, refusal)
-        if (.not. allocated(error)) call results%complete(table, console, text, error)
+        call fill_results(asked, observations, solution, record, judged, results, refusal)
+        call results%complete(table, console, text, error)
         if (.not. allocated(error)) call make_page(path, text, error)
     end subroutine write_estimate_page
 
@@ -324,7 +330,7 @@ contains
         call table%add(solution%edited(1))
         call table%add(solution%edited(2))
         if (allocated(solution%beliefs)) then
-            call table%add(solution%beliefs%undetected()/MILLIMETRE)
+            call table%add(solution%beliefs%undetected(.false.)/MILLIMETRE)
             call table%add(solution%beliefs%has_contradiction())
         else
             call table%add_nothing(4)
@@ -332,23 +338,18 @@ contains
     end subroutine fill_table
 
     !> Everything but the table. With a refusal there is no offset, but the fit if there was one.
-    subroutine fill_results(asked, observations, solution, record, results, error, refusal)
+    subroutine fill_results(asked, observations, solution, record, judged, results, refusal)
         type(asked_estimate_t), intent(in) :: asked
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record
+        type(judged_t), intent(in) :: judged
         type(results_t), intent(inout) :: results
-        type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: refusal
 
-        type(fit_diagnostics_t) :: diagnostics
-        type(verdict_t) :: verdict
-
-        call judge_estimate(observations, solution, record, diagnostics, verdict, error, refusal)
-        if (allocated(error)) return
         associate (knowledge => observations%knowledge, read => allocated(observations%accelerometer_time))
             call results%open('estimate')
-            call put_action(verdict%action, results)
+            call put_action(judged%verdict%action, results)
             if (read) call results%member('case', trim(knowledge%name))
             call results%member('observations', asked%folder)
             if (read) call results%member('epoch_utc', utc_text(knowledge%epoch))
@@ -365,10 +366,10 @@ contains
             call results%end()
             if (allocated(solution%warnings)) call results%member('remarks', solution%warnings)
             if (read) call put_observed(observations, results)
-            if (allocated(verdict%findings)) then
-                call put_verdict(verdict, results)
-                call put_fit(knowledge, record, diagnostics, results)
-                call put_fit_tables(knowledge, record, diagnostics, results)
+            if (allocated(judged%verdict%findings)) then
+                call put_verdict(judged%verdict, results)
+                call put_fit(knowledge, record, judged%diagnostics, results)
+                call put_fit_tables(knowledge, record, judged%diagnostics, results)
             end if
         end associate
     end subroutine fill_results

@@ -17,7 +17,7 @@ module gracecg_level1_along_orbit
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t
     use gracecg_environment_time, only: utc_t, utc_of_gps, day_of_year, julian_centuries_tt, local_mean_solar_time
-    use gracecg_spacecraft_plates, only: satellite_surface_t, new_trapezoid
+    use gracecg_spacecraft_plates, only: satellite_surface_t, new_trapezoid, REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: gas_t, wall_t, surface_load_t, mean_molar_mass, aerodynamic_load, &
         solar_radiation_load, earth_radiation_load
     use gracecg_level1_between_records, only: orbit_at, attitude_at
@@ -156,12 +156,13 @@ contains
         type(surroundings_t), intent(out) :: models
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: LENGTH = 3.122_dp, HEIGHT = 0.720_dp, BOTTOM = 1.942_dp, TOP = 0.693_dp      ! m
         real(dp), parameter :: SPECULAR = 0.2_dp, DIFFUSE = 0.3_dp
 
         models%epoch = utc_of_gps(epoch, 0.0_dp)
         models%mass = setup%mass
-        call new_trapezoid(models%surface, LENGTH, HEIGHT, BOTTOM, TOP, SPECULAR, DIFFUSE, error)
+        associate (prism => REPORT_PRISM)
+            call new_trapezoid(models%surface, prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, error)
+        end associate
         if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
                                                              DEFAULT_SOLAR_IRRADIANCE, error)
         if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &

@@ -5,14 +5,12 @@ module gracecg_estimation_belief_words
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
-    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, LINES, &
-        FIELD_AGAINST_MODEL, OF_VALUE, &
-        OF_ALTERATION, CONTRADICTED, UNTESTED
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
+        LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
     public :: say_counts, say_contradiction, say_undetected, say_untested
 
-    real(dp), parameter :: LONG = 120       !! Arc over which a constant may not do for torques that nobody models, s
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
 
 contains
@@ -48,9 +46,10 @@ contains
             text = text//'; no single wrong belief of those that were tried explains them'
             return
         end if
-        if (report%arc > LONG .and. .not. any(report%explanations%complete)) then
-            text = text//'; no single wrong belief explains that: torques that are no constant over the arc of '// &
-                rounded_text(report%arc, 4)//' s would; estimate it in shorter arcs (--algorithm optimal --arc 60)'
+        if (is_too_long(report)) then
+            text = text//'; no single wrong belief explains that, and the rotation does not fit: torques that are no constant '// &
+                'over the arc of '//rounded_text(report%arc, 4)//' s may be the cause; estimate it in shorter arcs '// &
+                '(--algorithm optimal --arc 60)'
             return
         end if
         text = text//'; they fit if '
@@ -61,6 +60,19 @@ contains
         end do
         if (.not. report%explanations(1)%complete) text = text//'; even then something is contradicted'
     end subroutine say_contradiction
+
+    !> Is it the length of the arc, and no belief, that the data contradict? Where nothing explains all, and the star camera's
+    !> residuals are no noise, over an arc of more than twice the report's 60 s, for which its constant torque was meant.
+    pure logical function is_too_long(report)
+        type(belief_report_t), intent(in) :: report
+
+        real(dp), parameter :: LONG = 120       ! s
+        integer :: i
+
+        is_too_long = report%arc > LONG .and. .not. any(report%explanations%complete) .and. &
+            any([(any(OF_STAR_CAMERA == report%noises(i)%subject) .and. report%noises(i)%state == CONTRADICTED, &
+                  i=1, size(report%noises))])
+    end function is_too_long
 
     !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; samples that do not belong
     !> together; empty if there are none.

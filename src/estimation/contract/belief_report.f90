@@ -6,7 +6,8 @@ module gracecg_estimation_belief_report
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
     public :: begin_report, add_value, add_noise, add_score, finish_report
-    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS, LINES, FIELD_AGAINST_MODEL, HEADS_APART
+    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS
+    public :: OF_STAR_CAMERA, LINES, FIELD_AGAINST_MODEL, HEADS_APART
 
     integer, parameter :: CONFIRMED = 1     !! A wrong value that matters would have been seen
     integer, parameter :: UNTESTED = 2
@@ -15,8 +16,7 @@ module gracecg_estimation_belief_report
     integer, parameter :: CONTRADICTED = 3  !! By the data
     real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp   !! Probability that right beliefs are contradicted anywhere
     real(dp), parameter :: SUSPICIOUS = 3.3_dp
-    !! Score beyond which what the operator states of a value limits nothing: of some 20 independent ones, one in 50 sound
-    !! calibrations has one
+    !! Score beyond which what the operator states of a value limits nothing: a sound one has it with the probability 1e-3
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
     !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra, and
@@ -28,7 +28,8 @@ module gracecg_estimation_belief_report
         'line in accelerometer x', 'line in accelerometer y', 'line in accelerometer z', &
         'magnetometer against field model', 'star-camera heads, each other']
 
-    integer, parameter :: LINES(3) = [10, 11, 12], FIELD_AGAINST_MODEL = 13, HEADS_APART = 14     !! Places of some
+    !> Places of some
+    integer, parameter :: OF_STAR_CAMERA(3) = [4, 5, 6], LINES(3) = [10, 11, 12], FIELD_AGAINST_MODEL = 13, HEADS_APART = 14
 
     !> The test of a belief with a value.
     type :: value_test_t
@@ -39,10 +40,11 @@ module gracecg_estimation_belief_report
         real(dp) :: detectable = 0          !! Minimal detectable value, SI units; 0: none
         real(dp) :: largest = 0             !! Wrong value that is conceivable, SI units
         real(dp) :: stated = 0              !! The same within three standard deviations of what the operator states
+        real(dp) :: unseen = 0              !! Wrong value that no test sees, SI units: the smaller of `detectable` and `largest`
         logical :: all_or_nothing = .false. !! It is either 0 or `largest`
         real(dp) :: effect(3) = 0
-        !! What the smaller of `detectable` and `largest`, or the latter where nothing is detectable, does to the offset, m
-        real(dp) :: within(3) = 0           !! The same of the smaller of that and `stated`, unless the score is suspicious, m
+        !! What `unseen` does to the offset, m
+        real(dp) :: within(3) = 0           !! The same of the smaller of `unseen` and `stated`, unless the score is suspicious, m
         real(dp) :: shift(3) = 0            !! What the value found adds to the offset estimated without it, m
         integer :: state = CONFIRMED        !! One of the three
     end type value_test_t
@@ -93,7 +95,6 @@ module gracecg_estimation_belief_report
         integer :: largest_within(3) = 0    !! The same if what the operator states holds
     contains
         procedure :: undetected     !! The largest undetected effect on each component
-        procedure :: undetected_within  !! The same if what the operator states holds
         procedure :: has_contradiction  !! Is any belief contradicted?
         procedure :: how_many       !! Tests, or those with a result
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
@@ -193,7 +194,7 @@ contains
 
         real(dp) :: factor, likelier    ! of a standard deviation: what is found with the power
         real(dp) :: unseen              ! wrong value
-        integer :: i, axis, n
+        integer :: i, n
 
         n = size(report%values) + size(report%noises)
         report%critical = normal_quantile(1 - (1 - (1 - FAMILY_LEVEL)**(1.0_dp/max(1, n)))/2)
@@ -209,33 +210,38 @@ contains
                     unseen = min(unseen, test%detectable)
                     if (test%all_or_nothing .and. test%detectable < test%largest) unseen = 0    ! it would be seen
                 end if
-                test%within = test%effect*merge(unseen, min(unseen, test%stated), abs(test%score) > SUSPICIOUS)
+                test%unseen = unseen
                 test%effect = test%effect*unseen
-                test%state = state_of(report, test)
             end associate
         end do
-        if (size(report%values) > 0) then
-            do axis = 1, 3
-                report%largest(axis) = maxloc(abs(report%values%effect(axis)), 1)
-                report%largest_within(axis) = maxloc(abs(report%values%within(axis)), 1)
-            end do
-        end if
+        call weigh_values(report)
         do i = 1, size(report%noises)
             if (abs(report%noises(i)%score) > report%critical) report%noises(i)%state = CONTRADICTED
         end do
     end subroutine finish_report
 
-    pure integer function state_of(report, test) result(state)
-        type(belief_report_t), intent(in) :: report
-        type(value_test_t), intent(in) :: test
+    !> What follows from scores and unseen errors: effects within what is stated, states, and which are largest.
+    pure subroutine weigh_values(report)
+        type(belief_report_t), intent(inout) :: report
 
-        state = CONFIRMED
-        if (abs(test%score) > report%critical) then
-            state = CONTRADICTED
-        else if (any(abs(test%within) > report%wanted)) then
-            state = UNTESTED
-        end if
-    end function state_of
+        integer :: i, axis
+
+        do i = 1, size(report%values)
+            associate (test => report%values(i))
+                test%within = test%effect
+                if (test%unseen > test%stated .and. abs(test%score) <= SUSPICIOUS) &
+                    test%within = test%effect*(test%stated/test%unseen)
+                test%state = CONFIRMED
+                if (any(abs(test%within) > report%wanted)) test%state = UNTESTED
+                if (abs(test%score) > report%critical) test%state = CONTRADICTED
+            end associate
+        end do
+        if (size(report%values) == 0) return
+        do axis = 1, 3
+            report%largest(axis) = maxloc(abs(report%values%effect(axis)), 1)
+            report%largest_within(axis) = maxloc(abs(report%values%within(axis)), 1)
+        end do
+    end subroutine weigh_values
 
     !> Takes another score for that of a value.
     pure subroutine take_score(self, i, score)
@@ -244,7 +250,7 @@ contains
         real(dp), intent(in) :: score       !! Standard normal if the belief is right
 
         self%values(i)%score = score
-        self%values(i)%state = state_of(self, self%values(i))
+        call weigh_values(self)
     end subroutine take_score
 
     !> The probability that a test contradicts a belief, from the expectation of its score.
@@ -257,32 +263,23 @@ contains
 
     !> The largest effect on each component of the offset that no test sees, and what the estimate differs from that of
     !> `optimal` by, m.
-    pure function undetected(self) result(effect)
+    pure function undetected(self, within) result(effect)
         class(belief_report_t), intent(in) :: self
+        logical, intent(in) :: within       !! If what the operator states holds
         real(dp) :: effect(3)
 
         integer :: axis
 
         effect = self%apart
         do axis = 1, 3
-            if (self%largest(axis) > 0) &
+            if (size(self%values) == 0) exit
+            if (within) then
+                effect(axis) = effect(axis) + abs(self%values(self%largest_within(axis))%within(axis))
+            else
                 effect(axis) = effect(axis) + abs(self%values(self%largest(axis))%effect(axis))
+            end if
         end do
     end function undetected
-
-    !> The same if no error is larger than three of the standard deviations that the operator states, m.
-    pure function undetected_within(self) result(effect)
-        class(belief_report_t), intent(in) :: self
-        real(dp) :: effect(3)
-
-        integer :: axis
-
-        effect = self%apart
-        do axis = 1, 3
-            if (self%largest_within(axis) > 0) &
-                effect(axis) = effect(axis) + abs(self%values(self%largest_within(axis))%within(axis))
-        end do
-    end function undetected_within
 
     pure integer function how_many(self, state) result(number)
         class(belief_report_t), intent(in) :: self

@@ -44,12 +44,14 @@ contains
     end function a_priori_sigmas
 
     !> The largest errors that agree with what the operator states: three standard deviations, but no more than any error;
-    !> an interchange of axes is none once they have been confirmed. By place, SI units.
-    pure function conceivable_errors(knowledge) result(errors)
+    !> an interchange of axes is none once they have been confirmed. Rods follow a quartz. By place, SI units.
+    pure function conceivable_errors(knowledge, stated) result(errors)
         type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in), optional :: stated(:)     !! Other standard deviations, by place; 0: what `knowledge` says
         real(dp) :: errors(PARAMETERS)
 
-        real(dp), parameter :: SIGMAS = 3, CLOCK = 1e-6_dp      ! of the frequencies of rods, Hz
+        real(dp), parameter :: SIGMAS = 3
+        real(dp), parameter :: QUARTZ = 1e-6_dp     ! Of the rods' frequencies, Hz: 1e-5 of 0.1 Hz, ours
         real(dp) :: sigmas_of(PARAMETERS)
         integer :: i
 
@@ -63,7 +65,8 @@ contains
             where (kinds == OF_MOUNTING_1 .or. kinds == OF_MOUNTING_2) sigmas_of = known%sigma_mounting
             where (kinds == OF_ROD_DELAYS .or. kinds == OF_ALL_RODS_DELAY .or. kinds == OF_ACCELEROMETER_DELAYS .or. &
                    kinds == OF_FIELD_DELAY .or. kinds == OF_STAR_CAMERA_DELAY) sigmas_of = known%sigma_delays
-            where (kinds == OF_ROD_FREQUENCIES .or. kinds == OF_ALL_RODS_FREQUENCY) sigmas_of = CLOCK
+            where (kinds == OF_ROD_FREQUENCIES .or. kinds == OF_ALL_RODS_FREQUENCY) sigmas_of = QUARTZ
+            if (present(stated)) where (stated > 0) sigmas_of = stated
             errors = [(largest_error(i), i=1, PARAMETERS)]
             where (sigmas_of > 0) errors = min(errors, SIGMAS*sigmas_of)
             if (known%signs_known) where (kinds >= OF_ROD_SWAPS .and. kinds <= OF_ACCELEROMETER_SWAPS) errors = 0

@@ -308,8 +308,7 @@ contains
         sigma = a_priori_sigmas(sets(1)%knowledge)
         where (stated > 0) sigma = stated
         sigma(result%shared) = prior
-        conceivable = conceivable_errors(sets(1)%knowledge)
-        where (stated > 0) conceivable = min(conceivable, 3*stated)
+        conceivable = conceivable_errors(sets(1)%knowledge, stated)
         allocate (result%beliefs)
         call test_with(n, result%beliefs, error)
         if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
@@ -341,8 +340,7 @@ contains
             call solve_normal_equations(all%matrix(:first, :first), all%rhs(:first), step, covariance, condition, failed)
             if (allocated(failed)) return
             call begin_report(value(:3), options%wanted_accuracy, sets(1)%knowledge%a_priori%signs_known, report)
-            call test_values(places, first, all%matrix, all%rhs, covariance, sigma, &
-                             conceivable, value, report)
+            call test_values(places, first, all%matrix, all%rhs, covariance, sigma, conceivable, value, report)
             call finish_report(report)
         end subroutine test_with
 

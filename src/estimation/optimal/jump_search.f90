@@ -78,11 +78,10 @@ contains
         end do
     end function search_jump
 
-    !> When the satellite enters or leaves the full light of the Sun, s; negative where it does not, or no orbit is known.
-    pure real(dp) function edge_of_shadow(epoch, data, from, to) result(time)
+    !> When in an arc the satellite enters or leaves the full light of the Sun, s; negative where it does not, or no orbit is known.
+    pure real(dp) function edge_of_shadow(epoch, data) result(time)
         type(utc_t), intent(in) :: epoch            !! Of the arc
         type(fitting_data_t), intent(in) :: data
-        real(dp), intent(in) :: from, to            !! When that is looked for, s
 
         real(dp) :: sun(3), light, before
         integer :: i
@@ -91,7 +90,7 @@ contains
         sun = sun_position(julian_centuries_tt(epoch))
         before = -1
         do i = 1, size(data%orbit_time)
-            if (data%orbit_time(i) < from .or. data%orbit_time(i) > to) cycle
+            if (data%orbit_time(i) < 0 .or. data%orbit_time(i) > data%steps*data%interval) cycle
             light = conical_shadow(data%orbit_position(:, i), sun)
             if (before >= 0 .and. (light >= 1 .neqv. before >= 1)) time = data%orbit_time(i)
             before = light

@@ -353,24 +353,24 @@ contains
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
         real(dp), parameter :: SHARP = 3        ! s, between the earliest and the latest time of what is called a jump
-        real(dp), parameter :: CLEAR = 64       ! least gain of it: less may be a bend anywhere
-        character(:), allocatable :: text
-        real(dp) :: earliest, latest, edge
+        real(dp), parameter :: CLEAR = 64       ! Least gain of it. Forces that bend and do not jump have gains up to 58 in 120
+                                                ! sound runs (six cases, four designed manoeuvres, seeds 1 to 12)
+        character(:), allocatable :: text, step
+        real(dp) :: width, edge
 
-        earliest = found%earliest*problem%model%interval
-        latest = found%latest*problem%model%interval
+        width = (found%latest - found%earliest)*problem%model%interval
         associate (jump => problem%state%value(FORCE_JUMP(1):FORCE_JUMP(3)))
-            text = 'the non-gravitational acceleration '
-            if (latest - earliest <= SHARP .and. found%gain > CLEAR) then
-                text = text//'jumps at '//number_text(problem%model%jump*problem%model%interval)//' s (within '// &
-                    rounded_text((latest - earliest)/2, 2)//' s)'
-            else
-                text = text//'bends more than a parabola, when is not told,'
-            end if
-            text = text//' by '//rounded_text(jump(1), 2)//', '//rounded_text(jump(2), 2)//', '//rounded_text(jump(3), 2)// &
-                ' m/s^2 along x, y, z: it is estimated, too, as a jump'
+            step = rounded_text(jump(1), 2)//', '//rounded_text(jump(2), 2)//', '//rounded_text(jump(3), 2)// &
+                ' m/s^2 along x, y, z'
         end associate
-        edge = edge_of_shadow(knowledge%epoch, problem%data, 0.0_dp, knowledge%duration)
+        if (width <= SHARP .and. found%gain > CLEAR) then
+            text = 'the non-gravitational acceleration jumps at '//number_text(problem%model%jump*problem%model%interval)// &
+                ' s (within '//rounded_text(width/2, 2)//' s) by '//step//': it is estimated, too'
+        else
+            text = 'the non-gravitational acceleration bends by more than a parabola: a step of '//step//' is estimated, too, '// &
+                'whose time is not clear'
+        end if
+        edge = edge_of_shadow(knowledge%epoch, problem%data)
         if (edge >= 0) text = text//'; the edge of the Earth''s shadow is passed at '//rounded_text(edge, 3)//' s'
         call append(warnings, text)
     end subroutine report_jump

@@ -12,8 +12,8 @@ module gracecg_estimation_action
     public :: TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
 
     integer, parameter :: TRIM_IT = 1           !! Move the centre of mass along some axes
-    integer, parameter :: LEAVE_IT = 2          !! The offset is as small as can be told
-    integer, parameter :: CALIBRATE_AGAIN = 3   !! No axis is known well enough
+    integer, parameter :: LEAVE_IT = 2          !! The offset is as small as can be told, on every axis
+    integer, parameter :: CALIBRATE_AGAIN = 3   !! Nothing can be moved, and some axis is not known well enough
     integer, parameter :: DO_NOT_USE = 4        !! Something is wrong
     !> The four in words
     character(15), parameter :: ACTIONS(4) = [character(15) :: 'trim', 'leave', 'calibrate again', 'do not use']
@@ -52,9 +52,12 @@ contains
 
         known%value = offset
         known%sigma = [(sqrt(covariance(i, i) + report%apart(i)**2), i=1, 3)]
-        known%unseen = report%undetected_within() - report%apart
         do i = 1, 3
-            if (report%largest_within(i) > 0) known%hidden(i) = belief_subject(report%values(report%largest_within(i))%belief)
+            if (size(report%values) == 0) exit
+            associate (test => report%values(report%largest_within(i)))
+                known%unseen(i) = abs(test%within(i))
+                known%hidden(i) = belief_subject(test%belief)
+            end associate
         end do
         known%tolerated = report%wanted
         known%signs_known = report%signs_known
@@ -78,17 +81,18 @@ contains
         if (any(moved) .and. .not. known%signs_known) then
             action%again = .true.
             action%kind = CALIBRATE_AGAIN
-            action%text = 'calibrate again, after a small known move of the masses: whether the accelerometer''s axes have the '// &
-                'sign and order that the setup says, no calibration alone tells; then set signs_known = .true. in &a_priori'
+            action%text = 'calibrate again after a small known move of the masses (no calibration alone tells whether the '// &
+                'accelerometer''s axes have the signs and order of the setup; once a move has shown it, say '// &
+                'signs_known = .true. there)'
             return
         end if
         action%trimmed = moved
-        action%kind = merge(TRIM_IT, merge(LEAVE_IT, CALIBRATE_AGAIN, any(good)), any(moved))
+        action%kind = merge(TRIM_IT, merge(LEAVE_IT, CALIBRATE_AGAIN, all(good)), any(moved))
         do axis = 1, 3
             moves(axis) = trim(signed(known%value(axis)/MILLIMETRE))//' mm along '//AXES(axis)
             sigmas(axis) = rounded_text(known%sigma(axis)/MILLIMETRE, 2)
             moments(axis) = signed(mass*known%value(axis)/MILLIMETRE)
-            if (known%sigma(axis) > WANTED_ACCURACY) then
+            if (.not. known%sigma(axis) <= WANTED_ACCURACY) then
                 reasons(axis) = 'sigma of '//AXES(axis)//' '//trim(sigmas(axis))//' mm, wanted '// &
                     rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)
             else

@@ -228,7 +228,7 @@ contains
                 call add(verdict, GRADE_GOOD, 'Contradicted', 'nothing that the setup says, at the level of one false '// &
                          'alarm in a thousand calibrations')
             end if
-            call add(verdict, merge(GRADE_DOUBTFUL, GRADE_GOOD, any(report%undetected_within() > report%wanted)), 'Beliefs', &
+            call add(verdict, merge(GRADE_DOUBTFUL, GRADE_GOOD, any(report%undetected(.true.) > report%wanted)), 'Beliefs', &
                      text)
             call say_untested(report, part)
             if (part /= '') call add(verdict, GRADE_DOUBTFUL, 'Not testable here', part)

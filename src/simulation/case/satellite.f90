@@ -4,6 +4,7 @@ module gracecg_simulation_satellite
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, ARCSECOND, NANOTESLA
     use gracecg_files_settings, only: settings_t
+    use gracecg_spacecraft_plates, only: REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: wall_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: describe_noise_spectra
@@ -22,8 +23,8 @@ module gracecg_simulation_satellite
         real(dp) :: offset(3) = 0                   !! d, from COM to proof-mass centre, body axes, m
         type(torque_rods_t) :: rods                 !! As they are, and what they are commanded to
         ! surface
-        real(dp) :: length = 3.122_dp, height = 0.720_dp    !! m
-        real(dp) :: width_bottom = 1.942_dp, width_top = 0.693_dp   !! m
+        real(dp) :: length = REPORT_PRISM(1), height = REPORT_PRISM(2)              !! m
+        real(dp) :: width_bottom = REPORT_PRISM(3), width_top = REPORT_PRISM(4)     !! m
         real(dp) :: centre_of_mass(3) = 0           !! In the trapezoid's frame, m
         character(16) :: forces = 'report'
         !! What air and light accelerate it by: 'report', (2-6) to (2-10), or 'plates', the loads of its torques
