@@ -45,7 +45,8 @@ contains
         call arguments%describe('estimate', 'RUN ...', 1, MOST_RUNS, &
                                 'Estimates the offset of the centre of gravity, from the '// &
                                 'centre of mass to the proof-mass centre in body axes, from '// &
-                                'the observation set in the folder RUN. The exit status is 1 when the '// &
+                                'the observation set in the folder RUN. First stands what to do, and why: trim, '// &
+                                'leave, calibrate again, or do not use. The exit status is 1 when the '// &
                                 'estimate does not converge. Of several runs, folders or estimates '// &
                                 'saved with --format json, one offset with --algorithm optimal, and '// &
                                 'whether they agree.', &

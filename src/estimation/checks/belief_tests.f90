@@ -198,7 +198,7 @@ contains
         type(fitting_data_t), intent(in) :: data
         real(dp) :: scores(6)                       !! Field along body axes, turn about them
 
-        real(dp), parameter :: OF_MODEL = 300*NANOTESLA
+        real(dp), parameter :: OF_MODEL = 300*NANOTESLA     ! twice what section 6.4 of the report assumes of its model
         real(dp) :: across(3), of_heads
 
         scores = 0

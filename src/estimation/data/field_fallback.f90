@@ -40,7 +40,8 @@ module gracecg_estimation_field_fallback
     !! Between star-camera samples, s. The chord across a gap g misses the attitude by g^2/8 times the
     !! angular acceleration of up to 2e-5 rad/s^2: 2e-3 rad, or 60 nT, at most
     integer, parameter :: FEWEST_COMMON = 5     !! Epochs that determine an offset of the model
-    integer, parameter :: ENOUGH = 8            !! Epochs that tell whether both belong together
+    integer, parameter :: ENOUGH = 64
+    !! Epochs that tell whether both belong together: all of a minute, so that what rods leak into the magnetometer cancels
     real(dp), parameter :: SLACK = 1e-6_dp      !! Of an interval, for rounding
 
 contains
