@@ -141,7 +141,7 @@ contains
         call describe_noise_spectra(settings, knowledge%accelerometer_noise)
         call settings%real_values('scale', knowledge%accelerometer_scale, 0.1_dp, 10.0_dp, 'x, y, z: by which '// &
                                   'samples are divided')
-        call settings%real_value('delay', knowledge%accelerometer_delay, -0.1_dp, 0.1_dp, &
+        call settings%real_value('delay', knowledge%accelerometer_delay, -1.0_dp, 1.0_dp, &
                                  's, by which the time tags are late', unit='s')
         call settings%real_value('range', knowledge%accelerometer_range, 0.0_dp, 1.0_dp, &
                                  'm/s^2, full scale, at which samples are refused; 0: not known', unit='m/s^2')
