@@ -41,6 +41,7 @@ program tester
     use test_level1_time, only: collect_level1_time
     use test_level1_check, only: collect_level1_check
     use test_level1_estimate, only: collect_level1_estimate
+    use test_level1_bundles, only: collect_level1_bundles
     use test_level1_days, only: collect_level1_days
     use test_level1_parts, only: collect_level1_parts
     use test_level1_results, only: collect_level1_results
@@ -187,6 +188,7 @@ program tester
              new_testsuite('level1-time', collect_level1_time), &
              new_testsuite('level1-check', collect_level1_check), &
              new_testsuite('level1-estimate', collect_level1_estimate), &
+             new_testsuite('level1-bundles', collect_level1_bundles), &
              new_testsuite('level1-days', collect_level1_days), &
              new_testsuite('level1-parts', collect_level1_parts), &
              new_testsuite('level1-results', collect_level1_results), &

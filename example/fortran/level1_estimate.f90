@@ -21,7 +21,7 @@ program level1_estimate
     call read_level1_setup(trim(setup_file), setup, error)
     ! Any satellite; spans of the SOE file or by the currents; field of the model
     if (.not. allocated(error)) &
-        call gather_calibration(trim(folder), setup, '', '', no_spans, 'model', calibration, error)
+        call gather_calibration([trim(folder)], setup, '', '', no_spans, 'model', calibration, error)
     if (.not. allocated(error)) call estimate_level1(calibration, setup, 'estimate', estimate, error)
     if (allocated(error)) error stop error%message
     print '(3a, i0, a)', 'satellite ', calibration%satellite, ': ', count(calibration%spans%used), ' spans'

@@ -3,7 +3,7 @@ module gracecg_base_statistics
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: median_of, sampling_error, normal_quantile, chi_square_tail
+    public :: median_of, sort, sampling_error, normal_quantile, chi_square_tail
 
 contains
 

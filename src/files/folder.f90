@@ -43,10 +43,11 @@ contains
 
     !> The paths of the files in a folder, in alphabetic order; no folders, and none whose name begins with a
     !> point. Fails when there is no such folder.
-    subroutine files_in_folder(folder, paths, error)
+    subroutine files_in_folder(folder, paths, error, folders)
         character(*), intent(in) :: folder      !! With or without a slash at the end
         type(string_t), allocatable, intent(out) :: paths(:)
         type(error_t), allocatable, intent(out) :: error
+        type(string_t), allocatable, intent(out), optional :: folders(:)    !! The paths of the folders in it
 
         type(glob_t) :: found
         type(c_ptr), pointer :: list(:)
@@ -56,6 +57,7 @@ contains
         integer(c_int) :: status
 
         allocate (paths(0))
+        if (present(folders)) allocate (folders(0))
         if (.not. directory_exists(folder)) then
             call fail(error, trim(folder)//': no such folder')
             return
@@ -69,7 +71,11 @@ contains
                 do k = 1, size(letters)
                     path(k:k) = letters(k)
                 end do
-                if (.not. directory_exists(path)) call append(paths, path)
+                if (.not. directory_exists(path)) then
+                    call append(paths, path)
+                else if (present(folders)) then
+                    call append(folders, path)
+                end if
                 deallocate (path)
             end do
         end if

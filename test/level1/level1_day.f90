@@ -297,7 +297,7 @@ contains
         character(:), allocatable :: path
 
         call write_day(name, flaws, path)
-        call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
+        call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
         if (allocated(error)) return
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_day

@@ -53,7 +53,7 @@ contains
         call gcfree(ih, istat, msg)
 
         call read_level1_setup(SETUP, settings, failure)
-        call gather_calibration(path, settings, '', '', reshape([double precision ::], [2, 0]), 'model', calibration, failure)
+        call gather_calibration([path], settings, '', '', reshape([double precision ::], [2, 0]), 'model', calibration, failure)
         call estimate_level1(calibration, settings, 'estimate', estimate, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

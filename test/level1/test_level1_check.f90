@@ -37,7 +37,7 @@ contains
         type(level1_folder_t) :: files
         type(error_t), allocatable :: failure
 
-        call open_level1_folder(path, satellite, files, failure)
+        call open_level1_folder([path], satellite, files, failure)
         if (.not. allocated(failure)) call check_level1(files, found, failure)
         call check_passes(error, message_of(failure))
     end subroutine look
@@ -86,41 +86,38 @@ contains
         type(level1_folder_t) :: files
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: paths(:)
-        character(:), allocatable :: path
         integer :: i
 
         call make_directory(DAYS, failure)
         do i = 1, size(NAMES)
             call make_file(error, 'level1-days/'//trim(NAMES(i)), 'x')
         end do
-        call open_level1_folder(DAYS//'/', ' ', files, failure)
+        call open_level1_folder([DAYS//'/'], ' ', files, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         ! In alphabetic order satellite D has the first file.
         call check(error, files%satellite//files%date, 'D2020-02-02')
         call check(error, size(files%warnings), 2)
-        call open_level1_folder(DAYS, 'C', files, failure)
+        call open_level1_folder([DAYS], 'C', files, failure)
         call check(error, files%satellite//files%date, 'C2020-02-01')
         call check_fails(error, files%warnings(1)%text, [character(40) :: '.txt.part1 is left out'])
         call check_fails(error, files%warnings(2)%text, [character(40) :: '2 days are joined', '2020-02-01 to 2020-02-02'])
-        call files%path_of('MAS1B', path)
-        call check(error, path, DAYS//'/MAS1B_2020-02-01_C_04.txt')
         call files%paths_of('MAS1B', paths)
         call check(error, size(paths), 2)
+        call check(error, paths(1)%text, DAYS//'/MAS1B_2020-02-01_C_04.txt')
         call check(error, paths(2)%text, DAYS//'/MAS1B_2020-02-02_C_04.txt')
-        call files%path_of('QSA1B', path)
-        call check(error, path, DAYS//'/QSA1B_2019-05-22_C_04.txt')
-        call files%path_of('MAG1B', path)
-        call check(error, path, '')
         call files%paths_of('QSA1B', paths)
         call check(error, size(paths), 1)
-        call open_level1_folder(DAYS, 'C', files, failure, '2020-02-02')
+        call check(error, paths(1)%text, DAYS//'/QSA1B_2019-05-22_C_04.txt')
+        call files%paths_of('MAG1B', paths)
+        call check(error, size(paths), 0)
+        call open_level1_folder([DAYS], 'C', files, failure, '2020-02-02')
         call check(error, files%date//files%days(1), '2020-02-022020-02-01')
-        call open_level1_folder(DAYS, 'C', files, failure, '2020-02-03')
+        call open_level1_folder([DAYS], 'C', files, failure, '2020-02-03')
         call check_fails(error, message_of(failure), [character(60) :: 'no Level-1 files of satellite C of 2020-02-03'])
-        call open_level1_folder(DAYS, 'A', files, failure)
+        call open_level1_folder([DAYS], 'A', files, failure)
         call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of satellite A'])
-        call open_level1_folder(DAYS//'-not', 'A', files, failure)
+        call open_level1_folder([DAYS//'-not'], 'A', files, failure)
         call check_fails(error, message_of(failure), [character(40) :: 'no such folder'])
     end subroutine test_folder
 

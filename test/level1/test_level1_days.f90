@@ -56,7 +56,8 @@ contains
         call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-01', -1e4_dp, middle + 3, 0, error)
         call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-02', middle, 1e4_dp, 0, error)
         if (allocated(error)) return
-        call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', parted, failure)
+        call gather_calibration([FOLDER//'l1_parted'], setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', &
+                                parted, failure)
         if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), 'estimate', found, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -68,7 +69,7 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(parted%spans%start - whole%spans%start)) < 0.6_dp .and. &
                    maxval(abs(parted%spans%stop - whole%spans%stop)) < 0.6_dp, 'begin and end')
-        call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', &
+        call gather_calibration([FOLDER//'l1_parted'], setup_said(), '', '', &
                                 reshape([(EPOCH + start_of(i), DURATION, i=0, 1)], [2, 2]), 'model', parted, failure)
         if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), 'estimate', found, failure)
         call check_passes(error, message_of(failure))
@@ -98,10 +99,10 @@ contains
         call copy_day(path, FOLDER//'l1_days', '2020-02-01', -1e4_dp, 1e4_dp, 0, error)
         call copy_day(path, FOLDER//'l1_days', '2020-02-04', -1e4_dp, 1e4_dp, 3*86400, error)
         if (allocated(error)) return
-        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure)
+        call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure)
         call check_fails(error, message_of(failure), [character(40) :: '2 manoeuvres', '2020-02-01T03:01 (1 spans)', &
                                                       '2020-02-04T03:01 (1 spans)', '--day'])
-        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-04')
+        call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-04')
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, calibration%date, '2020-02-04')
@@ -109,14 +110,14 @@ contains
                    calibration%spans(1)%used, 'its span')
         call check_day_from_c(error)
         if (allocated(error)) return
-        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-03')
+        call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-03')
         call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of 2020-02-03'])
-        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-30')
+        call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-30')
         call check_fails(error, message_of(failure), [character(40) :: '"2020-02-30" is no date'])
         ! Days that follow one another: the next one has no manoeuvre, which is said with where there is one.
         call copy_day(path, FOLDER//'l1_days', '2020-02-05', -1e4_dp, start_of(0) - 10, 4*86400, error)
         if (allocated(error)) return
-        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-05')
+        call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-05')
         call check_fails(error, message_of(failure), [character(60) :: 'no manoeuvre found on 2020-02-05, but at 2020-02-04T03:01'])
     end subroutine test_several_days
 
@@ -161,14 +162,14 @@ contains
         character(:), allocatable :: path
 
         call write_day('l1_long', flaws_t(spans=2), path)
-        call gather_calibration(path, setup_said(), '', '', reshape([EPOCH + start_of(0), DURATION, EPOCH + start_of(1) - 850, &
+        call gather_calibration([path], setup_said(), '', '', reshape([EPOCH + start_of(0), DURATION, EPOCH + start_of(1) - 850, &
                                                                      901.0_dp], [2, 2]), 'model', calibration, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, calibration%spans(1)%used .and. .not. calibration%spans(2)%used, 'which are used')
         call check(error, trim(calibration%spans(2)%reason), 'longer than 900 s: give its sub-manoeuvres')
         ! One of 900 s is left out too, but because the files have only a part of it.
-        call gather_calibration(path, setup_said(), '', '', reshape([EPOCH + start_of(1) - 850, 900.0_dp], [2, 1]), 'model', &
+        call gather_calibration([path], setup_said(), '', '', reshape([EPOCH + start_of(1) - 850, 900.0_dp], [2, 1]), 'model', &
                                 calibration, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

@@ -149,7 +149,7 @@ contains
                    trim(calibration%spans(3)%reason) == 'a gap in the orbit', 'the third span')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset by the others')
         call write_day('l1_inertial', flaws_t(spans=1, no_fixed=.true.), path)
-        call gather_calibration(path, setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, failure)
+        call gather_calibration([path], setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, says(calibration%notes, 'no GNV1B'), 'told')

@@ -104,7 +104,7 @@ contains
             setup%gain_sigma = 0
             setup%lift_sigma = 0
         end if
-        call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
+        call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
         if (allocated(error)) return
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_folder

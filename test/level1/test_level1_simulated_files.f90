@@ -250,7 +250,7 @@ contains
                    'currents flow later')
         ! Though rods of up to 37 nT/mA and 80 mA/s are seen 70 ms later, magnetometer and model agree.
         call read_level1_setup(path//'/setup.nml', setup, failure)
-        if (.not. allocated(failure)) call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', &
+        if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', &
                                                               calibration, failure)
         if (failed(error, message_of(failure))) return
         call check(error, calibration%field_difference > 0 .and. calibration%field_difference < 40*NANOTESLA, &

@@ -2,7 +2,7 @@
 module gracecg_level1_command_check
     use gracecg_level1_check, only: level1_check_t, check_level1
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
-    use gracecg_level1_command_estimate, only: add_day_options
+    use gracecg_level1_command_estimate, only: add_day_options, MOST_PLACES, PLACES_ARE
     use gracecg_cli_work
     implicit none
     private
@@ -14,11 +14,11 @@ contains
     subroutine declare_level1_check(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('level1 check', 'DIR', 1, 1, &
+        call arguments%describe('level1 check', 'PLACE ...', 1, MOST_PLACES, &
                                 'Numbers of a day of Level-1 data that tell whether files, time and frames were understood: '// &
                                 'sampling, means and noise of the accelerometer, tags of 1A against 1B, rates and noise of '// &
                                 'the attitude, orbit in body axes, magnetometer against the IGRF, rod currents and their '// &
-                                'gain, gyros, thrusters, gas. Each has a verdict: ok, or unusual for such data.', &
+                                'gain, gyros, thrusters, gas. Each has a verdict: ok, or unusual for such data. '//PLACES_ARE, &
                                 'gracecg level1 check day')
         call add_day_options(arguments)
         call add_format_option(arguments)
@@ -42,7 +42,7 @@ contains
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         if (satellite == '') satellite = ' '
-        call open_level1_folder(arguments%positional(1), satellite(1:1), files, error, day)
+        call open_level1_folder(padded(arguments%words), satellite(1:1), files, error, day)
         if (.not. allocated(error)) call check_level1(files, check, error)
         if (allocated(error)) return
         call table%column('quantity', 'a', 'quantity')

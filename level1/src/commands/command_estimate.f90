@@ -1,4 +1,4 @@
-!> gracecg level1 estimate: the CG offset from a folder of Level-1 files.
+!> gracecg level1 estimate: the CG offset from Level-1 files.
 module gracecg_level1_command_estimate
     use gracecg_base_constants, only: MICROMETRE, NANOTESLA
     use gracecg_base_text, only: pick_text
@@ -21,6 +21,11 @@ module gracecg_level1_command_estimate
     implicit none
     private
     public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_options, take_calibration
+    public :: MOST_PLACES, PLACES_ARE
+
+    integer, parameter :: MOST_PLACES = 100000
+    character(*), parameter :: PLACES_ARE = 'A PLACE is a folder with all folders in it, a bundle (.tgz, .tar), or a file, '// &
+        'compressed (.gz) or not; of two releases the newer one is taken.'
 
     character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
 
@@ -30,10 +35,11 @@ contains
     subroutine declare_level1_estimate(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('level1 estimate', 'DIR', 1, 1, &
+        call arguments%describe('level1 estimate', 'PLACE ...', 1, MOST_PLACES, &
                                 'Estimates the CG offset of a satellite from the Level-1 files of a calibration manoeuvre: '// &
-                                'rod currents, accelerometer, attitude, orbit, thrusters, clocks. The spans come from the '// &
-                                'SOE file in the folder (CMCAL), from --spans or --span, or from the currents. All spans '// &
+                                'rod currents, accelerometer, attitude, orbit, thrusters, clocks. '//PLACES_ARE// &
+                                ' The spans come from the '// &
+                                'SOE file among them (CMCAL), from --spans or --span, or from the currents. All spans '// &
                                 'are one fit, in which gains and delays of the rods, delay and angular channels of the '// &
                                 'accelerometer, and the leakage of the rods are estimated with the offset; what the setup '// &
                                 'says beside is tested. The same without the gyros, and without the angular channels, '// &
@@ -95,7 +101,7 @@ contains
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
         if (allocated(error)) return
-        call gather_calibration(arguments%positional(1), setup, satellite, spans_file, span, field, calibration, error, &
+        call gather_calibration(padded(arguments%words), setup, satellite, spans_file, span, field, calibration, error, &
                                 day)
     end subroutine take_calibration
 
@@ -124,7 +130,7 @@ contains
         if (allocated(error)) return
         call console%warn_all([calibration%notes, estimate%remarks])
         call show(calibration, setup, estimate, console)
-        call publish(page, arguments%positional(1), calibration, setup, estimate, console, error)
+        call publish(page, calibration, setup, estimate, console, error)
         if (allocated(error)) return
         if (page /= '') call console%line('written: '//page)
         if (estimate%flag > 1 .and. vcm//soe /= '') then
@@ -316,9 +322,8 @@ contains
     end function um
 
     !> CSV, JSON, and the page of it.
-    subroutine publish(page, folder, calibration, setup, estimate, console, error)
+    subroutine publish(page, calibration, setup, estimate, console, error)
         character(*), intent(in) :: page        !! Path; empty: none
-        character(*), intent(in) :: folder      !! Of the Level-1 files
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
@@ -329,7 +334,7 @@ contains
         character(:), allocatable :: text
 
         if (console%format == 'text' .and. page == '') return
-        call fill_results(folder, calibration, setup, estimate, results)
+        call fill_results(calibration, setup, estimate, results)
         call results%publish(source_table(estimate), console, error, json=text)
         if (.not. allocated(error) .and. page /= '') call make_page(page, text, error)
     end subroutine publish
@@ -367,8 +372,7 @@ contains
     end function source_table
 
     !> Everything but the table.
-    subroutine fill_results(folder, calibration, setup, estimate, results)
-        character(*), intent(in) :: folder
+    subroutine fill_results(calibration, setup, estimate, results)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
@@ -429,7 +433,7 @@ contains
             call results%member('trim', [(commands(k)%text, k=1, size(commands))])
         end associate
         call results%member('findings', estimate%findings)
-        call put_level1_details(folder, calibration, setup, estimate, results)
+        call put_level1_details(calibration, setup, estimate, results)
         call put_level1_tables(calibration, estimate, results)
     end subroutine fill_results
 end module gracecg_level1_command_estimate

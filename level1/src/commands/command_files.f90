@@ -2,7 +2,7 @@
 module gracecg_level1_command_files
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_files_file, only: directory_exists
-    use gracecg_files_folder, only: files_in_folder
+    use gracecg_level1_bundles, only: find_level1_files, is_bundle
     use gracecg_level1_conversion, only: convert_level1
     use gracecg_level1_header, only: product_of_file_name, date_of_file_name, name_of
     use gracecg_level1_products, only: KIND_LETTER, KIND_F4, KIND_F8
@@ -29,8 +29,8 @@ contains
         call arguments%describe('level1 list', 'FILE ...', 1, MOST_PATHS, &
                                 'Shows what Level-1 files of GRACE and GRACE-FO hold, text or binary: product, satellite, '// &
                                 'records, first and last time, mean interval, gaps (steps longer than 1.5 usual ones), how '// &
-                                'many records have each bit of the quality flag set, and what is unusual. A folder stands '// &
-                                'for the Level-1 files in it.', &
+                                'many records have each bit of the quality flag set, and what is unusual. A folder, '// &
+                                'and a bundle (.tgz, .tar), stands for the Level-1 files in it.', &
                                 'gracecg level1 list '//ACC)
         call add_format_option(arguments)
     end subroutine declare_level1_list
@@ -103,33 +103,33 @@ contains
         end if
     end subroutine tell_joint
 
-    !> The files of the arguments; of folders those that are named like Level-1 files.
+    !> The files of the arguments; of folders and bundles those that are named like Level-1 files.
     subroutine level1_paths(arguments, paths, error)
         type(arguments_t), intent(in) :: arguments
         type(string_t), allocatable, intent(out) :: paths(:)
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: found(:)
-        character(:), allocatable :: path
         integer :: i, k, before
 
         allocate (paths(0))
         do i = 1, arguments%positional_count()
-            path = arguments%positional(i)
-            if (.not. directory_exists(path)) then
-                call append(paths, path)
-                cycle
-            end if
+            if (allocated(found)) deallocate (found)
+            allocate (found(0))
             before = size(paths)
-            call files_in_folder(path, found, error)
-            if (allocated(error)) return
-            do k = 1, size(found)
-                if (product_of_file_name(found(k)%text) /= '') call append(paths, found(k)%text)
-            end do
-            if (size(paths) == before) then
-                call fail(error, path//': no Level-1 file in this folder; their names are like '//ACC)
-                return
-            end if
+            associate (place => arguments%words(i)%text)
+                if (.not. (directory_exists(place) .or. is_bundle(place))) then
+                    call append(paths, place)
+                    cycle
+                end if
+                call find_level1_files(place, found, error)
+                if (allocated(error)) return
+                do k = 1, size(found)
+                    if (product_of_file_name(found(k)%text) /= '') call append(paths, found(k)%text)
+                end do
+                if (size(paths) == before) call fail(error, place//': no Level-1 file in it; their names are like '//ACC)
+                if (allocated(error)) return
+            end associate
         end do
     end subroutine level1_paths
 

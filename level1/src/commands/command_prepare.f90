@@ -8,7 +8,7 @@ module gracecg_level1_command_prepare
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_preparation, only: prepare_observations
-    use gracecg_level1_command_estimate, only: declare_data_options, take_calibration
+    use gracecg_level1_command_estimate, only: declare_data_options, take_calibration, MOST_PLACES, PLACES_ARE
     use gracecg_cli_work
     implicit none
     private
@@ -22,10 +22,10 @@ contains
     subroutine declare_level1_prepare(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('level1 prepare', 'DIR', 1, 1, &
+        call arguments%describe('level1 prepare', 'PLACE ...', 1, MOST_PLACES, &
                                 'Makes an observation set, as `gracecg estimate` takes it, of one span of Level-1 files: '// &
                                 'GPS time, SRF axes, the field of the model or the corrected magnetometer, the rods as '// &
-                                'measured, with gains and delays as estimated (rods.csv).', &
+                                'measured, with gains and delays as estimated (rods.csv). '//PLACES_ARE, &
                                 'gracecg level1 prepare day --setup setup.nml --number 2 --out span2')
         call declare_data_options(arguments)
         call arguments%add_option('--number', 'N', 'of the span that is wanted', default='1')

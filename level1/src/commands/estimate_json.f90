@@ -20,8 +20,7 @@ module gracecg_level1_estimate_json
 contains
 
     !> What is beside the numbers: limits, leakage, rods, sources in words, notes.
-    subroutine put_level1_details(folder, calibration, setup, estimate, results)
-        character(*), intent(in) :: folder      !! Of the Level-1 files
+    subroutine put_level1_details(calibration, setup, estimate, results)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
@@ -29,7 +28,7 @@ contains
 
         integer :: i
 
-        call results%member('folder', folder)
+        call results%member('folder', calibration%places)
         call results%member('limit_mm', REQUIREMENT/MILLIMETRE)
         call results%member('rod_driven', pack(AXES, estimate%rods%driven))
         call results%member('rod_gain_said', setup%rod_gain*setup%rod_sign)

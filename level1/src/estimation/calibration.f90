@@ -36,6 +36,7 @@ module gracecg_level1_calibration
         real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
         type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
         real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
+        real(dp), allocatable :: shadow_edges(:)    !! Times of the attitude between which the Sun's light changes
         integer :: expected = 0                     !! Samples of the accelerometer
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings
@@ -47,6 +48,7 @@ module gracecg_level1_calibration
 
     type :: level1_calibration_t
         !! What a folder says of a calibration manoeuvre
+        character(:), allocatable :: places             !! Of the files, as the user gave them
         character(1) :: satellite = ''    !! A to D
         character(10) :: date = ''                      !! Of the epoch, GPS
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS

@@ -1,4 +1,4 @@
-!> A calibration gathered from a folder of Level-1 files, and edited: samples at firings and gaps, spans with too little.
+!> A calibration gathered from Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_level1_gathering
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
@@ -8,6 +8,8 @@ module gracecg_level1_gathering
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, integer_text
+    use gracecg_environment_sun, only: sun_position, conical_shadow
+    use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
     use gracecg_level1_records, only: level1_records_t, read_level1
@@ -32,11 +34,11 @@ module gracecg_level1_gathering
 contains
 
     !> Gathers a calibration. Fails when a file that is needed is missing or broken, and when there is no manoeuvre.
-    subroutine gather_calibration(folder, setup, satellite, spans_file, given_span, field_choice, calibration, error, day)
-        character(*), intent(in) :: folder          !! Of the Level-1 files
+    subroutine gather_calibration(places, setup, satellite, spans_file, given_span, field_choice, calibration, error, day)
+        character(*), intent(in) :: places(:)       !! Of the Level-1 files: folders, bundles, files
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
-        character(*), intent(in) :: spans_file      !! SOE, or lines of start and duration; blank: SOE of the folder, or
+        character(*), intent(in) :: spans_file      !! SOE, or lines of start and duration; blank: an SOE file beside them, or
                                                     !! by the currents
         real(dp), intent(in) :: given_span(:, :)    !! (2, n): start and duration, s past 2000-01-01 12:00 GPS
         character(*), intent(in) :: field_choice    !! model or magnetometer
@@ -56,7 +58,7 @@ contains
         wanted = ''
         if (present(day)) wanted = day
         allocate (calibration%notes(0))
-        call open_files(folder, satellite, wanted, paths, calibration, error)
+        call open_files(places, satellite, wanted, paths, calibration, error)
         if (.not. allocated(error)) call make_clock(paths, calibration, clock, error)
         if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
         if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
@@ -84,6 +86,7 @@ contains
         call fit_magnetometer(calibration, field_choice == 'magnetometer', error)
         if (allocated(error)) return
         call edit_spans(setup, calibration)
+        call find_shadow_edges(calibration)
         call compare_along_orbit(paths, setup, clock, calibration)
         call find_files(paths, ['MAS1B', 'MAS1A'], found)
         if (size(found) == 0) return
@@ -92,8 +95,8 @@ contains
     end subroutine gather_calibration
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
-    subroutine open_files(folder, satellite, day, files, calibration, error)
-        character(*), intent(in) :: folder, satellite, day
+    subroutine open_files(places, satellite, day, files, calibration, error)
+        character(*), intent(in) :: places(:), satellite, day
         type(level1_folder_t), intent(out) :: files
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
@@ -103,8 +106,9 @@ contains
         integer :: i
 
         wanted = satellite
-        call open_level1_folder(folder, wanted, files, error, day)
+        call open_level1_folder(places, wanted, files, error, day)
         if (allocated(error)) return
+        calibration%places = files%places
         calibration%satellite = files%satellite
         calibration%date = files%date
         do i = 1, size(files%warnings)
@@ -112,7 +116,7 @@ contains
         end do
         call files%paths_of('ACC1A', found)
         if (size(found) > 0) return
-        call fail(error, trim(folder)//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
+        call fail(error, files%places//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
                   'observation; its name is like ACC1A_2020-02-01_C_04.txt')
         call find_files(files, ['ACT1A', 'ACT1B'], found)
         if (size(found) > 0) error%message = error%message//'. ACT data are no observation: they may be transplanted from '// &
@@ -342,6 +346,38 @@ contains
             end associate
         end do
     end subroutine edit_spans
+
+    !> Where the satellite passes through the edge of the Earth's shadow, by times of the attitude: the Sun's light, some
+    !> 3e-8 m/s^2, goes within some 10 s, which neither polynomials nor the noise of other samples describe.
+    subroutine find_shadow_edges(calibration)
+        type(level1_calibration_t), intent(inout) :: calibration
+
+        real(dp) :: sun(3), light, before
+        logical, allocatable :: edge(:)
+        integer :: i, k
+
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                allocate (span%shadow_edges(0))
+                if (.not. span%used) cycle
+                edge = spread(.false., 1, size(span%attitude_time))
+                before = -1
+                do k = 1, size(edge)
+                    associate (t => span%attitude_time(k))
+                        sun = sun_position(julian_centuries_tt(utc_of_gps(calibration%epoch + floor(t, i8), t - floor(t))))
+                    end associate
+                    light = conical_shadow(span%position(:, k), sun)
+                    if (k > 1 .and. abs(light - before) > 0) edge(k - 1:k) = .true.
+                    before = light
+                end do
+                edge = edge .and. span%attitude_time > span%start .and. span%attitude_time < span%stop
+                span%shadow_edges = pack(span%attitude_time, edge)
+                if (any(edge)) call note(calibration, 'span '//integer_text(i)//': the satellite passes the edge of the '// &
+                                         'Earth''s shadow; samples there are left out, and what lies before and behind it '// &
+                                         'has forces of its own')
+            end associate
+        end do
+    end subroutine find_shadow_edges
 
     pure real(dp) function median_step(times) result(step)
         real(dp), intent(in) :: times(:)

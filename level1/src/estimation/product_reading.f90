@@ -20,14 +20,10 @@ contains
         character(5), intent(in) :: products(:)    !! Names of products, the preferred first
         type(string_t), allocatable, intent(out) :: paths(:)    !! In order of the days; none: there is none
 
-        type(string_t), allocatable :: others(:)
         integer :: i
 
-        allocate (paths(0))
-        do i = 1, size(products)
-            call files%paths_of(products(i), others)
-            if (size(others) > size(paths)) call move_alloc(others, paths)
-        end do
+        i = maxloc([(files%days_with(products(i)), i=1, size(products))], 1)
+        call files%paths_of(products(i), paths)
     end subroutine find_files
 
     !> Reads the wanted fields of a product in GPS time.

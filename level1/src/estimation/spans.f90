@@ -6,7 +6,6 @@ module gracecg_level1_spans
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_text, only: string_t, integer_text, lower_case, parse_real, real_text, split_words
     use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_folder, only: files_in_folder
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_setup, only: level1_setup_t
@@ -36,7 +35,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_event_t), allocatable :: events(:)
-        type(string_t), allocatable :: found(:)
         real(dp), allocatable :: of_file(:, :)
         integer :: i
 
@@ -53,11 +51,8 @@ contains
             if (allocated(error)) return
             calibration%spans_from = 'a file'
         else
-            call files_in_folder(paths%folder, found, error)
-            if (allocated(error)) return
-            do i = 1, size(found)
-                if (.not. is_soe(found(i)%text)) cycle
-                call read_events(found(i)%text, events, error)
+            do i = 1, size(paths%events)
+                call read_events(paths%events(i)%text, events, error)
                 if (allocated(error)) return
                 call manoeuvre_spans(events, calibration%satellite, of_file)
                 if (size(of_file, 2) > 0) spans = of_file
@@ -201,16 +196,6 @@ contains
                                    'those of the currents within them')
         call move_alloc(narrowed, spans)
     end subroutine narrow_by_currents
-
-    pure logical function is_soe(path)
-        character(*), intent(in) :: path
-
-        character(:), allocatable :: name
-
-        name = lower_case(path(index(path, '/', back=.true.) + 1:))
-        is_soe = index(name, 'soe') == 1 .or. index(name, 'tn-01') == 1 .or. index(name, 'tn01') == 1 .or. &
-            index(name, '_soe') > 0
-    end function is_soe
 
     !> A file of spans: SOE, or lines of start and duration, s past 2000-01-01 12:00 GPS.
     subroutine read_spans(path, satellite, spans, error)

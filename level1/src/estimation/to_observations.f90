@@ -5,7 +5,7 @@ module gracecg_level1_to_observations
     use gracecg_base_coloured_noise, only: ONE_SIDED
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_statistics, only: median_of
+    use gracecg_base_statistics, only: median_of, sort
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_of_gps
     use gracecg_observations_observation_set, only: observation_set_t
@@ -31,7 +31,8 @@ module gracecg_level1_to_observations
 
 contains
 
-    !> The arcs of all spans that are used; a firing inside cuts a span in two. Fails as moments of rods do.
+    !> The arcs of all spans that are used; a firing inside, or the edge of the Earth's shadow, cuts a span in two. Fails as
+    !> moments of rods do.
     subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error, with_unsure)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
@@ -54,7 +55,8 @@ contains
             associate (span => calibration%spans(i))
                 if (.not. span%used) cycle
                 cuts = [span%start + ENDS - AFTER, pack(span%firings, span%firings > span%start .and. &
-                                                        span%firings < span%stop), span%stop - ENDS + BEFORE]
+                                                        span%firings < span%stop), span%shadow_edges, span%stop - ENDS + BEFORE]
+                call sort(cuts)
                 do k = 1, size(cuts) - 1
                     if (cuts(k + 1) - cuts(k) < SHORTEST) cycle
                     call make_arc(calibration, setup, axes, held, unsure_stay, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, &

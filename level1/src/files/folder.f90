@@ -1,11 +1,11 @@
-!> The Level-1 files of a folder, by product, satellite and day, as their names say.
+!> The Level-1 files of some places, by product, satellite and day, as their names say.
 module gracecg_level1_folder
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_text, only: string_t, append, integer_text, lower_case, join
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_file, only: is_unfinished
-    use gracecg_files_folder, only: files_in_folder
-    use gracecg_level1_header, only: product_of_file_name, satellite_of_file_name, date_of_file_name
+    use gracecg_level1_bundles, only: find_level1_files
+    use gracecg_level1_header, only: product_of_file_name, satellite_of_file_name, date_of_file_name, name_of
     use gracecg_level1_products, only: SATELLITES, is_calibration_history
     implicit none
     private
@@ -13,15 +13,17 @@ module gracecg_level1_folder
 
     type :: level1_folder_t
         !! The files of one satellite, of one day or several, and the calibration histories
-        character(:), allocatable :: folder    !! As the user gave it
+        character(:), allocatable :: places    !! As the user gave them
         character(1) :: satellite = ''                  !! A to D
         character(10) :: date = ''                      !! YYYY-MM-DD of the names: the first day, or the one asked for
         character(10), allocatable :: days(:)           !! All days that are joined, in order
-        type(string_t), allocatable :: paths(:)         !! Of all files of the satellite, by name
+        type(string_t), allocatable :: paths(:)         !! Of all files of the satellite: of each product and day the newest
+                                                        !! release, and text where there is text and binary
+        type(string_t), allocatable :: events(:)        !! Paths of SOE files
         type(string_t), allocatable :: warnings(:)      !! What was passed over
     contains
-        procedure :: path_of                            !! The file of a product on `date`
         procedure :: paths_of                           !! The files of a product on all days
+        procedure :: days_with                          !! On how many days a product is there
     end type level1_folder_t
 
 contains
@@ -29,8 +31,8 @@ contains
     !> Looks what is there. Without a satellite it is the first one that has files. All days that it has files of belong
     !> together; with a day that one, the one before and the one behind, for a manoeuvre may begin or end there. Fails when
     !> there is no Level-1 file of the satellite, or of that day.
-    subroutine open_level1_folder(folder, satellite, files, error, day)
-        character(*), intent(in) :: folder              !! With or without a slash at the end
+    subroutine open_level1_folder(places, satellite, files, error, day)
+        character(*), intent(in) :: places(:)           !! Folders with all that is in them, bundles, files
         character(1), intent(in) :: satellite           !! A to D; blank: the first one
         type(level1_folder_t), intent(out) :: files
         type(error_t), allocatable, intent(out) :: error
@@ -43,8 +45,8 @@ contains
         character(1) :: letter
         integer :: i, number
 
-        files%folder = trim(folder)
-        allocate (files%paths(0), files%warnings(0), files%days(0))
+        files%places = join(places, ', ')
+        allocate (files%paths(0), files%warnings(0), files%days(0), files%events(0), found(0))
         wanted = ''
         if (present(day)) wanted = day
         number = day_number(wanted)
@@ -54,8 +56,10 @@ contains
                 return
             end if
         end if
-        call files_in_folder(folder, found, error)
-        if (allocated(error)) return
+        do i = 1, size(places)
+            call find_level1_files(trim(places(i)), found, error)
+            if (allocated(error)) return
+        end do
         files%satellite = satellite
         others = ''
         do i = 1, size(found)
@@ -73,6 +77,7 @@ contains
         end do
         do i = 1, size(found)
             product = product_of_file_name(found(i)%text)
+            if (is_soe(found(i)%text)) call append(files%events, found(i)%text)
             if (product == '' .or. satellite_of_file_name(found(i)%text) /= files%satellite) cycle
             if (.not. is_calibration_history(product)) then
                 date = date_of_file_name(found(i)%text)
@@ -87,13 +92,14 @@ contains
             others = ''
             if (satellite /= '') others = ' of satellite '//satellite
             if (wanted /= '') others = others//' of '//wanted
-            call fail(error, trim(folder)//': no Level-1 files'//others//'; their names are like '// &
+            call fail(error, files%places//': no Level-1 files'//others//'; their names are like '// &
                       'ACC1A_2023-06-01_C_04.txt')
             return
         end if
         if (others /= '' .and. satellite == '') &
-            call append(files%warnings, 'the folder has files of satellites '//files%satellite//others//': '// &
+            call append(files%warnings, 'there are files of satellites '//files%satellite//others//': '// &
                         files%satellite//' is taken')
+        call keep_newest(files)
         call tell_days(files)
     end subroutine open_level1_folder
 
@@ -139,48 +145,109 @@ contains
         number = merge(0, utc%mjd, allocated(error))
     end function day_number
 
-    !> The file of a product on `date`, text before binary (by name the last); of a history the last one of all. Empty
-    !> when there is none.
-    subroutine path_of(self, product, path)
-        class(level1_folder_t), intent(in) :: self
-        character(5), intent(in) :: product         !! 'ACC1A'
-        character(:), allocatable, intent(out) :: path    !! Empty when there is none
+    !> Leaves out what stands there in a newer release, and binary files of what stands there as text.
+    subroutine keep_newest(files)
+        type(level1_folder_t), intent(inout) :: files
 
-        call last_path(self, product, self%date, path)
-    end subroutine path_of
+        integer, parameter :: STEM = 19     ! ACC1A_2023-06-01_C: what tells one file from all others but its releases
+        logical :: stays(size(files%paths))
+        type(string_t), allocatable :: kept(:)
+        character(:), allocatable :: one, other, newer
+        integer :: i, k, left_out
 
-    !> The files of a product on all days, in order; none where there is none.
+        stays = .true.
+        left_out = 0
+        do i = 1, size(stays)
+            one = name_of(files%paths(i)%text)
+            do k = 1, size(stays)
+                other = name_of(files%paths(k)%text)
+                if (one(:min(STEM, len(one))) /= other(:min(STEM, len(other)))) cycle
+                if (release_of(one) < release_of(other)) then
+                    if (stays(i)) left_out = left_out + 1
+                    if (stays(i) .and. left_out == 1) newer = one//' has the newer release '//other
+                    stays(i) = .false.
+                else if (release_of(one) == release_of(other) .and. is_binary(one) .and. .not. is_binary(other)) then
+                    stays(i) = .false.
+                end if
+            end do
+        end do
+        if (left_out == 1) call append(files%warnings, newer//', which is taken')
+        if (left_out > 1) call append(files%warnings, newer//', which is taken; so it is with '//integer_text(left_out - 1)// &
+                                      ' other files')
+        allocate (kept(0))
+        do i = 1, size(stays)
+            if (stays(i)) call append(kept, files%paths(i)%text)
+        end do
+        call move_alloc(kept, files%paths)
+    end subroutine keep_newest
+
+    !> The release in a name: 04 of ACC1A_2023-06-01_C_04.txt.
+    pure character(2) function release_of(name)
+        character(*), intent(in) :: name
+
+        integer, parameter :: FIRST = 21
+
+        release_of = ''
+        if (len(name) > FIRST) release_of = name(FIRST:FIRST + 1)
+    end function release_of
+
+    !> Whether a name is that of a binary file.
+    pure logical function is_binary(name)
+        character(*), intent(in) :: name
+
+        is_binary = index(lower_case(name), '.dat') > 0 .or. index(lower_case(name), '.bin') > 0
+    end function is_binary
+
+    !> Whether a path is that of an SOE file.
+    pure logical function is_soe(path)
+        character(*), intent(in) :: path
+
+        character(:), allocatable :: name
+
+        name = lower_case(name_of(path))
+        is_soe = index(name, 'soe') == 1 .or. index(name, 'tn-01') == 1 .or. index(name, 'tn01') == 1 .or. index(name, '_soe') > 0
+    end function is_soe
+
+    !> The files of a product on all days, in order; of a history those of the last day that has one. None where there is none.
     subroutine paths_of(self, product, paths)
         class(level1_folder_t), intent(in) :: self
         character(5), intent(in) :: product         !! 'ACC1A'
-        type(string_t), allocatable, intent(out) :: paths(:)    !! One of each day that has one; of a history the last one
+        type(string_t), allocatable, intent(out) :: paths(:)    !! Usually one of each day; more: parts, or copies
 
-        character(:), allocatable :: path
-        integer :: i
+        character(10) :: last, date
+        integer :: i, day
 
         allocate (paths(0))
-        do i = 1, size(self%days)
-            call last_path(self, product, self%days(i), path)
-            if (path == '') cycle
-            call append(paths, path)
-            if (is_calibration_history(product)) return
+        last = ''
+        do day = 1, size(self%days)
+            do i = 1, size(self%paths)
+                if (product_of_file_name(self%paths(i)%text) /= product) cycle
+                date = date_of_file_name(self%paths(i)%text)
+                if (is_calibration_history(product)) then
+                    last = max(last, date)
+                else if (date == self%days(day)) then
+                    call append(paths, self%paths(i)%text)
+                end if
+            end do
+        end do
+        if (last == '') return
+        do i = 1, size(self%paths)
+            if (product_of_file_name(self%paths(i)%text) == product .and. date_of_file_name(self%paths(i)%text) == last) &
+                call append(paths, self%paths(i)%text)
         end do
     end subroutine paths_of
 
-    !> The last file by name of a product and a date; of a history of any date.
-    subroutine last_path(self, product, date, path)
+    !> On how many days there are files of a product.
+    pure integer function days_with(self, product)
         class(level1_folder_t), intent(in) :: self
-        character(5), intent(in) :: product
-        character(10), intent(in) :: date
-        character(:), allocatable, intent(out) :: path
+        character(5), intent(in) :: product         !! 'ACC1A'
 
-        integer :: i
+        integer :: i, day
 
-        path = ''
-        do i = 1, size(self%paths)
-            if (product_of_file_name(self%paths(i)%text) /= product) cycle
-            if (date_of_file_name(self%paths(i)%text) /= date .and. .not. is_calibration_history(product)) cycle
-            path = self%paths(i)%text
+        days_with = 0
+        do day = 1, size(self%days)
+            if (any([(product_of_file_name(self%paths(i)%text) == product .and. &
+                      date_of_file_name(self%paths(i)%text) == self%days(day), i=1, size(self%paths))])) days_with = days_with + 1
         end do
-    end subroutine last_path
+    end function days_with
 end module gracecg_level1_folder

@@ -223,7 +223,8 @@ contains
         name = path(folders_in(path) + 1:)
     end function name_of
 
-    !> The product that a file's name begins with, as in ACC1A_2023-06-01_C_04.txt; blank when it does not.
+    !> The product that a file's name begins with, as in ACC1A_2023-06-01_C_04.txt; blank when it does not, and of the reports
+    !> (.rpt) that stand beside the files of GRACE.
     pure character(5) function product_of_file_name(path) result(product)
         character(*), intent(in) :: path    !! With or without folders
 
@@ -232,7 +233,7 @@ contains
         name = name_of(path)
         product = ''
         if (name(6:6) == '_') product = name(:5)
-        if (.not. is_level1_product(product)) product = ''
+        if (.not. is_level1_product(product) .or. lower_case(path(max(1, len_trim(path) - 3):)) == '.rpt') product = ''
     end function product_of_file_name
 
     !> The satellite in a file's name, A to D, X or Y; blank when it is not of the form above.

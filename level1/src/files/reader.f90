@@ -21,7 +21,7 @@ module gracecg_level1_reader
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
     use gracecg_base_text, only: string_t, append, integer_text, split_words
-    use gracecg_files_file, only: input_stream_t
+    use gracecg_level1_bundles, only: level1_stream_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &
         satellite_of_file_name, printable
@@ -56,7 +56,7 @@ module gracecg_level1_reader
         integer(i8), allocatable :: not_finite(:)       !! Values that are no finite numbers, by field
         integer(i8) :: of_other_satellites = 0          !! Records of another satellite than the first
         integer(i8) :: of_other_time = 0                !! Records in another time frame than the first
-        type(input_stream_t), private :: stream
+        type(level1_stream_t), private :: stream
         character(:), allocatable, private :: buffer
         integer, private :: at = 1          !! Next byte in buffer to decode
         integer, private :: filled = 0      !! Bytes of the buffer that are there

@@ -90,7 +90,7 @@ contains
         call read_level1_setup(setup, settings, failure)
         call outcome%take(failure)
         if (.not. outcome%good()) return
-        call gather_calibration(folder, settings, satellite, '', given, 'model', calibration, failure, day)
+        call gather_calibration([folder], settings, satellite, '', given, 'model', calibration, failure, day)
         if (.not. allocated(failure)) &
             call estimate_level1(calibration, settings, 'estimate', made%estimate, failure)
         call outcome%take(failure)

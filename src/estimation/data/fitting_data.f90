@@ -138,7 +138,7 @@ contains
         type(fitting_data_t), intent(inout) :: data
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i, previous
+        integer :: i, previous, apart
 
         associate (times => observations%accelerometer_time)
             data%accelerometer_epoch = nint(times/data%interval)
@@ -160,9 +160,11 @@ contains
                     previous = k
                 end associate
             end do
-            if (size(times) < data%steps) then
-                call append(data%warnings, 'accelerometer: '//integer_text(data%steps - size(times))// &
-                            ' of '//integer_text(data%steps)//' samples are missing')
+            apart = 1       ! epochs from sample to sample: means of `level1 prepare` have one a second
+            if (size(times) > 1) apart = minval(data%accelerometer_epoch(2:) - data%accelerometer_epoch(:size(times) - 1))
+            if (size(times) < data%steps/apart) then
+                call append(data%warnings, 'accelerometer: '//integer_text(data%steps/apart - size(times))// &
+                            ' of '//integer_text(data%steps/apart)//' samples are missing')
             end if
         end associate
         data%acceleration = observations%acceleration
