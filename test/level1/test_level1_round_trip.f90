@@ -40,6 +40,7 @@ contains
                     new_unittest('estimate', test_estimate), &
                     new_unittest('estimate-of-grace', test_grace), &
                     new_unittest('estimate-of-held-currents', test_held_currents), &
+                    new_unittest('edge-of-the-shadow', test_shadow_edge), &
                     new_unittest('a-span-as-observation-set', test_preparation), &
                     new_unittest('in-phase', test_in_phase), &
                     new_unittest('wrong-inertia', test_wrong_inertia), &
@@ -141,6 +142,16 @@ contains
         settings%accelerometer_delay = 0.1_dp
         call check_estimate(settings, 'l1s_held_currents', .false., 2, error, WITHIN)
     end subroutine test_held_currents
+
+    !> In the first span the light of the Sun comes within some 10 s, by 3e-8 m/s^2, which had made sigma ten times as large.
+    subroutine test_shadow_edge(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+
+        settings%first_start = 1460     ! the light comes between 1484 and 1494 s
+        call check_estimate(settings, 'l1s_edge', .false., 3, error)
+    end subroutine test_shadow_edge
 
     !> By all and without some instruments within 4 sigma + 3 um; gains within 0.5 % (what is said of the inertia goes with them),
     !> delays within 10 ms or what is said; nothing found wrong.
