@@ -348,7 +348,7 @@ contains
         integer :: i
 
         call table%column('source', 'a', 'source')
-        call table%column('leakage', 'a', 'leakage')
+        call table%column('leakage')
         call axis_columns(table, 'd', '_mm', 'f9.4', 'd, mm')
         call axis_columns(table, 'sigma_', '_mm', 'f8.4', 'sigma, mm')
         call table%columns_of('spans,samples,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2')
