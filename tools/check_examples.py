@@ -47,7 +47,6 @@ DOCUMENTED = (
 # The work grows in proportion to the runs, the way through the program is the same.
 HELPS = DOCUMENTED + (
     (re.compile(r"--runs (\d{2,})\b"), "--runs 5"),
-    (re.compile(r"--check (\d{2,})\b"), "--check 5"),
     # files of a data centre are not at hand; the user guide has simulated ones
     (re.compile(r"gracecg level1 (list|dump|check|convert|estimate|prepare|trend) (?!--help).*"), r"gracecg level1 \1 --help"),
 )

@@ -35,7 +35,7 @@ COMMANDS = [
     (["estimate", "run1", "--algorithm", "optimal", "--verbose"], ["covariance", "parameters", "noise", "history"]),
     (["estimate", "run1", "--algorithm", "sequential", "--verbose"], ["covariance", "parameters", "noise", "history"]),
     (["bound", "front-1", "back-3"], ["cases"]),
-    (["errors", "--runs", "2"], ["case", "algorithm", "seed", "knowledge_sizes"]),
+    (["errors", "--runs", "2"], ["case", "algorithm", "seed"]),
     (["reliability", "front-3", "--only", "quaternions", "--runs", "1"], ["algorithms", "seed"]),
     (["magnetometer-loss", "--runs", "2"], ["seed", "field_error_nt"]),
     (["timing", "--step", "300"], ["satellite", "epoch_utc", "cases", "best_places"]),

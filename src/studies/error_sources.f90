@@ -5,21 +5,17 @@ module gracecg_studies_error_sources
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
-    use gracecg_base_version, only: file_comments
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
-    use gracecg_simulation_operator_errors, only: SOURCES
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_knowledge_errors, only: knowledge_study_t, size_text
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
         error_statistics_t, statistics_of
     implicit none
     private
-    public :: error_study_t, study_errors, study_all_errors, study_switches, STUDY_NAMES, error_table, &
-        write_error_sources
+    public :: error_study_t, study_errors, study_all_errors, study_switches, STUDY_NAMES, error_table
 
     !> RMS errors of the offset in one simulation.
     type :: error_study_t
@@ -98,55 +94,24 @@ contains
     end subroutine study_all_errors
 
     !> Figure 6.5: RMS errors with one error source off at a time, beside what theory expects.
-    function error_table(studies, knowledge) result(table)
+    function error_table(studies) result(table)
         type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
-        type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
         type(data_table_t) :: table
 
-        integer :: i
+        integer :: i, axis
 
-        call table%columns_of('source,axis,runs,rms_mm,predicted_mm')
+        call table%column('source', 'a', 'source')
+        call table%column('axis', 'a', 'axis')
+        call table%column('runs')
+        call table%column('rms_mm', 'f10.5', 'here')
+        call table%column('predicted_mm', 'f10.5', 'theory')
         do i = 1, size(studies)
-            call add_rows(STUDY_NAMES(i), studies(i)%runs, studies(i)%rms, studies(i)%predicted)
-        end do
-        if (.not. present(knowledge)) return
-        do i = 1, size(knowledge)
-            call add_rows(SOURCES(knowledge(i)%source)%name, knowledge(i)%runs, knowledge(i)%rms, knowledge(i)%predicted)
-        end do
-
-    contains
-
-        subroutine add_rows(name, runs, rms, predicted)
-            character(*), intent(in) :: name
-            integer, intent(in) :: runs
-            real(dp), intent(in) :: rms(3), predicted(3)    ! m
-
-            integer :: axis
-
             do axis = 1, 3
-                call table%add(name)
+                call table%add(STUDY_NAMES(i))
                 call table%add(AXES(axis))
-                call table%add(runs)
-                call table%add([rms(axis), predicted(axis)]/MILLIMETRE)
+                call table%add(studies(i)%runs)
+                call table%add([studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE)
             end do
-        end subroutine add_rows
+        end do
     end function error_table
-
-    !> The same as a CSV file.
-    subroutine write_error_sources(path, command, settings, studies, error, knowledge)
-        character(*), intent(in) :: path, command, settings
-        !! The file; the command that computed it, and its settings, for what tells of it
-        type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
-        type(error_t), allocatable, intent(out) :: error
-        type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
-
-        type(data_table_t) :: table
-        character(200), allocatable :: comments(:)
-        integer :: i
-
-        comments = file_comments(command, settings)
-        if (present(knowledge)) comments = [character(200) :: comments, [(size_text(knowledge(i)), i=1, size(knowledge))]]
-        table = error_table(studies, knowledge)
-        call table%write(path, comments, error)
-    end subroutine write_error_sources
 end module gracecg_studies_error_sources

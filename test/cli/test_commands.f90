@@ -442,7 +442,7 @@ contains
     subroutine test_lines_fit(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: LINES(17) = [character(96) :: '--help', 'help model', 'cases', 'errors --runs 1', &
-            'bound front-1 --check 1', 'bound back', 'montecarlo --runs 1 --seed 1234567890123456', &
+            'bound front-1', 'bound back', 'montecarlo --runs 1 --seed 1234567890123456', &
             'montecarlo printed --runs 1 --algorithms assest-fde,optimal', 'magnetometer-loss --runs 1', 'trim', &
             'trim --runs 2', 'timing --step 600', 'timing back-1 --step 20 --pattern general', 'verify front-1 back-2', &
             'statements --runs 1', 'design --frequencies 0.1 0.1 --waveforms sine', &

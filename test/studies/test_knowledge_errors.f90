@@ -1,17 +1,19 @@
-!> Errors in the operator's knowledge, each alone: the bound's consider covariance, differences of estimates and
-!> draws agree.
+!> Errors in the operator's knowledge, each alone: the bound's consider covariance and differences of estimates agree.
 module test_knowledge_errors
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use statistics, only: Z_999
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_options, only: estimation_options_t, NOISE_GIVEN
     use gracecg_estimation_report_options, only: report_options
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case, OPERATOR_PLACES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_studies_consider_check, only: consider_check_t, check_consider
-    use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_knowledge, source_sigma, size_text, &
-        SIGMA_OF_CASE, SIGMA_A_PRIORI, SIGMA_BY_DEFAULT
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, tell_operator
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use fixture, only: check, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
@@ -24,58 +26,113 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('consider-covariance-against-draws', test_consider), &
-                    new_unittest('sizes-and-where-they-come-from', test_sizes), &
+                    new_unittest('consider-covariance-against-estimates', test_consider), &
                     new_unittest('every-source-in-every-estimator', test_estimators)]
     end subroutine collect_knowledge_errors
 
-    !> Differences of estimates agree with the bound within 3 %, what is not linear in them; the draws besides
-    !> within their own uncertainty, 1/sqrt(2 n) of an RMS of n.
+    !> Differences of estimates agree with the bound within 3 %, what is not linear in them.
     subroutine test_consider(error)
         type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: RUNS = 40, CHECKED(*) = [INERTIA, COMMON_ROD_GAIN, ACCELEROMETER_SCALE, &
-            MAGNETOMETER_BIAS, TORQUE_CHANGE, PRINCIPAL_MOMENTS, ROD_GAIN, ROD_DIRECTION, ROD_DELAY, &
-            ACCELEROMETER_DELAY]
+        integer, parameter :: CHECKED(*) = [INERTIA, COMMON_ROD_GAIN, ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, &
+            TORQUE_CHANGE, PRINCIPAL_MOMENTS, ROD_GAIN, ROD_DIRECTION, ROD_DELAY, ACCELEROMETER_DELAY]
         real(dp), parameter :: CURVATURE = 0.03_dp
         type(case_t) :: case
-        type(consider_check_t) :: result
+        type(case_bound_t) :: bound
+        type(estimation_options_t) :: options
+        type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
-        integer :: i
+        real(dp) :: considered(3), found(3)
+        integer :: i, place
 
-        call report_case('front-1', case, failure)
+        options = report_options('front-1')
         do i = 1, size(CHECKED)
-            call check_consider(case, report_options('front-1'), CHECKED(i), 1_i8, RUNS, 2, result, failure)
+            call report_case('front-1', case, failure)
+            associate (sigma => sizes_of(case%operator, CHECKED(i)))
+                case%operator%sigma = 0
+                case%operator%sigma(:size(sigma), CHECKED(i)) = sigma
+            end associate
+            call bound_of_case(case, options, bound, failure)
+            if (.not. allocated(failure)) &
+                call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
+                                                                   magnetometer_bias=.false.), simulator, failure)
+            options%optimal%estimate_within_limits = .false.    ! but considered
+            if (.not. allocated(failure)) call differences(simulator, 'optimal', options, CHECKED(i), found, failure)
+            options = report_options('front-1')
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            associate (small => result%considered < 1e-4_dp*result%noise)
-                call check(error, all(small .or. abs(result%predicted/result%considered - 1) < CURVATURE), &
-                           'differences, '//SOURCES(CHECKED(i))%name)
-                call check(error, all(small .or. abs(result%rms/result%considered - 1) < &
-                                      CURVATURE + Z_999/sqrt(2.0_dp*RUNS)), 'draws, '//SOURCES(CHECKED(i))%name)
+            place = findloc(OPERATOR_PLACES, CHECKED(i), 1)
+            considered = bound%by_knowledge(:, CHECKED(i))
+            if (place > 0) considered = bound%by_source(:, place)
+            associate (small => considered < 1e-4_dp*bound%sigma)
+                call check(error, all(small .or. abs(found/considered - 1) < CURVATURE), SOURCES(CHECKED(i))%name)
                 call check(error, .not. all(small), 'no effect, '//SOURCES(CHECKED(i))%name)
             end associate
+            if (allocated(error)) return
         end do
     end subroutine test_consider
 
-    !> The case's sigma before the a-priori one before the default size.
-    subroutine test_sizes(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(operator_t) :: operator
-        type(knowledge_study_t) :: study
+    !> Standard deviations of a source, SI: a priori where the operator has one, else its usual size.
+    pure function sizes_of(operator, source) result(sigma)
+        type(operator_t), intent(in) :: operator
+        integer, intent(in) :: source
         real(dp), allocatable :: sigma(:)
-        integer :: origin
 
-        call source_sigma(operator, COMMON_ROD_GAIN, sigma, origin)
-        call check(error, origin == SIGMA_A_PRIORI .and. all(sigma == operator%a_priori%sigma_rod_gain))
-        operator%sigma(1, COMMON_ROD_GAIN) = 0.02_dp
-        call source_sigma(operator, COMMON_ROD_GAIN, sigma, origin)
-        call check(error, origin == SIGMA_OF_CASE .and. all(sigma == 0.02_dp))
-        study%source = MOUNTING
-        call source_sigma(operator, MOUNTING, study%sigma, study%origin)
-        call check(error, study%origin == SIGMA_BY_DEFAULT .and. size(study%sigma) == 6)
-        if (allocated(error)) return
-        call check(error, trim(size_text(study)) == 'mounting_arcsec: sigma 20 arcsec (default size)', size_text(study))
-    end subroutine test_sizes
+        integer :: n
+
+        n = SOURCES(source)%components
+        select case (source)
+        case (INERTIA)
+            sigma = spread(operator%a_priori%sigma_inertia, 1, n)
+        case (COMMON_ROD_GAIN)
+            sigma = [operator%a_priori%sigma_rod_gain]
+        case (ACCELEROMETER_SCALE)
+            sigma = operator%a_priori%aged_scale_sigmas()
+        case (MAGNETOMETER_BIAS)
+            sigma = operator%a_priori%sigma_magnetometer_bias
+        case (TORQUE_CHANGE)
+            sigma = spread(operator%a_priori%sigma_torque, 1, n)
+        case default
+            sigma = spread(SOURCES(source)%size*SOURCES(source)%factor, 1, n)
+        end select
+    end function sizes_of
+
+    !> Half of the differences of the offset with each component of a source one sigma up and down, added in squares, m.
+    subroutine differences(simulator, algorithm, options, source, found, failure)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: source
+        real(dp), intent(out) :: found(3)
+        type(error_t), allocatable, intent(out) :: failure
+
+        type(observation_set_t) :: observations, told
+        type(estimation_options_t) :: own
+        type(operator_t) :: wrong
+        type(solution_t) :: solution
+        real(dp) :: offset(3, 2)
+        integer :: i, k
+
+        own = options
+        own%covariance = .false.
+        own%optimal%noise = NOISE_GIVEN         ! there is none to estimate
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        found = 0
+        associate (sigma => sizes_of(simulator%case%operator, source))
+            do i = 1, size(sigma)
+                do k = 1, 2
+                    wrong = simulator%case%operator
+                    wrong%sigma = 0
+                    wrong%value(i, source) = wrong%value(i, source) + merge(sigma(i), -sigma(i), k == 1)
+                    told = observations
+                    call tell_operator(simulator, wrong, told)
+                    call estimate_offset(algorithm, told, own, solution, failure)
+                    if (allocated(failure)) return
+                    offset(:, k) = solution%offset
+                end do
+                found = sqrt(found**2 + ((offset(:, 1) - offset(:, 2))/2)**2)
+            end do
+        end associate
+    end subroutine differences
 
     !> No source makes an estimator fail, and the rods' gain changes the estimate of each.
     subroutine test_estimators(error)
@@ -83,8 +140,8 @@ contains
         character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-rde', 'ascfest', 'optimal', 'sequential']
         type(case_t) :: case
         type(simulator_t) :: simulator
-        type(knowledge_study_t) :: study
         type(error_t), allocatable :: failure
+        real(dp) :: found(3)
         integer :: i, k
 
         call report_case('back-1', case, failure)
@@ -93,10 +150,9 @@ contains
         do k = 1, size(ALGORITHMS)
             do i = 1, size(SOURCES)
                 if (allocated(error)) return
-                call study_knowledge(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, 1_i8, 1, 2, study, failure)
+                call differences(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, found, failure)
                 call check_passes(error, message_of(failure))
-                if (allocated(error)) return
-                if (i == COMMON_ROD_GAIN) call check(error, any(study%predicted > 1e-7_dp), ALGORITHMS(k))
+                if (i == COMMON_ROD_GAIN) call check(error, any(found > 1e-7_dp), ALGORITHMS(k))
             end do
         end do
     end subroutine test_estimators

@@ -8,10 +8,6 @@ module gracecg_cli_bound
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, information_of_case, SOURCES
     use gracecg_planning_leakage, only: leakage_pair_t, leakage_of_case
-    use gracecg_studies_consider_check, only: consider_check_t, check_consider
-    use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
-    use gracecg_cli_arguments, only: MOST_RUNS
-    use gracecg_cli_console, only: console_width, wrapped
     use gracecg_cli_plan_results, only: add_leakage
     use gracecg_cli_work
     implicit none
@@ -41,9 +37,7 @@ contains
                                   'estimate could reach')
         call arguments%add_option('--leakage', '', 'also with the leakage of the rods into the accelerometer estimated, of '// &
                                   'one flight and of a second one half a revolution away')
-        call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
-                                  '`optimal` from observations without noise, and compare')
-        call add_study_options(arguments, '--seed --threads --format --options')
+        call add_study_options(arguments, '--format --options')
     end subroutine declare_bound
 
     !> Computes the limit of the cases and prints it.
@@ -60,14 +54,10 @@ contains
         integer :: i
 
         call take_study(arguments, 'all', console, study, misuse, error, may_rest=.true.)
-        study%runs = 0
-        call arguments%get('--check', study%runs, misuse, low=1, high=MOST_RUNS)
         if (allocated(misuse) .or. allocated(error)) return
         call table%columns_of(COLUMNS)
         call results%open('bound')
-        if (study%runs > 0) call results%member('seed', study%seed)
         call results%begin_array('cases')
-        call console%expect(size(study%calibrations)*estimates_of_all(study%runs), 'estimates')
         do i = 1, size(study%calibrations)
             associate (calibration => study%calibrations(i))
                 call tell(console, 'bound, '//trim(calibration%case%name))
@@ -82,7 +72,6 @@ contains
                     call add_leakage(pair, calibration%case, console, results)
                 end if
                 call add_reliability(calibration, console, results, error)
-                if (.not. allocated(error) .and. study%runs > 0) call add_checks(calibration, study, console, results, error)
                 if (allocated(error)) return
                 call results%end()
             end associate
@@ -261,44 +250,4 @@ contains
                                integer_text(size(report%values))//' (--format json has all):')
         call console%table(rows)
     end subroutine add_reliability
-
-    !> The consider covariance of every source, and what its draws give. Estimated sources add nothing.
-    subroutine add_checks(calibration, study, console, results, error)
-        type(calibration_t), intent(in) :: calibration
-        type(study_t), intent(in) :: study      !! Whose runs and seed count
-        type(console_t), intent(inout) :: console
-        type(results_t), intent(inout) :: results
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), parameter :: NOTHING = 1e-4_dp        ! of the noise: estimates are not iterated farther
-        integer, parameter :: NUMBERS = 59              ! columns
-        type(consider_check_t) :: check
-        character(NUMBERS) :: line
-        character(8) :: deviation(3)
-        integer :: i, axis
-
-        call console%paragraph('each source drawn in '//integer_text(study%runs)//' runs: considered sigma, mm, and '// &
-                          'drawn minus considered, % (-: less than 1e-4 of the noise)')
-        call results%begin_array('checks')
-        do i = 1, size(KNOWLEDGE_SOURCES)
-            call tell(console, trim(calibration%case%name)//', '//trim(KNOWLEDGE_SOURCES(i)%name))
-            call check_consider(calibration%case, calibration%options, i, study%seed, study%runs, study%threads, check, error, &
-                                console)
-            if (allocated(error)) return
-            deviation = '       -'
-            do axis = 1, 3
-                if (min(check%rms(axis), check%considered(axis)) > NOTHING*check%noise(axis)) &
-                    write (deviation(axis), '(f8.1)') 100*(check%rms(axis)/check%considered(axis) - 1)
-            end do
-            write (line, '(t3, 3(f11.6, a8))') (check%considered(axis)/MILLIMETRE, deviation(axis), axis=1, 3)
-            call console%line(line//'  '//wrapped(trim(size_text(check%knowledge_study_t)), NUMBERS + 3, console_width()))
-            call results%begin(on_one_line=.true.)
-            call results%member('source', trim(KNOWLEDGE_SOURCES(i)%name))
-            call results%member('runs', study%runs)
-            call results%member('considered_mm', check%considered/MILLIMETRE)
-            call results%member('drawn_mm', check%rms/MILLIMETRE)
-            call results%end()
-        end do
-        call results%end()
-    end subroutine add_checks
 end module gracecg_cli_bound
