@@ -30,7 +30,7 @@ module gracecg_studies_wrong_beliefs
     implicit none
     private
     public :: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, size_text
-    public :: SILENT_SIGMAS, FAR_BEYOND, OF_VALUE
+    public :: SILENT_SIGMAS, FAR_BEYOND
 
     integer, parameter :: SOUND = 0     !! Kind of a belief beside OF_VALUE, OF_ALTERATION, OF_NOISE: nothing is wrong
     real(dp), parameter :: SILENT_SIGMAS = 5    !! Error, in standard deviations, beyond which a silent result is wrong

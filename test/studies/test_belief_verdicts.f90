@@ -18,7 +18,6 @@ module test_belief_verdicts
         finish_report, CONFIRMED, UNTESTED, OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
     use fixture, only: check, check_passes
     use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
@@ -40,7 +39,6 @@ contains
                     new_unittest('what-is-stated-limits-what-is-unseen', test_stated), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
-                    new_unittest('power-is-that-of-fits-without-noise', test_detectable_values), &
                     new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_belief_verdicts
 
@@ -385,38 +383,4 @@ contains
                        parameter_names(TESTED(k))//integer_text(found))
         end do
     end subroutine test_power
-
-    !> Values that fits without noise find with the power are found as often with noise: also the delay of a rod, part of
-    !> which a density wave takes up, which without one would be a third smaller.
-    subroutine test_detectable_values(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        integer, parameter :: RUNS = 60, TESTED(2) = [ROD_DELAYS(2), FIELD_TURN(2)]
-        type(calibration_t) :: calibration
-        type(wrong_belief_t), allocatable :: list(:), asked(:)
-        type(tally_t), allocatable :: tallies(:)
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call find_calibration('front-3', calibration, failure)
-        calibration%case%density_wave = WAVE_NEAR_RODS
-        if (.not. allocated(failure)) call beliefs_with_value(calibration, list, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        asked = pack(list, [(any(TESTED == list(i)%place), i=1, size(list))])
-        list = asked
-        call find_detectable_values(calibration, 1, list, failure)
-        call check_passes(error, message_of(failure))
-        call check(error, size(list), size(TESTED))
-        if (allocated(error)) return
-        call check(error, list(1)%value > 1.2_dp*asked(1)%value, 'the density wave takes up nothing of a delay')
-        call check(error, list(2)%value, asked(2)%value, thr=0.02_dp*asked(2)%value)
-        call try_wrong_beliefs(calibration, [character(10) :: 'optimal'], .false., list, 4721_i8, RUNS, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        do i = 1, size(tallies)
-            if (allocated(error)) return
-            call check(error, abs(tallies(i)%found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
-                       trim(subject_of(tallies(i)%wrong))//integer_text(tallies(i)%found))
-        end do
-    end subroutine test_detectable_values
 end module test_belief_verdicts

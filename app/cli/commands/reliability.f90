@@ -1,6 +1,5 @@
 !> gracecg reliability: what the tests of the operator's beliefs are worth, tried.
 module gracecg_cli_reliability
-    use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
         size_text, SILENT_SIGMAS, FAR_BEYOND
     use gracecg_cli_work
@@ -21,8 +20,6 @@ contains
                                 'beforehand what can be detected.', 'gracecg reliability front-3 --only quaternions --runs 1')
         call add_study_options(arguments, '--cases --algorithms --runs', 'optimal', '2')
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
-        call arguments%add_option('--power', '', 'each belief with a value wrong by what its own test finds in 80 of 100 runs, '// &
-                                  'as fits without noise say, instead of three sizes')
         call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
         call add_study_options(arguments, '--seed --threads --out --format --options')
     end subroutine declare_reliability
@@ -44,7 +41,8 @@ contains
         call arguments%get('--only', only, misuse)
         call take_study(arguments, 'front-3', console, study, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        list = chosen(all_wrong_beliefs())
+        list = all_wrong_beliefs()
+        list = pack(list, [(index(subject_of(list(i)), only) > 0, i=1, size(list))])
         call refuse_if(size(list) == 0, '--only "'//only//'": no wrong belief has that in its name; try rod, '// &
                        'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
         if (allocated(misuse)) return
@@ -53,8 +51,12 @@ contains
         allocate (all_tallies(0))
         call console%expect_parts(size(study%calibrations), 'cases')
         do i = 1, size(study%calibrations)
-            call try_case(study%calibrations(i))
-            if (allocated(error)) return
+            associate (calibration => study%calibrations(i))
+                call try_wrong_beliefs(calibration, padded(study%algorithms), .not. arguments%has('--no-causes'), list, &
+                                       study%seed, study%runs, study%threads, tallies, error, console)
+                if (allocated(error)) return
+                call add_rows(trim(calibration%case%name), tallies, table)
+            end associate
             call console%next_part()
             all_tallies = [all_tallies, tallies]
         end do
@@ -68,40 +70,6 @@ contains
         call results%member('algorithms', names)
         call results%member('seed', study%seed)
         call results%publish(table, console, error, study%path, names//', seed '//integer_text(study%seed))
-
-    contains
-
-        !> Spoils the calibrations of a case.
-        subroutine try_case(calibration)
-            type(calibration_t), intent(in) :: calibration
-
-            integer :: with_value
-
-            if (arguments%has('--power')) then
-                call beliefs_with_value(calibration, list, error)
-                if (allocated(error)) return
-                list = chosen(list)
-                with_value = size(list)
-                call find_detectable_values(calibration, study%threads, list, error, console)
-                if (allocated(error)) return
-            end if
-            call try_wrong_beliefs(calibration, padded(study%algorithms), .not. arguments%has('--no-causes'), list, study%seed, &
-                                   study%runs, study%threads, tallies, error, console)
-            if (allocated(error)) return
-            call add_rows(trim(calibration%case%name), tallies, table)
-            if (arguments%has('--power')) &
-                call show_power(trim(calibration%case%name), with_value, size(list), tallies, console)
-        end subroutine try_case
-
-        !> Those whose name has the text asked for.
-        function chosen(from) result(some)
-            type(wrong_belief_t), intent(in) :: from(:)
-            type(wrong_belief_t), allocatable :: some(:)
-
-            integer :: k
-
-            some = pack(from, [(index(subject_of(from(k)), only) > 0, k=1, size(from))])
-        end function chosen
     end subroutine run_reliability
 
     subroutine add_rows(name, tallies, table)
@@ -124,36 +92,6 @@ contains
             end associate
         end do
     end subroutine add_rows
-
-    !> How often each belief's own test found it in a case.
-    subroutine show_power(name, with_value, looked_for, tallies, console)
-        character(*), intent(in) :: name        !! Of the case
-        integer, intent(in) :: with_value       !! Beliefs of which `bound` states a value
-        integer, intent(in) :: looked_for       !! Those of which fits find one
-        type(tally_t), intent(in) :: tallies(:)
-        type(console_t), intent(inout) :: console
-
-        type(data_table_t) :: rows
-        integer :: i
-
-        call console%line(name//': '//integer_text(looked_for)//' of '//integer_text(with_value)// &
-                          ' beliefs have a value that fits without noise find in 80 of 100 runs')
-        call rows%column('belief', 'a', '  belief')
-        call rows%column('size', 'a', 'wrong by')
-        call rows%column('times', 'f6.2', 'times bound''s')
-        call rows%column('algorithm', 'a', 'algorithm')
-        call rows%column('found', 'f6.1', 'found by its own test, %')
-        do i = 1, size(tallies)
-            associate (t => tallies(i))
-                call rows%add('  '//subject_of(t%wrong))
-                call rows%add(size_text(t%wrong))
-                call rows%add(t%times)
-                call rows%add(t%algorithm)
-                call rows%add(100*t%found/real(t%runs, dp))
-            end associate
-        end do
-        call console%table(rows)
-    end subroutine show_power
 
     !> What is wrong without a word, case by case, and the sums.
     subroutine show(algorithm, tallies, console)
