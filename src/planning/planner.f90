@@ -3,7 +3,7 @@
 !> manoeuvre, and the calibration that flies it.
 module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI, MILLIMETRE
+    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_progress, only: progress_t
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
@@ -12,8 +12,7 @@ module gracecg_planning_planner
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_moved_case, only: moved_calibration
-    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, new_manoeuvre_site, &
-        manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, manoeuvre_quality_t, evaluate_manoeuvre
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
     use gracecg_planning_candidates, only: design_settings_t, check_design_settings
     use gracecg_planning_design, only: manoeuvre_design_t, design_manoeuvre, judge_manoeuvre, choose_place
@@ -27,7 +26,6 @@ module gracecg_planning_planner
     real(dp), parameter :: ORBIT_STEP = 10          !! Between the orbit's samples, s
     real(dp), parameter :: ANYWHERE_STEP = 100      !! Between the places to choose from, s
     real(dp), parameter :: EVERYWHERE_STEP = 240    !! Between the places of a manoeuvre for all, s
-    real(dp), parameter :: DURATION_STEP = 6        !! Of the shortest arc, s
     real(dp), parameter :: SHORTEST_ARC = 10        !! s
     real(dp), parameter :: LONGEST_ARC = 600        !! s
     integer, parameter :: MOST_REVOLUTIONS = 150    !! Of a map
@@ -41,8 +39,6 @@ module gracecg_planning_planner
         real(dp) :: time = 0                !! Of the start unless ANYWHERE, s from the case's epoch
         integer :: revolutions = 1          !! Of the orbit, for ANYWHERE, EVERYWHERE and maps
         logical :: search = .true.          !! Else the case's own manoeuvre is judged, AT_TIME
-        real(dp) :: target = 0
-        !! Wanted of the worst axis, m: AT_TIME the shortest arc is taken that reaches it. 0: all of the duration
         type(design_settings_t) :: settings = design_settings_t()    !! Of the search
     end type plan_request_t
 
@@ -132,7 +128,7 @@ contains
 
     !> The second half of a plan: searches the manoeuvre, or judges the case's own.
     !>
-    !> Fails when no manoeuvre keeps the limits or reaches the target, or the case's own does not keep them.
+    !> Fails when no manoeuvre keeps the limits, or the case's own does not keep them.
     subroutine find_manoeuvre(request, plan, error, progress)
         type(plan_request_t), intent(in) :: request
         type(plan_t), intent(inout) :: plan             !! As prepare_plan gives it
@@ -146,19 +142,11 @@ contains
                 call judge_manoeuvre(arc, sites, case%satellite%rods, size(sites), plan%design)
                 call evaluate_manoeuvre(arc, sites(1), case%satellite%rods, quality)
                 call check_motion(arc%knowledge%limits, quality%motion, error)
-            else if (request%target > 0) then
-                call shortest_manoeuvre(case, plan%orbit, plan%time, request%settings, case%duration, &
-                                        DURATION_STEP, request%target, arc, plan%design, error, progress)
             else
                 call design_manoeuvre(arc, sites, request%settings, plan%design, error, progress)
             end if
-            if (.not. allocated(error)) then
-                call take_manoeuvre(plan%design%rods, case%satellite%rods)
-                case%duration = arc%knowledge%duration
-            end if
+            if (.not. allocated(error)) call take_manoeuvre(plan%design%rods, case%satellite%rods)
         end associate
-        ! a shorter arc weighs the forces at its place in its own way
-        if (.not. allocated(error) .and. request%target > 0) call take_sites(request, plan, error, progress)
         call add_context(error, 'case '//trim(plan%calibration%case%name))
     end subroutine find_manoeuvre
 
@@ -216,72 +204,6 @@ contains
         design = plan%design
         if (present(chosen)) chosen = plan%time
     end subroutine plan_manoeuvre
-
-    !> The shortest arc, in whole multiples of `step`, whose best manoeuvre at one place brings the worst
-    !> axis to a target. Sigma falls with the square root of the duration, so that the longest arc tells where to
-    !> begin; from there on upwards, step by step, since the density wave favours some durations.
-    !>
-    !> Fails when no arc up to the longest meets the target, and as design_manoeuvre does there.
-    subroutine shortest_manoeuvre(case, orbit, time, settings, longest, step, target, arc, &
-                                  design, error, progress)
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit
-        real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: longest, step       !! s
-        real(dp), intent(in) :: target              !! m
-        type(planned_arc_t), intent(out) :: arc     !! Of the shortest arc
-        type(manoeuvre_design_t), intent(out) :: design
-        type(error_t), allocatable, intent(out) :: error
-        class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
-
-        real(dp), parameter :: CAUTION = 0.85_dp    ! of the duration that the longest arc promises
-        type(planned_arc_t) :: trial_arc
-        type(manoeuvre_design_t) :: trial
-        type(error_t), allocatable :: failure
-        real(dp) :: least
-        integer :: most, steps, spent
-
-        most = floor(longest/step + 1e-9_dp)
-        call try(most, arc, design, error)
-        if (allocated(error)) return
-        spent = design%evaluations
-        least = design%worst
-        do steps = max(1, floor(CAUTION*most*min(1.0_dp, maxval(design%sigma)/target)**2)), most - 1
-            call try(steps, trial_arc, trial, failure)
-            if (allocated(failure)) cycle
-            spent = spent + trial%evaluations
-            least = min(least, trial%worst)
-            if (trial%worst > target) cycle
-            arc = trial_arc
-            design = trial
-            exit
-        end do
-        design%evaluations = spent
-        if (design%worst <= target) return
-        call fail(error, 'the target of '//number_text(target/MILLIMETRE)//' mm is out of reach: the best '// &
-                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least/MILLIMETRE)// &
-                  ' mm on its worst axis')
-
-    contains
-
-        subroutine try(steps, arc, design, failure)
-            integer, intent(in) :: steps
-            type(planned_arc_t), intent(out) :: arc
-            type(manoeuvre_design_t), intent(out) :: design
-            type(error_t), allocatable, intent(out) :: failure
-
-            type(case_t) :: shorter
-            type(manoeuvre_site_t) :: site(1)
-
-            shorter = case
-            shorter%duration = steps*step
-            call new_planned_arc(shorter, arc, failure)
-            if (.not. allocated(failure)) call new_manoeuvre_site(arc, orbit, time, site(1), failure)
-            if (.not. allocated(failure)) call design_manoeuvre(arc, site, settings, design, failure, &
-                                                                       progress)
-        end subroutine try
-    end subroutine shortest_manoeuvre
 
     subroutine check_limits(case, error)
         type(case_t), intent(in) :: case

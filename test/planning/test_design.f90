@@ -14,7 +14,6 @@ module test_design
     use gracecg_planning_candidates
     use gracecg_planning_design
     use gracecg_planning_planner
-    use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use test_site, only: site_tests, stand, three_rods
     use fixture, only: check, check_fails, check_passes, make_file, FOLDER
@@ -35,60 +34,12 @@ contains
                     new_unittest('ten-micrometres-in-all-cases', test_all_cases), &
                     new_unittest('ten-micrometres-everywhere', test_everywhere), &
                     new_unittest('limits-are-kept', test_limits), &
-                    new_unittest('shortest-arc', test_shortest), &
                     new_unittest('best-place', test_place), &
                     new_unittest('threads', test_threads), &
                     new_unittest('moved-case', test_moved_case), &
                     new_unittest('plan', test_plan), &
-                    new_unittest('reliable-manoeuvre', test_reliable), &
                     new_unittest('refuses-impossible', test_refused)]
     end subroutine collect_design
-
-    !> A manoeuvre that is reliable enough stays as it is; else one is found that is better, with the moments and
-    !> frequencies allowed.
-    subroutine test_reliable(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        type(plan_request_t) :: request
-        type(plan_t) :: plan
-        type(reliable_design_t) :: same, other
-        type(error_t), allocatable :: failure
-        real(dp) :: wanted
-        integer :: axis
-
-        call find_calibration('front-3', calibration, failure)
-        calibration%case%duration = 30
-        request%search = .false.
-        request%settings%refinement_steps = 1
-        if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)
-        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
-        if (.not. allocated(failure)) call make_reliable(request, plan, 1.0_dp, same, failure)
-        wanted = 0.1_dp*maxval(same%effect)
-        if (.not. allocated(failure)) call make_reliable(request, plan, wanted, other, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, same%evaluations, 1)
-        call check(error, same%design%rods%count, plan%design%rods%count)
-        call check(error, beyond(other) < beyond(same), 'not better')
-        do axis = 1, 3
-            if (allocated(error)) return
-            associate (rods => other%design%rods%activations(:other%design%rods%count))
-                call check(error, sum(rods%amplitude, mask=rods%axis == axis) <= 30*(1 + 1e-12_dp), 'moment')
-            end associate
-        end do
-
-    contains
-
-        !> Beliefs that could move some component by more than is wanted.
-        pure integer function beyond(design)
-            type(reliable_design_t), intent(in) :: design
-
-            integer :: i
-
-            beyond = count([(any(abs(design%report%values(i)%effect) > wanted), i=1, size(design%report%values))])
-        end function beyond
-    end subroutine test_reliable
 
     !> A quick search: cycles 6 and 7 only.
     function quick_settings(waveform) result(settings)
@@ -205,43 +156,6 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'no manoeuvre stays within the limits', &
                                                       'rate_deg_s'])
     end subroutine test_limits
-
-    !> The shortest arc meets the target, and one step less does not; the sites of the plan are those of the shorter arc.
-    subroutine test_shortest(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        real(dp), parameter :: STEP = 6         ! of the planner, s
-        type(plan_request_t) :: request
-        type(plan_t) :: plan
-        type(calibration_t) :: calibration
-        type(manoeuvre_design_t) :: judged, shorter
-        type(planned_arc_t) :: planned
-        type(manoeuvre_site_t) :: site
-        type(error_t), allocatable :: failure
-
-        call find_calibration('front-1', calibration, failure)
-        request%settings = quick_settings(SQUARE)
-        request%target = 8*MICROMETRE
-        call prepare_plan(calibration, request, plan, failure)
-        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        associate (case => plan%calibration%case)
-            call check(error, plan%design%worst <= request%target .and. case%duration < 60)
-            call judge_manoeuvre(plan%arc, plan%sites, plan%design%rods, 1, judged)
-            call check(error, maxval(abs(judged%force - plan%design%force)) <= 1e-12_dp*maxval(judged%force))
-            case%duration = case%duration - STEP
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
-            call design_manoeuvre(planned, [site], request%settings, shorter, failure)
-            call check(error, allocated(failure) .or. shorter%worst > request%target)
-        end associate
-        request%target = MICROMETRE/10
-        calibration%case%duration = 3*STEP
-        call prepare_plan(calibration, request, plan, failure)
-        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
-    end subroutine test_shortest
 
     !> Among the three places of the report, that over the pole is best: the field is the strongest.
     subroutine test_place(error)

@@ -15,11 +15,10 @@ module gracecg_cli_design
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
-    use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
     use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: quoted_word
-    use gracecg_cli_plan_results, only: rods_table, add_programme, add_leakage, add_reliable
+    use gracecg_cli_plan_results, only: rods_table, add_programme, add_leakage
     use gracecg_cli_work
     implicit none
     private
@@ -32,7 +31,6 @@ module gracecg_cli_design
         type(plan_request_t) :: plan
         integer :: map_step = 60            !! s
         integer :: manoeuvres = 0           !! Of a programme; 0: none is asked for
-        real(dp) :: reliable = 0            !! Largest undetected effect wanted, m; 0: whatever it is
         character(:), allocatable :: out, map
     end type request_t
 
@@ -63,11 +61,6 @@ contains
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
         call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
-        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 6 s up to the '// &
-                                  'duration, whose worst axis is at most this')
-        call arguments%add_option('--reliable', 'MM', 'change it until no single wrong belief of the operator could move a '// &
-                                  'component by more than this without a test seeing it: a slow component for the star '// &
-                                  'camera beside the fast one; sigma grows')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them', default='xyz')
         call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2, up to largest_moment of the case''s &rods '// &
                                   '(default: as the case drives its rods)')
@@ -101,7 +94,6 @@ contains
         type(calibration_t) :: calibration
         type(plan_t) :: plan
         type(map_point_t), allocatable :: points(:)
-        type(reliable_design_t), allocatable :: reliable
         type(results_t) :: results
 
         call read_request(arguments, request, misuse)
@@ -116,12 +108,6 @@ contains
         call prepare_plan(calibration, request%plan, plan, error, console)
         if (.not. allocated(error)) call find_manoeuvre(request%plan, plan, error, console)
         if (allocated(error)) return
-        if (request%reliable > 0) then
-            allocate (reliable)
-            call make_reliable(request%plan, plan, request%reliable, reliable, error, console)
-            if (allocated(error)) return
-            plan%design = reliable%design
-        end if
         call tell(console, 'map')
         call map_places(request, plan, points, error, console)
         if (allocated(error)) return
@@ -129,7 +115,6 @@ contains
         call add_plan(request, plan, points(1), console, results)
         if (request%plan%place /= EVERYWHERE) call add_pair(plan, console, results, error)
         if (allocated(error)) return
-        if (allocated(reliable)) call add_reliable(reliable, console, results)
         call add_map(request, plan, points(2:), console, results, error)
         if (.not. allocated(error)) &
             call results%publish(quality_table(points(:1), plan%calibration%case, [trim(plan%calibration%case%name)]), console, &
@@ -169,10 +154,6 @@ contains
             call refuse_if(verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used), &
                            'option --rods: "'//rods//'" has to be one or several of x, y, z', misuse)
         end associate
-        call arguments%get('--target-mm', request%plan%target, misuse, low=1e-9_dp, high=1e3_dp, unit='mm')
-        request%plan%target = request%plan%target*MILLIMETRE
-        call arguments%get('--reliable', request%reliable, misuse, low=1e-6_dp, high=1e3_dp, unit='mm')
-        request%reliable = request%reliable*MILLIMETRE
         call arguments%get('--revolutions', request%plan%revolutions, misuse, low=1, high=MOST_REVOLUTIONS)
         call arguments%get('--step', request%map_step, misuse, low=1, high=3600)
         call arguments%get('--manoeuvres', request%manoeuvres, misuse, low=1, high=MOST_MANOEUVRES)
@@ -186,18 +167,13 @@ contains
         type(arguments_t), intent(in) :: arguments
         type(error_t), allocatable, intent(inout) :: misuse
 
-        character(13), parameter :: OF_THE_SEARCH(10) = [character(13) :: '--reliable', '--anywhere', '--everywhere', &
-                                                        '--target-mm', '--rods', '--amplitude', &
-                                                        '--frequencies', '--waveforms', '--taper', '--rise-time']
+        character(13), parameter :: OF_THE_SEARCH(8) = [character(13) :: '--anywhere', '--everywhere', '--rods', &
+                                                       '--amplitude', '--frequencies', '--waveforms', '--taper', &
+                                                       '--rise-time']
         integer :: i
 
         call refuse_if(arguments%has('--anywhere') .and. (arguments%has('--at') .or. arguments%has('--everywhere')), &
                        'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
-        call refuse_if(arguments%has('--target-mm') .and. (arguments%has('--anywhere') .or. &
-                                                           arguments%has('--everywhere')), &
-                       'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
-        call refuse_if(arguments%has('--reliable') .and. arguments%has('--everywhere'), &
-                       'option --reliable goes with one place (--at, --anywhere), not with --everywhere', misuse)
         do i = 1, size(OF_THE_SEARCH)
             call refuse_if(arguments%has('--manoeuvre') .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
                            trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre does not search', misuse)

@@ -1,20 +1,16 @@
-!> What commands say of planned manoeuvres, for people and as JSON: programmes of several, the leakage of the rods into the
-!> accelerometer (sigma without it and with it estimated, of one flight and of two half a revolution apart), and what no
-!> test of the operator's beliefs would see.
+!> What commands say of planned manoeuvres, for people and as JSON: programmes of several, and the leakage of the rods into
+!> the accelerometer (sigma without it and with it estimated, of one flight and of two half a revolution apart).
 module gracecg_cli_plan_results
     use gracecg_environment_time, only: utc_t
     use gracecg_files_json, only: json_writer_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, WAVEFORM_NAMES
-    use gracecg_observations_parameters, only: belief_subject
-    use gracecg_estimation_belief_words, only: say_undetected
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_leakage, only: leakage_pair_t
     use gracecg_planning_programme, only: candidate_t, programme_t
-    use gracecg_planning_reliable_design, only: reliable_design_t
     use gracecg_cli_work
     implicit none
     private
-    public :: rods_table, add_programme, add_leakage, add_reliable
+    public :: rods_table, add_programme, add_leakage
 
 contains
 
@@ -147,39 +143,4 @@ contains
         write (text, '(f5.1, 1x, a1)') abs(angle)/DEGREE, merge(positive, negative, angle >= 0)
         text = adjustl(text)
     end function place_text
-
-    !> The largest undetected effects and whether they are as small as is wanted.
-    subroutine add_reliable(reliable, console, json)
-        type(reliable_design_t), intent(in) :: reliable
-        type(console_t), intent(inout) :: console
-        class(json_writer_t), intent(inout) :: json     !! In an object
-
-        logical :: reached
-        integer :: axis
-        character(:), allocatable :: text
-
-        reached = all(reliable%effect <= reliable%report%wanted)
-        call say_undetected(reliable%report, .false., text)
-        call console%line('')
-        call console%paragraph('a single wrong belief could move the offset undetected by '//text//': '// &
-                               trim(merge('as wanted,             ', 'this search found none,', reached))//' at most '// &
-                               rounded_text(reliable%report%wanted/MILLIMETRE, 3)//' mm; '// &
-                               integer_text(reliable%evaluations)//' manoeuvres were tried')
-        call json%begin('reliability')
-        call json%member('wanted_mm', reliable%report%wanted/MILLIMETRE)
-        call json%member('reached', reached)
-        call json%member('evaluations', reliable%evaluations)
-        call json%begin_array('undetected')
-        do axis = 1, 3
-            call json%begin(on_one_line=.true.)
-            call json%member('effect_mm', reliable%effect(axis)/MILLIMETRE)
-            associate (place => reliable%report%largest(axis))
-                if (place > 0) &
-                    call json%member('belief', trim(belief_subject(reliable%report%values(place)%belief)))
-            end associate
-            call json%end()
-        end do
-        call json%end()
-        call json%end()
-    end subroutine add_reliable
 end module gracecg_cli_plan_results
