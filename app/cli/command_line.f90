@@ -26,8 +26,7 @@ module gracecg_cli_command_line
     use gracecg_cli_report, only: declare_report, run_report
     use gracecg_cli_design, only: declare_design, run_design
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
-        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation, &
-        declare_star_camera, run_star_camera
+        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -68,8 +67,7 @@ contains
             command_t('model density', 'thermosphere: density, temperature, composition', declare_density, run_density), &
             command_t('model wind', 'horizontal wind of the thermosphere', declare_wind, run_wind), &
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
-            command_t('model orientation', 'Earth-fixed from inertial axes', declare_orientation, run_orientation), &
-            command_t('model star-camera', 'one noisy frame of a star camera', declare_star_camera, run_star_camera)]
+            command_t('model orientation', 'Earth-fixed from inertial axes', declare_orientation, run_orientation)]
     end function own_commands
 
     !> Runs the command of some words. Everything that goes wrong is said on the console.

@@ -72,7 +72,7 @@ contains
         call succeeds(error, '', same)
         call check(error, output, same)
         call check(error, index(output, LF//'  simulate ') > 0 .and. &
-                   index(output, LF//'  model star-camera ') > 0)
+                   index(output, LF//'  model orientation ') > 0)
         call succeeds(error, 'simulate --help', help)
         call check(error, index(help, 'usage: gracecg simulate CASE --out DIR') == 1, help)
     end subroutine test_overview
@@ -95,7 +95,7 @@ contains
         call refused(error, 'simulat front-1', STATUS_MISUSED, &
                      [character(W) :: 'unknown command "simulat"', 'did you mean "simulate"?'])
         call refused(error, 'model fild', STATUS_MISUSED, [character(W) :: 'did you mean "model field"?'])
-        call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'star-camera'])
+        call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'orientation'])
         call refused(error, 'level1', STATUS_MISUSED, [character(W) :: 'which level1?', 'list', 'dump'])
         call refused(error, 'level1 lst x', STATUS_MISUSED, [character(W) :: 'did you mean "level1 list"?'])
         call refused(error, 'level1 dump x --format json', STATUS_MISUSED, [character(W) :: 'one of csv, records'])
@@ -128,10 +128,10 @@ contains
     !> The example of every help works as printed (below the folder of the tests).
     subroutine test_examples(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(10) = [character(17) :: 'verify', 'simulate', &
+        character(*), parameter :: COMMANDS(9) = [character(17) :: 'verify', 'simulate', &
                                                    'estimate', 'timing', 'model gravity', &
                                                    'model field', 'model density', 'model wind', &
-                                                   'model sun', 'model star-camera']
+                                                   'model sun']
         type(text_file_t) :: help
         character(:), allocatable :: output, line
         integer :: i, k
@@ -431,7 +431,7 @@ contains
         call succeeds(error, 'help model gravity', same)
         call check(error, same, help)
         call succeeds(error, 'help model', help)
-        call check(error, index(help, 'usage: gracecg model NAME') == 1 .and. index(help, LF//'  model star-camera') > 0 &
+        call check(error, index(help, 'usage: gracecg model NAME') == 1 .and. index(help, LF//'  model orientation') > 0 &
                    .and. index(help, 'simulate') == 0, help)
         call succeeds(error, 'model --help', same)
         call check(error, same, help)

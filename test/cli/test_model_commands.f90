@@ -26,7 +26,6 @@ contains
                     new_unittest('density', test_density), &
                     new_unittest('wind', test_wind_model), &
                     new_unittest('sun', test_sun_model), &
-                    new_unittest('star-camera', test_star_camera_model), &
                     new_unittest('impossible-places', test_impossible)]
     end subroutine collect_model_commands
 
@@ -147,28 +146,6 @@ contains
         call check(error, abs(atan2(sun(2), sun(1))/DEGREE + 360 - 282.75_dp) < 1 .and. &
                    abs(asin(sun(3)/norm2(sun(:3)))/DEGREE + 23) < 0.5_dp)
     end subroutine test_sun_model
-
-    !> The error stays within five sigma of the boresight's, which is the greatest; other runs
-    !> differ.
-    subroutine test_star_camera_model(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: HEADER = 'q1,q2,q3,q4,stars,angle_error_arcsec,quest_and_q_method_arcsec,'// &
-                                   'sigma_x_arcsec,sigma_y_arcsec,sigma_boresight_arcsec'
-        character(*), parameter :: AT = 'model star-camera --quaternion 0.5 -0.5 0.5 0.5'
-        real(dp) :: first(10), second(10), other(10)
-
-        call row_of(error, AT, HEADER, first)
-        call row_of(error, AT//' --run 2', HEADER, second)
-        call row_of(error, AT//' --head 2', HEADER, other)
-        call check(error, abs(norm2(first(:4)) - 1) < 1e-14_dp .and. first(5) >= 2 .and. first(5) <= 20)
-        call check(error, first(6) > 0 .and. first(6) < 50 .and. maxval(abs(first(:4) - second(:4))) > 0)
-        call check(error, maxval(abs(first(:4) - other(:4))) > 0.1_dp)
-        call refused(error, 'model star-camera --quaternion 0 0 0 0', STATUS_FAILED, &
-                     [character(W) :: '--quaternion', 'not a unit quaternion'])
-        call refused(error, 'model star-camera --quaternion 0.5 0.5 0.5 0.6', STATUS_FAILED, &
-                     [character(W) :: 'not a unit quaternion'])
-        call refused(error, AT//' --head 3', STATUS_MISUSED, [character(W) :: '--head', 'from 1 to 2'])
-    end subroutine test_star_camera_model
 
     subroutine test_impossible(error)
         type(error_type), allocatable, intent(out) :: error
