@@ -42,7 +42,6 @@ contains
                     new_unittest('help-command', test_help_command), &
                     new_unittest('lines-fit', test_lines_fit), &
                     new_unittest('pattern', test_pattern), &
-                    new_unittest('panels-as-json', test_panels), &
                     new_unittest('level1', test_level1), &
                     new_unittest('empty-and-wrong-paths', test_paths)]
     end subroutine collect_commands
@@ -214,8 +213,6 @@ contains
         call refused(error, 'verify front-1 front-1', STATUS_FAILED, &
                      [character(W) :: 'two cases have the name "front-1"'])
         call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
-        call refused(error, 'verify front-1 --runs 20', STATUS_MISUSED, [character(W) :: '--runs'])
-        call refused(error, 'verify --runs 14', STATUS_MISUSED, [character(W) :: '--runs'])
     end subroutine test_verify
 
     !> The file without its second column, which has to be `utc`.
@@ -475,23 +472,6 @@ contains
         call check(error, by_rule /= other .and. index(by_rule, 'rods by the rule general') > 0, by_rule)
         call refused(error, 'timing --pattern y', STATUS_MISUSED, [character(W) :: '--pattern', 'y-z, general'])
     end subroutine test_pattern
-
-    !> JSON of `verify` has the panels of Figures 6.2, 6.3 and 6.6.
-    subroutine test_panels(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(:), allocatable :: output
-        integer :: i, panels
-
-        call succeeds(error, 'verify --format json', output)
-        if (allocated(error)) return
-        panels = 0
-        do i = 1, len(output) - 10
-            if (output(i:i + 9) == '"figure": ') panels = panels + 1
-        end do
-        call check(error, panels, 90 + 30)
-        call check(error, index(output, '"figure": "6.6", "satellite": "front", "algorithm": '// &
-                   '"ascrest", "axis": "z"') > 0 .and. index(output, '"low_mm": "mm"') > 0, output)
-    end subroutine test_panels
 
     !> Level-1 files are listed, shown, converted and checked; a broken one among others is told.
     subroutine test_level1(error)

@@ -5,13 +5,9 @@ module gracecg_cli_verify
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: published_name
-    use gracecg_studies_campaign, only: campaign_t, report_campaign
     use gracecg_studies_curves, only: verification_t, verify_case, &
         check_windows, window_counts_t, count_windows, curves_table, curves_file_name, &
         begin_windows, add_window_rows, CURVE_NAMES, curve_column
-    use gracecg_studies_estimate_windows, only: estimate_window_t, campaign_windows, loss_windows, &
-        estimate_windows_table, LEAST_SHARE_INSIDE, POINTS_OF_CASE
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, MODEL_FIELD_ERROR
     use gracecg_studies_published_case, only: built_in_case
     use gracecg_cli_calibration_argument, only: take_calibrations
     use gracecg_cli_campaign_tables, only: percent_text
@@ -40,13 +36,11 @@ contains
                                 'last interval between the printed tick marks, as a curve does for which a '// &
                                 'program chose the axis. A case file with other settings than the built-in case '// &
                                 'is compared, too, and named as edited: that measures what the comparison can '// &
-                                'see. When no case is named, the points of Figures 6.2, 6.3 and 6.6 are compared as well.', &
+                                'see. The points of Figures 6.2, 6.3 and 6.6 are compared by `report`.', &
                                 'gracecg verify front-1 back-1 --out curves')
         call add_study_options(arguments, '--cases')
-        call arguments%add_option('--runs', 'N', 'of Figures 6.2, 6.3 and 6.6, for whose points no case may be '// &
-                                  'named, at least as in the report', default=integer_text(POINTS_OF_CASE))
         call arguments%add_option('--out', 'DIR', 'folder for the curves, verify_CASE.csv; made if it is not there')
-        call add_study_options(arguments, '--seed --threads --format')
+        call add_study_options(arguments, '--format')
     end subroutine declare_verify
 
     !> The work of `gracecg verify`.
@@ -61,12 +55,8 @@ contains
         type(data_table_t) :: table, curves
         character(:), allocatable :: path
         integer :: i
-        logical :: named
 
-        call take_options(arguments, console, study, misuse, POINTS_OF_CASE)
-        named = arguments%positional_count() > 0 .or. arguments%has('--cases')
-        call refuse_if(named .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
-                       '6.6, which stay away when a case is named', misuse)
+        call take_options(arguments, console, study, misuse, 1)
         if (allocated(misuse)) return
         call take_calibrations(arguments, DEFAULT_CASES, study%calibrations, misuse, error, may_rest=.true., &
                                console=console)
@@ -91,8 +81,6 @@ contains
             end associate
         end do
         call results%open('verify')
-        if (.not. named) call add_estimates(study, results, console, error)
-        if (allocated(error)) return
         call results%publish(table, console, error)
     end subroutine run_verify
 
@@ -164,50 +152,4 @@ contains
         call console%line('surface forces and torques, mean within 15 % of the window''s centre: '// &
                           share_text(counts%surface_near, counts%surface))
     end subroutine show_counts
-
-    !> The points of Figures 6.2, 6.3 and 6.6, as text and as members of the result.
-    subroutine add_estimates(study, results, console, error)
-        type(study_t), intent(in) :: study      !! Whose runs, seed and threads count
-        type(results_t), intent(inout) :: results
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        type(campaign_t) :: campaign
-        type(field_study_t) :: losses(LOSS_STUDIES)
-        type(data_table_t) :: panels
-
-        call console%expect_parts(2, 'parts')
-        call report_campaign(study%seed, study%runs, study%threads, campaign, error, console)
-        call console%next_part()
-        if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, study%seed, study%runs, &
-                                                                 study%threads, losses, error, console)
-        if (allocated(error)) return
-        panels = estimate_windows_table([campaign_windows(campaign, 1), campaign_windows(campaign, 2), loss_windows(losses)])
-        call console%line('')
-        call console%line('Estimates of '//integer_text(study%runs)//' runs and the printed axis windows of Figures 6.2, 6.3 '// &
-                          'and 6.6, mm')
-        call console%table(panels)
-        call console%line('(points, inside: of all runs; the other columns: of the first '//integer_text(POINTS_OF_CASE)// &
-                          ', which the figures have)')
-        call console%line('')
-        call show_points('6.2', campaign_windows(campaign, 1))
-        call show_points('6.3', campaign_windows(campaign, 2))
-        call show_points('6.6', loss_windows(losses))
-        call results%member('runs', study%runs)
-        call results%member('seed', study%seed)
-        call panels%to_json(results, 'estimates')
-
-    contains
-
-        subroutine show_points(figure, windows)
-            character(*), intent(in) :: figure
-            type(estimate_window_t), intent(in) :: windows(:)
-
-            associate (n => sum(windows%points))
-                call console%line('Figure '//figure//': '//percent_text(sum(windows%inside)/real(n, dp))//' of '// &
-                                  integer_text(n)//' points inside (expected: '//percent_text(LEAST_SHARE_INSIDE)// &
-                                  ' or more), '//share_text(count(windows%on_ticks), size(windows))//' panels on the ticks')
-            end associate
-        end subroutine show_points
-    end subroutine add_estimates
 end module gracecg_cli_verify
