@@ -32,8 +32,6 @@ module gracecg_studies_campaign_files
     private
     public :: campaign_table, write_table, write_runs, read_runs, journal_t, journal_path
 
-    character(*), parameter :: TABLE_COLUMNS = &
-        'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
     character(10), parameter :: JOURNAL_COLUMNS(8) = [character(10) :: &
         'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', 'converged', 'normalised']
     !! The last one of a journal alone: as in monte_carlo_t; -1: not known
@@ -80,7 +78,14 @@ contains
 
         integer :: a, i, axis
 
-        call table%columns_of(TABLE_COLUMNS)
+        call table%column('case', 'a', 'case')
+        call table%column('algorithm', 'a', 'algorithm')
+        call table%column('axis', 'a', 'axis')
+        call table%column('runs', 'i8', 'runs')
+        call table%column('rms_mm', 'f12.5', 'here')
+        call table%columns_of('mean_error_mm,std_mm')
+        call table%column('predicted_mm', 'f12.5', 'theory')
+        call table%column('published_mm', 'f12.5', 'report')
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))

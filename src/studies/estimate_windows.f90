@@ -119,18 +119,7 @@ contains
 
         integer :: i
 
-        call table%column('figure', 'a', 'fig')
-        call table%column('satellite', 'a', 'satellite')
-        call table%column('algorithm', 'a', 'algorithm')
-        call table%column('axis', 'a', 'axis')
-        call table%column('low_mm', 'f5.1', 'from')
-        call table%column('high_mm', 'f5.1', 'to')
-        call table%column('least_mm', 'f7.3', 'least')
-        call table%column('greatest_mm', 'f7.3', 'greatest')
-        call table%column('fill', 'f4.2', 'fill')
-        call table%column('points', 'i6', 'points')
-        call table%column('inside', 'i6', 'inside')
-        call table%column('on_ticks', 'a', 'ticks')
+        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,on_ticks')
         do i = 1, size(windows)
             associate (w => windows(i))
                 call table%add(w%figure)

@@ -4,11 +4,8 @@ module gracecg_cli_montecarlo
     use gracecg_base_text, only: parse_integer
     use gracecg_files_file, only: file_exists, is_device
     use gracecg_files_run_record, only: note_file, UPDATED
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
+    use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs, &
         runs_done
@@ -77,7 +74,6 @@ contains
         type(campaign_t) :: campaign
         type(simulator_t), allocatable :: simulators(:)
         type(journal_t) :: journal
-        type(data_table_t) :: first
         type(error_t), allocatable :: incomplete
 
         call read_request(arguments, request, console, misuse, error)
@@ -93,10 +89,11 @@ contains
                                                                                  error)
         if (.not. allocated(error) .and. request%keeps) call begin_journal(request, campaign, journal, error)
         if (allocated(error)) return
-        call run_all(request, simulators, campaign, journal, first, console, error)
+        call run_all(request, simulators, campaign, journal, console, error)
         if (allocated(error) .and. .not. console%stops()) return
         if (allocated(error)) call move_alloc(error, incomplete)
-        call show_first(request, first, console)
+        if (request%without /= '') call console%line('error sources switched off here: '//request%without// &
+                                                     '; the report''s values have them all')
         if (runs_done(campaign) > 0) call show_campaign(campaign, console)
         if (allocated(incomplete)) then
             call fail(error, stop_text(arguments, request, campaign))
@@ -215,24 +212,17 @@ contains
         end if
     end subroutine begin_journal
 
-    !> The runs of all cases and algorithms, and the first calibration of each case.
-    subroutine run_all(request, simulators, campaign, journal, first, console, error)
+    !> The runs of all cases and algorithms.
+    subroutine run_all(request, simulators, campaign, journal, console, error)
         type(request_t), intent(in) :: request
         type(simulator_t), intent(in) :: simulators(:)
         type(campaign_t), intent(inout) :: campaign
         type(journal_t), intent(inout) :: journal
-        type(data_table_t), intent(inout) :: first
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: a, i, axis
+        integer :: a, i
 
-        call first%column('case', 'a', 'case')
-        do axis = 1, size(AXES)
-            call first%column('true', 'f10.4', 'd_'//AXES(axis)//'|true')
-            call first%column('estimate', 'f10.4', '|estimate')
-            call first%column('error', 'f10.4', '|error*')
-        end do
         call console%expect(runs_wanted(campaign), 'runs', runs_done(campaign))
         do i = 1, size(simulators)
             associate (options => request%study%calibrations(i)%options, threads => request%study%threads)
@@ -245,9 +235,7 @@ contains
                     end if
                     if (allocated(error)) return
                 end do
-                call add_first(simulators(i), options, request%study, campaign%entries(1, i)%predicted, first, error)
             end associate
-            if (allocated(error)) return
         end do
     end subroutine run_all
 
@@ -323,47 +311,6 @@ contains
                        'option --shard: shard '//integer_text(request%shard)//'/'//integer_text(request%shards)//' of '// &
                        integer_text(runs)//' runs has none; there are as many shards as runs at most', misuse)
     end subroutine read_shard
-
-    !> The first calibration of each case, and what theory expects of it.
-    subroutine show_first(request, first, console)
-        type(request_t), intent(in) :: request
-        type(data_table_t), intent(in) :: first
-        type(console_t), intent(inout) :: console
-
-        call console%paragraph('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated calibration: '// &
-                               request%study%algorithms(1)%text//', run 1, seed '//integer_text(request%study%seed))
-        call console%table(first)
-        call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
-        if (request%without /= '') call console%line('(error sources switched off here: '//request%without// &
-                                                    '; the report''s values have them all)')
-        call console%line('')
-    end subroutine show_first
-
-    !> The first run of a case, as an operator would see it.
-    subroutine add_first(simulator, options, study, predicted, first, error)
-        type(simulator_t), intent(in) :: simulator
-        type(estimation_options_t), intent(in) :: options
-        type(study_t), intent(in) :: study
-        real(dp), intent(in) :: predicted(3)        !! RMS error by theory, mm
-        type(data_table_t), intent(inout) :: first
-        type(error_t), allocatable, intent(out) :: error
-
-        type(observation_set_t) :: observations
-        type(estimation_options_t) :: own
-        type(solution_t) :: solution
-        integer :: i
-
-        call observe(simulator, study%seed, 1, observations, error)
-        if (allocated(error)) return
-        own = options
-        own%covariance = .false.
-        call estimate_offset(study%algorithms(1)%text, observations, own, solution, error)
-        if (allocated(error)) return
-        call first%add(simulator%case%name)
-        do i = 1, 3
-            call first%add([simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, predicted(i)])
-        end do
-    end subroutine add_first
 
     !> Arguments and help of `gracecg merge`.
     subroutine declare_merge(arguments)
