@@ -121,7 +121,6 @@ program tester
     use test_f77, only: collect_f77
     use test_f77_level1, only: collect_f77_level1
     use test_threads, only: collect_threads
-    use test_launcher, only: collect_launcher
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
     implicit none
@@ -267,7 +266,6 @@ program tester
              new_testsuite('f77-level1', collect_f77_level1), &
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
-             new_testsuite('launcher', collect_launcher), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &
              new_testsuite('manoeuvre', collect_manoeuvre), &

@@ -3,7 +3,7 @@
 
     tools/check_shards.py PROGRAM
 
-`mpirun -n 4 PROGRAM montecarlo --shard auto`; the merged files equal those of the whole campaign to the byte. A shard
+`mpirun -n 4` of a shell line that takes the shard's number from Open MPI; the merged files equal those of the whole campaign to the byte. A shard
 whose file is missing is named by `merge`, and run again by itself. Needs what `tools/setup.sh checks` installs.
 """
 import pathlib
@@ -12,7 +12,8 @@ import sys
 import tempfile
 
 CAMPAIGN = ["montecarlo", "--cases", "front-1,back-2", "--algorithms", "assest-fde,optimal", "--runs", "6", "--threads", "1"]
-LAUNCH = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4"]
+LAUNCH = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4", "sh", "-c",
+          'K=$((OMPI_COMM_WORLD_RANK + 1)); exec "$0" "$@" --shard $K/4 --runs-out part_$K.csv']
 
 
 def main():
@@ -33,7 +34,7 @@ def main():
 
         run(*CAMPAIGN, "--out", "whole.csv", "--runs-out", "whole_runs.csv")
         whole = [(work / name).read_bytes() for name in ("whole.csv", "whole_runs.csv")]
-        run(*CAMPAIGN, "--shard", "auto", "--runs-out", "part_%K.csv", launch=LAUNCH)
+        run(*CAMPAIGN, launch=LAUNCH)
         parts = [f"part_{k}.csv" for k in range(1, 5)]
         missing = [name for name in parts if not (work / name).exists()]
         if missing:

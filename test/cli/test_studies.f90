@@ -382,12 +382,11 @@ contains
         end do
     end subroutine test_examples
 
-    !> All but the comment lines; a missing shard is said. %K in names of files and folders is the shard's number.
+    !> All but the comment lines; a missing shard is said.
     subroutine test_merge(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: CAMPAIGN = 'montecarlo --cases back-3 --algorithms ascfest --runs 4'
         character(:), allocatable :: output, messages
-        type(error_t), allocatable :: failure
         integer :: status
 
         call make_folder(error)
@@ -398,11 +397,6 @@ contains
                                                   output)
         call check(error, without_comments('t.csv'), without_comments('tm.csv'))
         call check(error, without_comments('r.csv'), without_comments('rm.csv'))
-        call make_directory(FOLDER//'shard1', failure)
-        call check_passes(error, message_of(failure))
-        call succeeds(error, CAMPAIGN//' --shard 1/2 --out shard%K/t.csv --runs-out shard%K/r.csv', output)
-        call check(error, without_comments('shard1/r.csv'), without_comments('r1.csv'))
-        call check(error, file_exists(FOLDER//'shard1/t.csv'))
         call run('merge r2.csv', status, output, messages)
         call check(error, status, STATUS_DONE)
         call check(error, index(messages, '2 of 4 estimates are missing') > 0, messages)

@@ -18,11 +18,10 @@ module gracecg_cli_calibration_argument
     use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
-    public :: study_t, add_study_options, take_options, take_study, put_shard, SHARD_MARK
+    public :: study_t, add_study_options, take_options, take_study
     public :: take_calibration, take_calibrations, warn_of_field, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
-    character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
 
     !> What most studies are told.
     type :: study_t
@@ -114,7 +113,7 @@ contains
 
     !> Takes those of the options that the command has, and its cases. Fails as take_calibrations does, and when the file
     !> for the table cannot be written.
-    subroutine take_study(arguments, default, console, study, misuse, error, may_rest, shard)
+    subroutine take_study(arguments, default, console, study, misuse, error, may_rest)
         type(arguments_t), intent(in) :: arguments
         character(*), intent(in) :: default         !! Names of cases, by commas, when the user names none
         type(console_t), intent(inout) :: console
@@ -122,11 +121,9 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse     !! The words are wrong
         type(error_t), allocatable, intent(out) :: error        !! A case or the file is
         logical, intent(in), optional :: may_rest   !! As of take_calibrations
-        integer, intent(in), optional :: shard      !! What SHARD_MARK in --out stands for
 
         call take_options(arguments, console, study, misuse, 1)
         if (allocated(misuse)) return
-        if (present(shard)) call put_shard(shard, study%path)
         call check_writable(study%path, error)
         if (allocated(error)) return
         call take_calibrations(arguments, default, study%calibrations, misuse, error, may_rest, console)
@@ -142,17 +139,6 @@ contains
             call console%warn('the magnetic field of '//trim(utc_text(date))//' is extrapolated: igrf14 ends with 2029; after '// &
                               'five years it may be wrong by some 100 nT; a later model can be given as a file')
     end subroutine warn_of_field
-
-    !> Puts the number of the shard where a path has SHARD_MARK.
-    subroutine put_shard(shard, path)
-        integer, intent(in) :: shard        !! Its number
-        character(:), allocatable, intent(inout) :: path    !! Of a file
-
-        integer :: at
-
-        at = index(path, SHARD_MARK)
-        if (at > 0) path = path(:at - 1)//integer_text(shard)//path(at + len(SHARD_MARK):)
-    end subroutine put_shard
 
     !> All cases of a command that estimates, checked and each with a name of its own. Fails as
     !> take_calibration does for any of them, and when two have the same name.

@@ -12,8 +12,6 @@ module gracecg_cli_montecarlo
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: check_settings, merge_campaigns
     use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
-    use gracecg_cli_calibration_argument, only: put_shard, SHARD_MARK
-    use gracecg_cli_launcher, only: find_place
     use gracecg_cli_process, only: catch_interruption, caught_signal, signal_name
     use gracecg_cli_work
     implicit none
@@ -23,7 +21,6 @@ module gracecg_cli_montecarlo
     character(*), parameter :: COMMAND = 'montecarlo', MERGE_COMMAND = 'merge'
     integer, parameter :: MOST_FILES = 100000   !! That are merged
     integer, parameter :: MOST_SHOWN = 20       !! Shards that a message names
-    character(*), parameter :: AUTO = 'auto'        !! A shard that the environment names
 
     !> What the user asks for.
     type :: request_t
@@ -52,8 +49,7 @@ contains
                                 'gracecg montecarlo front-3 back-3 --algorithms assest-fde --runs 100')
         call add_study_options(arguments, '--cases --algorithms --runs', join(REPORT_ESTIMATORS, ','), integer_text(REPORT_RUNS))
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
-                                  'of the whole campaign. auto: K and N of the launcher or job array (Slurm, SGE, Open MPI, '// &
-                                  'MPICH). '//SHARD_MARK//' in names of files stands for K', default='1/1')
+                                  'of the whole campaign', default='1/1')
         call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
                                   join(SOURCE_NAMES, ', ')//' (the three others that are no noise)', choices=SOURCE_NAMES)
         call add_study_options(arguments, '--seed --threads --out')
@@ -277,13 +273,10 @@ contains
         end do
         call read_campaign_files(arguments, table_file, request%runs_file, misuse)
         call arguments%get('--resume', request%resumed_file, misuse)
-        call put_shard(request%shard, request%runs_file)
-        call put_shard(request%shard, request%resumed_file)
         if (request%runs_file == '') request%runs_file = request%resumed_file
         request%keeps = request%runs_file /= '' .and. .not. is_device(request%runs_file)
         if (.not. allocated(misuse)) call check_writable(request%runs_file, error)
-        if (.not. allocated(error)) call take_study(arguments, 'all', console, request%study, misuse, error, &
-                                                    shard=request%shard)
+        if (.not. allocated(error)) call take_study(arguments, 'all', console, request%study, misuse, error)
     end subroutine read_request
 
     subroutine read_shard(arguments, runs, request, misuse)
@@ -292,21 +285,16 @@ contains
         type(request_t), intent(inout) :: request
         type(error_t), allocatable, intent(inout) :: misuse
 
-        character(:), allocatable :: text, problem
+        character(:), allocatable :: text
         integer :: slash
         logical :: ok(2)
 
         call arguments%get('--shard', text, misuse)
-        if (text == AUTO) then
-            call find_place(request%shard, request%shards, problem)
-            if (allocated(problem)) call refuse_if(.true., 'option --shard auto: '//problem, misuse)
-        else
-            slash = index(text, '/')
-            call parse_integer(text(:slash - 1), request%shard, ok(1))
-            call parse_integer(text(slash + 1:), request%shards, ok(2))
-            call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
-                           'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N, nor auto', misuse)
-        end if
+        slash = index(text, '/')
+        call parse_integer(text(:slash - 1), request%shard, ok(1))
+        call parse_integer(text(slash + 1:), request%shards, ok(2))
+        call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
+                       'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N', misuse)
         call refuse_if(request%shard > runs, &
                        'option --shard: shard '//integer_text(request%shard)//'/'//integer_text(request%shards)//' of '// &
                        integer_text(runs)//' runs has none; there are as many shards as runs at most', misuse)
