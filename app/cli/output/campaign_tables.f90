@@ -43,10 +43,10 @@ contains
                 associate (entry => campaign%entries(a, i))
                     most = max(most, size(entry%run))
                     if (entry%mean_normalised > 0) &
-                        call console%line(trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a))// &
-                                          ': mean of the errors squared in units of their own covariances '// &
-                                          rounded_text(entry%mean_normalised, 3)//' (3 if honest, sigma '// &
-                                          rounded_text(sqrt(6.0_dp/size(entry%run)), 2)//')')
+                        call console%paragraph(trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a))// &
+                                               ': mean of the errors squared in units of their own covariances '// &
+                                               rounded_text(entry%mean_normalised, 3)//' (3 if honest, sigma '// &
+                                               rounded_text(sqrt(6.0_dp/size(entry%run)), 2)//')')
                 end associate
             end do
         end do
