@@ -72,7 +72,7 @@ ENDINGS = ("_mm", "_s", "_deg", "_nt", "_tesla", "_m", "_m_s", "_m_s2", "_m_s3",
            "_deg_s", "_hz", "_n_m", "_a_m2", "_m_s2_sqrt_hz", "_kg_m3", "_kelvin", "_per_m3", "_km", "_h", "_au", "_arcsec",
            "_sfu")
 # Columns of words, of numbers that count, and of pure numbers.
-WITHOUT_UNIT = {"case", "satellite", "epoch_utc", "utc", "algorithm", "axis", "source", "magnetometer", "converged", "iterations",
+WITHOUT_UNIT = {"case", "satellite", "epoch_utc", "utc", "algorithm", "axis", "source", "magnetometer", "converged", "normalised", "iterations",
                 "condition", "runs", "run", "camera", "q1", "q2", "q3", "q4", "sigma_q1", "sigma_q2", "sigma_q3", "sigma_q4",
                 "worst_x", "worst_y", "worst_z", "variance_factor", "edited_accelerometer", "edited_star_camera", "stars",
                 "unit", "least", "greatest", "mean", "low", "high", "on_ticks",

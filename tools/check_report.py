@@ -29,7 +29,7 @@ STATEMENTS = ["one-rod", "dominance", "arc-length", "weights", "accuracy", "curv
 MORE_TABLES = ["bound_table", "designed_manoeuvres", "designed_reached"] + [f"statement_{s}" for s in STATEMENTS]
 COLUMNS = {
     "montecarlo.csv": "case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm",
-    "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged",
+    "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged,normalised",
     "errors.csv": "source,axis,runs,rms_mm,predicted_mm",
     "statements.csv": "statement,case,setting,runs,rms_x_mm,rms_y_mm,rms_z_mm,predicted_x_mm,predicted_y_mm,"
                       "predicted_z_mm,condition,torque_ratio,stars,sigma_x_arcsec,sigma_y_arcsec,sigma_boresight_arcsec",

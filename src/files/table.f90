@@ -35,7 +35,6 @@ module gracecg_files_table
         procedure :: check_numbers              !! Are fields that nobody uses numbers?
         procedure :: get_numbers                !! All fields of all rows as numbers
         procedure :: fail_at                    !! A failure at a row
-        procedure :: fail_at_comment            !! A failure at one of the comments
     end type table_file_t
 
     !> Reads a CSV file: its rows, or all of it as numbers
@@ -142,18 +141,16 @@ contains
     end subroutine find_comments
 
     !> All numbers of a CSV file. Fails as `read_csv_rows` and `get_numbers`.
-    subroutine read_csv_numbers(path, columns, numbers, error, comments)
+    subroutine read_csv_numbers(path, columns, numbers, error)
         character(*), intent(in) :: path                                    !! Of the file
         character(*), intent(in) :: columns(:)                              !! Names in the header
         real(dp), allocatable, intent(out) :: numbers(:, :)                 !! (row, column)
         type(error_t), allocatable, intent(out) :: error
-        type(string_t), allocatable, intent(out), optional :: comments(:)   !! Lines without the #
 
         type(table_file_t) :: file
 
         call read_csv_rows(path, columns, file, error)
         call file%get_numbers(columns, numbers, error)
-        if (present(comments)) call move_alloc(file%comments, comments)
     end subroutine read_csv_numbers
 
     subroutine check_header(text, line_number, columns, error)
@@ -367,20 +364,4 @@ contains
 
         call self%text%fail_at(line_of_row(self, row), message, error)
     end subroutine fail_at
-
-    !> A failure at one of the comments; 0, and those that are missing, stand for all of them.
-    subroutine fail_at_comment(self, number, message, error)
-        class(table_file_t), intent(in) :: self
-        integer, intent(in) :: number       !! Of the comment, from 1
-        character(*), intent(in) :: message !! What is wrong there
-        type(error_t), allocatable, intent(out) :: error
-
-        if (self%header > 1) then
-            call self%text%fail_at(max(1, min(number, self%header)), message, error)
-        else if (number >= 1 .and. number <= size(self%comments)) then
-            call fail(error, self%text%name//SIDE_ENDING//': "'//self%comments(number)%text//'": '//message)
-        else
-            call fail(error, self%text%name//SIDE_ENDING//': '//message)
-        end if
-    end subroutine fail_at_comment
 end module gracecg_files_table

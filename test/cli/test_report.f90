@@ -90,7 +90,7 @@ contains
             'estimate_windows.csv', 'figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside', &
             'montecarlo.csv', 'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm', &
             'montecarlo_first_runs.csv', 'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm', &
-            'montecarlo_runs.csv', 'case,algorithm,run,dx_mm,dy_mm,dz_mm,converged', &
+            'montecarlo_runs.csv', 'case,algorithm,run,dx_mm,dy_mm,dz_mm,converged,normalised', &
             'errors.csv', 'source,axis,runs,rms_mm', &
             'magnetometer_loss.csv', 'case,algorithm,magnetometer,axis,runs,rms_mm', &
             'magnetometer_loss_runs.csv', 'case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm', &

@@ -312,27 +312,23 @@ contains
         call run_campaign(error, 'sound', 1, 2, 2, campaign)
         if (.not. allocated(error)) call read_with_comments(error, 'sound_runs.csv', sound)
         if (allocated(error)) return
-        call broken('# gracecg', '# gracecg 0.0.0 montecarlo', [character(W) :: 'broken.csv:1', 'make it anew'])
-        call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', 'seed S, runs 1 to N'])
-        call broken('# seed', '# seed x, runs 1 to 5', [character(W) :: 'broken.csv:2'])
-        call broken('# seed', '# seed 4, runs 1 to 0', [character(W) :: 'broken.csv:2'])
-        call broken('# case front-3', '# case front-3 offset_mm 1 2 3', [character(W) :: 'broken.csv:4'])
-        call broken('# case front-3', '# case front-3 checksum 1 offset_mm 1 2 x', &
-                    [character(W) :: 'broken.csv:4'])
-        call broken('# predicted front-3 ascrest', '# predicted front-3 1 2 3', &
-                    [character(W) :: 'broken.csv:6', 'predicted NAME'])
-        call broken('# predicted my own case ascrest', '', [character(W) :: 'prediction of each algorithm'])
-        call broken('# predicted my own case ascrest', '# predicted my own case ascfest 1 2 3', &
-                    [character(W) :: 'predicted NAME ALGORITHM'])
-        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
-        call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
-        call broken(ROW, 'front-2,assest-fde,1,1,2,3,true', [character(W) :: 'nothing tells of this case'])
-        call broken(ROW, 'front-3,assest-fde,6,1,2,3,true', [character(W) :: 'from 1 to 5'])
-        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,true', [character(W) :: 'column run'])
-        call broken(ROW, ROW//'1,nan,3,true', [character(W) :: 'finite numbers'])
-        call broken(ROW, ROW//'1,1e30,3,true', [character(W) :: 'from -1e9 to 1e9 mm'])
-        call broken(ROW, ROW//'1,2,3,yes', [character(W) :: 'column converged'])
-        call broken(ROW, 'front-3,assest-fde,3,1,2,3,true', [character(W) :: 'not in the order'])
+        call broken('#     version', '# version = ''0.0.0''', [character(W) :: 'broken.csv:3', 'make it anew'])
+        call broken('#     seed', '', [character(W) :: 'key "seed"', 'is missing'])
+        call broken('#     seed', '# seed = ''x''', [character(W) :: 'broken.csv:4', 'an integer is expected'])
+        call broken('#     runs', '# runs = 0', [character(W) :: 'broken.csv:5', 'an integer from 1'])
+        call broken('#     shard ', '# shard = 3', [character(W) :: 'broken.csv:7', 'an integer from 1 to 2'])
+        call broken('#     true_offset_mm', '# true_offset_mm = 1, 2, x', [character(W) :: 'broken.csv:13', '"x"'])
+        call broken('#     predicted_mm', '# predicted_mm = 1, 2, 3', [character(W) :: 'broken.csv:14', '6 numbers'])
+        call broken('#     name', '# nam = 1', [character(W) :: 'broken.csv:10', 'key "name"', 'is "nam" there'])
+        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 8', 'the columns must be case,'])
+        call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 8'])
+        call broken(ROW, 'front-2,assest-fde,1,1,2,3,true,0', [character(W) :: 'nothing tells of this case'])
+        call broken(ROW, 'front-3,assest-fde,6,1,2,3,true,0', [character(W) :: 'from 1 to 5'])
+        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,true,0', [character(W) :: 'column run'])
+        call broken(ROW, ROW//'1,nan,3,true,0', [character(W) :: 'finite number', 'dy_mm'])
+        call broken(ROW, ROW//'1,1e30,3,true,0', [character(W) :: 'from -1000000000 to 1000000000 mm'])
+        call broken(ROW, ROW//'1,2,3,yes,0', [character(W) :: 'column converged'])
+        call broken(ROW, 'front-3,assest-fde,3,1,2,3,true,0', [character(W) :: 'stands above already'])
 
     contains
 
@@ -374,8 +370,8 @@ contains
         character(:), allocatable :: text
         integer :: i
 
-        call read_csv(FOLDER//name, [character(9) :: 'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', &
-                                     'converged'], file, failure)
+        call read_csv(FOLDER//name, [character(10) :: 'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', &
+                                     'converged', 'normalised'], file, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(file%comments) > 2 .and. index(file%text%text, '#') == 0, 'comments beside the file')
@@ -400,10 +396,10 @@ contains
         call remove_file(FOLDER//'beside_runs.csv.meta.json')
         call read_runs(FOLDER//'beside_runs.csv', read_back, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'is missing'])
-        i = index(side%text, 'seed 4')
-        call make_file(error, 'beside_runs.csv.meta.json', side%text(:i - 1)//'seed x'//side%text(i + 6:))
+        i = index(side%text, 'seed = ''4''')
+        call make_file(error, 'beside_runs.csv.meta.json', side%text(:i - 1)//'seed = ''x'''//side%text(i + 10:))
         if (allocated(error)) return
         call read_runs(FOLDER//'beside_runs.csv', read_back, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'seed S, runs'])
+        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json:4', 'key "seed"'])
     end subroutine test_side_file
 end module test_campaign
