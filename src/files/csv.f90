@@ -34,7 +34,7 @@ module gracecg_files_csv
         type(error_t), allocatable :: failure   !! The first thing that went wrong
     contains
         procedure :: open => open_csv       !! Begins a file with its header
-        procedure :: row => write_row       !! Writes labels and numbers
+        procedure :: row => write_row       !! Writes numbers
         procedure :: fields => write_fields !! Writes a row of texts
         procedure :: commit => commit_csv   !! Ends the file and gives it its name
         procedure :: discard => discard_csv !! Leaves nothing behind
@@ -96,40 +96,31 @@ contains
                       integer_text(size(self%columns))//': '//join(padded(self%columns), ','))
     end subroutine check_count
 
-    !> Writes a row: its labels (the leading columns, texts), then its numbers, each so that it
-    !> reads back exactly.
-    subroutine write_row(self, values, labels)
+    !> Writes a row of numbers, each so that it reads back exactly.
+    subroutine write_row(self, values)
         class(csv_writer_t), intent(inout) :: self
-        real(dp), intent(in) :: values(:)               !! As many as columns are left by the labels, at least one
-        character(*), intent(in), optional :: labels(:) !! Of the leading columns
+        real(dp), intent(in) :: values(:)               !! As many as columns, at least one
 
         integer, parameter :: WIDTH = 25    !! 17 digits, signs, point, exponent and comma
         character(WIDTH*size(values)) :: line
-        character(:), allocatable :: before
-        integer :: i, length, labelled
+        integer :: i, length
 
         if (allocated(self%failure)) return
         self%rows = self%rows + 1
-        before = ''
-        labelled = 0
-        if (present(labels)) labelled = size(labels)
-        do i = 1, labelled
-            before = before//csv_field(trim(labels(i)))//','
-        end do
-        call check_count(self, labelled + size(values))
+        call check_count(self, size(values))
         if (allocated(self%failure)) return
         length = 0
         do i = 1, size(values)
             if (.not. ieee_is_finite(values(i))) then
                 call fail(self%failure, self%path//': row '//integer_text(self%rows)//', column '// &
-                          self%columns(labelled + i)%text//': '//real_text(values(i))//' is not a finite number')
+                          self%columns(i)%text//': '//real_text(values(i))//' is not a finite number')
                 return
             end if
             line(length + 1:length + WIDTH) = real_field(values(i))
             length = length + len_trim(line(length + 1:length + WIDTH)) + 1
             line(length:length) = ','
         end do
-        call self%file%line(before//line(:length - 1))
+        call self%file%line(line(:length - 1))
     end subroutine write_row
 
     pure integer function field_length(text) result(length)

@@ -5,9 +5,7 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, SQUARE
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
@@ -18,9 +16,9 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_studies_trim, only: trim_settings_t, trim_statistics_t, repeat_trim
     implicit none
     private
-    public :: design_study_t, study_design, write_design_map
-    public :: designed_calibration_t, calibrate_with_design, write_designed_calibrations
-    public :: LOWEST_FREQUENCY
+    public :: design_study_t, study_design, design_map_table
+    public :: designed_calibration_t, calibrate_with_design, designed_calibrations_table
+    public :: DESIGN_ALGORITHM, LOWEST_FREQUENCY
 
     character(*), parameter :: DESIGN_ALGORITHM = 'optimal'     !! That calibrates with the designed manoeuvre
     real(dp), parameter :: LOWEST_FREQUENCY = 0.1_dp            !! Of the search, Hz
@@ -117,55 +115,40 @@ contains
         reached%trimmed = rounds(TRIM_ROUNDS)%estimate_error
     end subroutine calibrate_with_design
 
-    !> The maps of a satellite as CSV.
-    subroutine write_design_map(path, command, study, error)
-        character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
+    !> The maps of a satellite: theoretical limit of the offset, the worst direction last, of the manoeuvre of case 1 and of the
+    !> designed one, started there.
+    function design_map_table(study) result(table)
         type(design_study_t), intent(in) :: study
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
-        character(200) :: comments(3)
         integer :: i
 
-        comments(:2) = file_comments(command, trim(study%calibration%case%satellite%name)// &
-                                     ' satellite: theoretical limit of the CG offset, the worst direction last, of the '// &
-                                     'manoeuvre of case 1')
-        comments(3) = 'and of the designed one, started there'
-        call file%open(path, 'time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
-                       'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', comments, error)
-        if (allocated(error)) return
+        call table%columns_of('time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
+                              'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm')
         do i = 1, size(study%report)
             associate (a => study%report(i), b => study%designed(i))
-                call file%row([a%time, a%latitude/DEGREE, a%longitude/DEGREE, a%quality%sigma/MILLIMETRE, &
-                               a%worst_sigma/MILLIMETRE, b%quality%sigma/MILLIMETRE, b%worst_sigma/MILLIMETRE])
+                call table%add([a%time, a%latitude/DEGREE, a%longitude/DEGREE, a%quality%sigma/MILLIMETRE, &
+                                a%worst_sigma/MILLIMETRE, b%quality%sigma/MILLIMETRE, b%worst_sigma/MILLIMETRE])
             end associate
         end do
-        call file%commit(error)
-    end subroutine write_design_map
+    end function design_map_table
 
-    !> What is reached in the cases as CSV: a row a case and axis.
-    subroutine write_designed_calibrations(path, command, seed, reached, error)
-        character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
-        integer(i8), intent(in) :: seed                     !! Of the random numbers
+    !> What is reached in the cases: a row a case and axis.
+    function designed_calibrations_table(reached) result(table)
         type(designed_calibration_t), intent(in) :: reached(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
-        character(64) :: labels(2)
         integer :: i, axis
 
-        call file%open(path, 'case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm', &
-                       file_comments(command, 'the designed manoeuvre, '//DESIGN_ALGORITHM//', all errors on, seed '// &
-                                     integer_text(seed)), error)
-        if (allocated(error)) return
+        call table%columns_of('case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm')
         do i = 1, size(reached)
-            labels(1) = reached(i)%case_name
             do axis = 1, 3
-                labels(2) = AXES(axis)
-                call file%row([reached(i)%bound(axis)/MILLIMETRE, real(reached(i)%runs, dp), &
-                               reached(i)%rms(axis)/MILLIMETRE, reached(i)%trimmed(axis)/MILLIMETRE], labels)
+                call table%add(reached(i)%case_name)
+                call table%add(AXES(axis))
+                call table%add(reached(i)%bound(axis)/MILLIMETRE)
+                call table%add(reached(i)%runs)
+                call table%add([reached(i)%rms(axis), reached(i)%trimmed(axis)]/MILLIMETRE)
             end do
         end do
-        call file%commit(error)
-    end subroutine write_designed_calibrations
+    end function designed_calibrations_table
 end module gracecg_studies_designed_manoeuvre

@@ -193,7 +193,7 @@ contains
         call make_folder(error)
         if (allocated(error)) return
         call writer%open(PATH, 'case,said,runs', [character(1) ::], failure)
-        call writer%row([15.0_dp], labels=[character(20) :: 'a, b', 'he said "x"'])
+        call writer%fields([string_t('a, b'), string_t('he said "x"'), string_t('15')])
         call writer%fields([string_t('"'), string_t(''), string_t(',')])
         call writer%commit(failure)
         call check_passes(error, message_of(failure))

@@ -10,7 +10,8 @@ module gracecg_cli_report
     use gracecg_studies_curves, only: verification_t, verify_case, curves_table, curves_file_name, check_windows, &
         begin_windows, add_window_rows, WINDOW_TOLERANCE, CENTRE_TOLERANCE
     use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
-        calibrate_with_design, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY
+        calibrate_with_design, design_map_table, designed_calibrations_table, DESIGN_ALGORITHM, &
+        LOWEST_FREQUENCY
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, STUDY_NAMES
     use gracecg_studies_estimate_windows, only: campaign_windows, loss_windows, estimate_windows_table, LEAST_SHARE_INSIDE
     use gracecg_studies_gravity_gradient, only: gradient_along_orbit, gradient_table
@@ -259,8 +260,8 @@ contains
 
         do i = 1, size(designs)
             call study_design(trim(SATELLITES(i)), folder%threads, designs(i), error, console)
-            if (.not. allocated(error)) call write_design_map(folder%file('manoeuvre_map_'//trim(SATELLITES(i))//'.csv'), &
-                                                              COMMAND, designs(i), error)
+            if (.not. allocated(error)) call folder%put('manoeuvre_map_'//trim(SATELLITES(i)), design_map_table(designs(i)), &
+                'theoretical limit, the worst direction last, of the manoeuvre of case 1 and of the designed one', error)
             if (.not. allocated(error)) call write_calibration(folder%file('designed_'//trim(SATELLITES(i))//'.nml'), &
                                                         designs(i)%calibration, error)
             if (allocated(error)) return
@@ -276,8 +277,8 @@ contains
         call folder%results%member('design_places', designs(1)%places)
         call folder%results%member('design_lowest_frequency_hz', LOWEST_FREQUENCY)
         call folder%put('designed_manoeuvres', manoeuvres_table(designs), 'three rods, for either satellite', error)
-        if (.not. allocated(error)) call write_designed_calibrations(folder%file('design.csv'), COMMAND, folder%seed, &
-                                                                     reached, error)
+        if (.not. allocated(error)) call folder%put('design', designed_calibrations_table(reached), DESIGN_ALGORITHM// &
+            ', all errors on, seed '//integer_text(folder%seed), error)
     end subroutine put_designs
 
     !> Where, when and with which settings of the models each case is. Fails when a case's models cannot be built.
