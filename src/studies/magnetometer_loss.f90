@@ -24,7 +24,7 @@ module gracecg_studies_magnetometer_loss
     implicit none
     private
     public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
-    public :: study_magnetometer_loss, study_loss_of_cases, names_of_loss_cases, LOSS_ALGORITHMS, LOSS_STUDIES
+    public :: study_magnetometer_loss, study_loss_of_cases, LOSS_ALGORITHMS, LOSS_STUDIES
     public :: field_table, field_runs_table, field_settings
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
@@ -56,14 +56,6 @@ module gracecg_studies_magnetometer_loss
     end type field_model_t
 
 contains
-
-    !> The cases of Figure 6.6 for a satellite, by name and commas.
-    pure function names_of_loss_cases(satellite) result(names)
-        character(*), intent(in) :: satellite       !! 'front' or 'back'
-        character(2*len_trim(satellite) + 5) :: names
-
-        names = trim(satellite)//'-'//integer_text(LOSS_CASES(1))//','//trim(satellite)//'-'//integer_text(LOSS_CASES(2))
-    end function names_of_loss_cases
 
     !> Figure 6.6: cases 2 and 3 of a satellite, as study_loss_of_cases.
     subroutine study_magnetometer_loss(satellite, deviation, seed, runs, threads, studies, error, progress)

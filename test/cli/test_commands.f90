@@ -272,7 +272,7 @@ contains
             'worst_z']
 
         call make_folder(error)
-        call succeeds(error, QUICK//'--satellite back --at 1400 --out '//FOLDER// &
+        call succeeds(error, QUICK//'back-1 --at 1400 --out '//FOLDER// &
                       'design.nml --map '//FOLDER//'map.csv --step 600', output)
         call check(error, index(output, 'this manoeuvre') > 0 .and. index(output, '5, 6, 7 cycles') > 0 .and. &
                    index(output, 'worst place') > 0, output)
@@ -293,8 +293,6 @@ contains
         call check(error, index(output, 'case,time_s,utc,latitude_deg') == 1 .and. &
                    index(output, 'back-1-design,0,') > 0, output)
 
-        call refused(error, QUICK//'front-1 --satellite back', STATUS_MISUSED, &
-                     [character(W) :: '--satellite and a CASE'])
         call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, [character(W) :: 'is for the search'])
         call refused(error, 'design --manoeuvre front-1 --frequencies 0.1 0.2', STATUS_MISUSED, &
                      [character(W) :: '--frequencies is for the search'])
@@ -321,7 +319,7 @@ contains
         character(:), allocatable :: output
         real(dp), allocatable :: table(:, :), expected(:)
 
-        call succeeds(error, 'timing --satellite back --step 300 --out '//FOLDER//'back.csv', output)
+        call succeeds(error, 'timing back-1 --step 300 --out '//FOLDER//'back.csv', output)
         call check(error, index(output, 'case 3') > 0 .and. index(output, 'best y') > 0, output)
         call drop_utc(error, 'back.csv')
         if (allocated(error)) return
@@ -333,8 +331,6 @@ contains
         expected = 30*(abs(table(:, 5)) + abs(table(:, 6)))*1e-9_dp/INERTIA_X
         call check(error, maxval(abs(table(:, 7) - expected)) < BY_PRODUCTS)
         call check(error, all(table(:, 10:12) > 0))
-        call refused(error, 'timing --satellite middle', STATUS_MISUSED, &
-                     [character(W) :: '--satellite', 'front, back'])
         call refused(error, 'timing --step 0', STATUS_MISUSED, [character(W) :: '--step'])
         call succeeds(error, 'timing --step 600', output)
     end subroutine test_timing

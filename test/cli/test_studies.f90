@@ -345,7 +345,7 @@ contains
         type(error_t), allocatable :: failure
 
         call make_folder(error)
-        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss --satellite back --runs 1 '// &
+        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 '// &
                                                   '--out loss.csv', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'loss.csv', file, failure)
@@ -443,7 +443,6 @@ contains
         call misused('montecarlo --runs 3 --shard 4/5', 'shard 4/5 of 3 runs has none')
         call misused('merge', 'FILE')
         call misused('errors --runs 0', '--runs')
-        call misused('magnetometer-loss --satellite left', 'front, back')
         call misused('trim --threshold-mm 0', '--threshold-mm')
 
     contains

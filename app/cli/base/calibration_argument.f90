@@ -156,8 +156,6 @@ contains
 
         call arguments%get('--cases', listed, misuse)
         given = [arguments%words, listed]
-        call refuse_if(arguments%has('--satellite') .and. size(given) > 0, &
-                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         if (size(given) == 0) given = split(default, ',')
         call expanded_cases(given, names)
         call refuse_if(size(names) > 1 .and. arguments%most == 1, integer_text(size(names))// &

@@ -5,7 +5,6 @@ module gracecg_cli_design
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, WAVEFORM_NAMES
     use gracecg_files_file, only: directory_exists
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_calibration, only: write_calibration
     use gracecg_planning_candidates, only: design_settings_t, pattern_567
@@ -49,14 +48,12 @@ contains
                                 'the theoretical limit under the accelerometer''s noise; the search adds '// &
                                 'the errors by the density wave and by curved drag and radiation. With '// &
                                 '--manoeuvre a given one is judged instead.', &
-                                'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
+                                'gracecg design front-1 --at 1400 --out best.nml'//new_line('a')// &
                                 'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
                                 'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
         call add_study_options(arguments, '--cases')
-        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE', &
-                                  choices=SATELLITES, default='front')
         call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
-                                  'without --satellite and CASE on the orbit of this case')
+                                  'without CASE on the orbit of this case')
         call arguments%add_option('--at', 'S', 'start of the calibration, seconds from the epoch', default='0')
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
@@ -191,13 +188,12 @@ contains
 
         type(calibration_t) :: of_manoeuvre
         type(study_t) :: study
-        character(:), allocatable :: satellite, name, manoeuvre
+        character(:), allocatable :: name, manoeuvre
         real(dp) :: rate, pointing
 
-        call arguments%get('--satellite', satellite, misuse)
         call arguments%get('--manoeuvre', manoeuvre, misuse)
-        name = satellite//'-1'
-        if (manoeuvre /= '' .and. .not. arguments%has('--satellite')) name = manoeuvre
+        name = 'front-1'
+        if (manoeuvre /= '') name = manoeuvre
         call take_study(arguments, name, console, study, misuse, error, may_rest=.true.)
         if (allocated(misuse) .or. allocated(error)) return
         calibration = study%calibrations(1)

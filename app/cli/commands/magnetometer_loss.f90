@@ -2,9 +2,8 @@
 module gracecg_cli_magnetometer_loss
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
-    use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, field_settings, &
-        names_of_loss_cases, MODEL_FIELD_ERROR
+        MODEL_FIELD_ERROR
     use gracecg_cli_work
     implicit none
     private
@@ -23,12 +22,10 @@ contains
                                 'The RMS error of the CG offset when the magnetometer has failed and the '// &
                                 'field of the spherical harmonic model takes its place, as in Figure 6.6 of '// &
                                 'CSR-TM-00-01: ASCFEST and ASCREST, for the cases named or, as in the report, '// &
-                                'for cases 2 and 3 of --satellite. The model is wrong by a '// &
+                                'for cases 2 and 3 of the front satellite. The model is wrong by a '// &
                                 'constant vector in body axes, drawn for every run.', &
                                 'gracecg magnetometer-loss front-2 back-2 --runs 20')
         call add_study_options(arguments, '--cases --runs', runs='100')
-        call arguments%add_option('--satellite', 'NAME', 'front or back: its cases 2 and 3, where no CASE is named', &
-                                  choices=SATELLITES, default='front')
         call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each axis, nT; the '// &
                                   'report''s unless told', default=real_text(REPORT_FIELD_ERROR))
         call arguments%add_option('--kp', 'KP', 'in its place: that of a geomagnetic index Kp, 0 to 9, by (6.1) of '// &
@@ -45,17 +42,16 @@ contains
         type(study_t) :: study
         type(field_study_t), allocatable :: studies(:)
         type(results_t) :: results
-        character(:), allocatable :: satellite, heading
+        character(:), allocatable :: heading
         real(dp) :: deviation, kp       ! nT, -
 
-        call arguments%get('--satellite', satellite, misuse)
         call arguments%get('--field-error', deviation, misuse, low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
         call refuse_if(arguments%has('--kp') .and. arguments%has('--field-error'), &
                        '--kp and --field-error both say how wrong the field model is: give one', misuse)
         kp = 0
         call arguments%get('--kp', kp, misuse, low=0.0_dp, high=9.0_dp)
         if (arguments%has('--kp')) deviation = storm_field_deviation(kp)/NANOTESLA
-        call take_study(arguments, names_of_loss_cases(satellite), console, study, misuse, error)
+        call take_study(arguments, 'front-2,front-3', console, study, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call study_loss_of_cases(study%calibrations, deviation*NANOTESLA, study%seed, study%runs, study%threads, studies, &
                                  error, console)

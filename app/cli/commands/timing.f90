@@ -2,7 +2,6 @@
 module gracecg_cli_timing
     use gracecg_files_value, only: real_from_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
-    use gracecg_simulation_report_cases, only: SATELLITES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
         shortest_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
@@ -40,8 +39,6 @@ contains
                                 'gracecg timing front-1 --step 60 --out timing.csv'//new_line('a')// &
                                 'gracecg timing front-1 --step 120 --manoeuvres 2 --lengths 60,120')
         call add_study_options(arguments, '--cases')
-        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named', &
-                                  choices=SATELLITES, default='front')
         call arguments%add_option('--pattern', 'NAME', 'rule of section 4.2 that chooses the two rods at each place, in place '// &
                                   'of the case''s: y-z, as in the report, or general', choices=PATTERN_RULES)
         call arguments%add_option('--step', 'S', 'whole seconds from place to place', default='10')
@@ -59,15 +56,14 @@ contains
 
         type(study_t) :: asked
         type(timing_study_t) :: study
-        character(:), allocatable :: satellite, pattern
+        character(:), allocatable :: pattern
         type(request_t) :: request
         integer :: step
 
-        call arguments%get('--satellite', satellite, misuse)
         call arguments%get('--pattern', pattern, misuse)
         call arguments%get('--step', step, misuse, low=1, high=LONGEST_STEP)
         call read_request(arguments, request, misuse)
-        call take_study(arguments, satellite//'-1', console, asked, misuse, error)
+        call take_study(arguments, 'front-1', console, asked, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         associate (calibration => asked%calibrations(1))
             if (pattern /= '') calibration%case%pattern_rule = pattern
