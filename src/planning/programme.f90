@@ -15,7 +15,7 @@ module gracecg_planning_programme
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc
     implicit none
     private
-    public :: candidate_t, programme_t, candidates_along, candidate_of_point, best_programme, shortest_programme
+    public :: candidate_t, programme_t, candidates_along, best_programme
     public :: programme_sigma, MOST_MANOEUVRES
 
     integer, parameter :: MOST_MANOEUVRES = 6           !! Of a programme
@@ -130,22 +130,6 @@ contains
         end do
         call put_in_order(candidates, best, programme)
     end subroutine best_programme
-
-    !> The programme of the fewest manoeuvres, up to a number, whose largest standard deviation is at most what is wanted;
-    !> of the largest number, if none is so good.
-    pure subroutine shortest_programme(candidates, most, wanted, programme)
-        type(candidate_t), intent(in) :: candidates(:)      !! At least one
-        integer, intent(in) :: most                         !! At least one
-        real(dp), intent(in) :: wanted                      !! m
-        type(programme_t), intent(out) :: programme
-
-        integer :: n
-
-        do n = 1, most
-            call best_programme(candidates, n, programme)
-            if (maxval(programme%sigma(:, n)) <= wanted) return
-        end do
-    end subroutine shortest_programme
 
     !> The candidate that, beside what is known, leaves the least.
     pure subroutine add_best(candidates, known, found, left)

@@ -13,11 +13,10 @@ module gracecg_cli_design
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
-    use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
     use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: quoted_word
-    use gracecg_cli_plan_results, only: rods_table, add_programme, add_leakage
+    use gracecg_cli_plan_results, only: rods_table, add_leakage
     use gracecg_cli_work
     implicit none
     private
@@ -29,7 +28,6 @@ module gracecg_cli_design
     type :: request_t
         type(plan_request_t) :: plan
         integer :: map_step = 60            !! s
-        integer :: manoeuvres = 0           !! Of a programme; 0: none is asked for
         character(:), allocatable :: out, map
     end type request_t
 
@@ -74,8 +72,6 @@ contains
         call arguments%add_option('--revolutions', 'N', 'of the map, and of --anywhere and --everywhere; 15 are a day', &
                                   default='1')
         call arguments%add_option('--step', 'S', 'whole seconds from place to place of the map', default='60')
-        call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many flights of the manoeuvre at the places '// &
-                                  'of the map, together')
         call arguments%add_option('--out', 'FILE', 'the case with the best manoeuvre')
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
         call add_study_options(arguments, '--threads --format --options')
@@ -153,7 +149,6 @@ contains
         end associate
         call arguments%get('--revolutions', request%plan%revolutions, misuse, low=1, high=MOST_REVOLUTIONS)
         call arguments%get('--step', request%map_step, misuse, low=1, high=3600)
-        call arguments%get('--manoeuvres', request%manoeuvres, misuse, low=1, high=MOST_MANOEUVRES)
         call arguments%get('--out', request%out, misuse)
         call arguments%get('--map', request%map, misuse)
         call check_combination(arguments, misuse)
@@ -226,7 +221,7 @@ contains
         real(dp), allocatable :: times(:)
 
         times = [plan%time]
-        if (request%map /= '' .or. request%plan%place == EVERYWHERE .or. request%manoeuvres > 0) &
+        if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
             times = [times, times_along(plan%orbit, real(request%map_step, dp))]
         call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
                            error, console)
@@ -323,7 +318,7 @@ contains
         call console%table(table)
     end subroutine show_quality
 
-    !> The manoeuvre along the orbit, also as a file, and the best programme of flights there.
+    !> The manoeuvre along the orbit, also as a file.
     subroutine add_map(request, plan, points, console, results, error)
         type(request_t), intent(in) :: request
         type(plan_t), intent(in) :: plan
@@ -333,8 +328,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(data_table_t) :: map
-        type(candidate_t) :: candidates(size(points))
-        type(programme_t) :: programme
         real(dp) :: greatest(size(points))
         integer :: i
 
@@ -355,12 +348,6 @@ contains
                                              [character(200) :: 'sigma: theoretical limit; wave, force: errors by the density '// &
                                               'wave and by curved drag and radiation; body axes']], error)
         end associate
-        if (allocated(error) .or. request%manoeuvres == 0) return
-        do i = 1, size(points)
-            candidates(i) = candidate_of_point(points(i), plan%arc%knowledge%duration)
-        end do
-        call best_programme(candidates, request%manoeuvres, programme)
-        call add_programme(candidates, programme, 0.0_dp, console, results)
     end subroutine add_map
 
     !> The time of a place in UTC.

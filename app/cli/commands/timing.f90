@@ -2,8 +2,7 @@
 module gracecg_cli_timing
     use gracecg_files_value, only: real_from_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
-    use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
-        shortest_programme, MOST_MANOEUVRES
+    use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
     use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, marked_places_table
     use gracecg_cli_plan_results, only: add_programme
@@ -17,7 +16,6 @@ module gracecg_cli_timing
     !> A programme that is asked for, and what was found.
     type :: request_t
         integer :: manoeuvres = 0               !! 0: none
-        real(dp) :: wanted = 0                  !! Largest sigma, m; 0: as good as can be
         real(dp), allocatable :: lengths(:)     !! s
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
@@ -43,7 +41,6 @@ contains
                                   'of the case''s: y-z, as in the report, or general', choices=PATTERN_RULES)
         call arguments%add_option('--step', 'S', 'whole seconds from place to place', default='10')
         call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many manoeuvres together, at these places')
-        call arguments%add_option('--wanted-mm', 'MM', 'of --manoeuvres: the fewest, up to N, whose largest sigma is this')
         call arguments%add_option('--lengths', 'LIST', 'of --manoeuvres: arcs to choose from, s (default: that of the case)')
         call add_study_options(arguments, '--threads --out --format --options')
     end subroutine declare_timing
@@ -89,11 +86,8 @@ contains
         integer :: i
 
         call arguments%get('--manoeuvres', request%manoeuvres, misuse, low=1, high=MOST_MANOEUVRES)
-        call arguments%get('--wanted-mm', request%wanted, misuse, low=1e-6_dp, high=1e3_dp, unit='mm')
-        request%wanted = request%wanted*MILLIMETRE
         call arguments%get('--lengths', words, misuse)
-        call refuse_if(request%manoeuvres == 0 .and. (request%wanted > 0 .or. size(words) > 0), &
-                       '--wanted-mm and --lengths belong to --manoeuvres N', misuse)
+        call refuse_if(request%manoeuvres == 0 .and. size(words) > 0, '--lengths belongs to --manoeuvres N', misuse)
         allocate (request%lengths(size(words)))
         do i = 1, size(words)
             call real_from_text(words(i)%text, request%lengths(i), problem, 6.0_dp, 3600.0_dp, 's')
@@ -113,12 +107,7 @@ contains
         call tell(console, 'information of the manoeuvres')
         call candidates_along(study%case, study%orbit, real(study%places%time, dp), request%lengths, threads, &
                               request%candidates, error, console)
-        if (allocated(error)) return
-        if (request%wanted > 0) then
-            call shortest_programme(request%candidates, request%manoeuvres, request%wanted, request%programme)
-        else
-            call best_programme(request%candidates, request%manoeuvres, request%programme)
-        end if
+        if (.not. allocated(error)) call best_programme(request%candidates, request%manoeuvres, request%programme)
     end subroutine plan_programme
 
     !> All places as CSV or JSON, and into the file.
@@ -154,7 +143,7 @@ contains
         call results%end()
         call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*study%step)
         if (request%manoeuvres > 0) &
-            call add_programme(request%candidates, request%programme, request%wanted, console, results)
+            call add_programme(request%candidates, request%programme, console, results)
         call results%publish(places_table(study%places, study%case%epoch), console, error, path, &
                              trim(study%case%satellite%name)//' satellite; field in body axes')
     end subroutine publish

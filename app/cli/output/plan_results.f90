@@ -43,24 +43,17 @@ contains
     end function rods_table
 
     !> A programme: a table, and `programme` in JSON.
-    subroutine add_programme(candidates, programme, wanted, console, json)
+    subroutine add_programme(candidates, programme, console, json)
         type(candidate_t), intent(in) :: candidates(:)
         type(programme_t), intent(in) :: programme
-        real(dp), intent(in) :: wanted      !! Of the largest sigma, m; 0: nothing was asked for
         type(console_t), intent(inout) :: console
         class(json_writer_t), intent(inout) :: json     !! In an object
 
         type(data_table_t) :: table
-        character(:), allocatable :: line
 
-        associate (n => size(programme%chosen), reached => maxval(programme%sigma(:, size(programme%chosen))))
-            line = 'programme of '//integer_text(n)//' manoeuvre'//trim(merge('s', ' ', n > 1))//', in the order of flight'
-            if (wanted > 0) line = line//': largest sigma '//rounded_text(reached/MILLIMETRE, 3)//' mm, wanted '// &
-                                   rounded_text(wanted/MILLIMETRE, 3)//' mm'// &
-                                   trim(merge(': not reached', '             ', reached > wanted))
-        end associate
         call console%line('')
-        call console%line(line)
+        call console%line('programme of '//integer_text(size(programme%chosen))//' manoeuvre'// &
+                          trim(merge('s', ' ', size(programme%chosen) > 1))//', in the order of flight')
         table = programme_table(candidates, programme)
         call console%table(table)
         call console%line('(sigma of all manoeuvres up to this one together, by information)')
