@@ -96,6 +96,7 @@ contains
         call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', &
                       output)
         call check(error, index(output, LF//NAME//'  ascrest    x  ') > 0, output)
+        call check(error, index(output, LF//NAME//'  0.3000 ') > 0, output)
         call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'ascrest    x  ') > 0, output)
     end subroutine test_long_names
 

@@ -33,6 +33,7 @@ contains
         integer :: a, i, most
 
         most = 0
+        call show_first(campaign, console)
         call console%paragraph('RMS error of the CG offset, mm: here, by theory, and in CSR-TM-00-01 (Tables 6.1 and 6.2, '// &
                                integer_text(REPORT_RUNS)//' runs)')
         call console%table(campaign_table(campaign))
@@ -59,6 +60,36 @@ contains
             end associate
         end do
     end subroutine show_campaign
+
+    !> The first calibration of each case, and what theory expects of it.
+    subroutine show_first(campaign, console)
+        type(campaign_t), intent(in) :: campaign
+        type(console_t), intent(inout) :: console
+
+        type(data_table_t) :: table
+        integer :: axis, i
+
+        call table%column('case', 'a', 'case')
+        do axis = 1, size(AXES)
+            call table%column('true', 'f10.4', 'd_'//AXES(axis)//'|true')
+            call table%column('estimate', 'f10.4', '|estimate')
+            call table%column('error', 'f10.4', '|error*')
+        end do
+        do i = 1, size(campaign%cases)
+            associate (entry => campaign%entries(1, i), case => campaign%cases(i))
+                if (size(entry%run) == 0) cycle
+                call table%add(case%name)
+                do axis = 1, 3
+                    call table%add([case%offset(axis), entry%offset(axis, 1), entry%predicted(axis)])
+                end do
+            end associate
+        end do
+        call console%paragraph('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated calibration: '// &
+                               trim(campaign%algorithms(1))//', the first run, seed '//integer_text(campaign%seed))
+        call console%table(table)
+        call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
+        call console%line('')
+    end subroutine show_first
 
     !> How ours, the report's and theory agree.
     subroutine show_agreement(found, runs, console)
