@@ -162,9 +162,6 @@ contains
         changed%cases(2)%checksum = changed%cases(2)%checksum + 1
         call refused([character(W) :: 'different settings of the case my own case'])
         changed = campaign
-        changed%entries(2, 1)%predicted = 2*changed%entries(2, 1)%predicted
-        call refused([character(W) :: 'different settings of the case front-3'])
-        changed = campaign
         changed%entries(2, 1)%offset(3, 2) = changed%entries(2, 1)%offset(3, 2) + 1e-4
         call refused([character(W) :: 'contradict each other: front-3, ascrest, run 4'])
         changed = campaign
