@@ -13,7 +13,7 @@ module gracecg_planning_map
     use gracecg_planning_usual_manoeuvre, only: usual_manoeuvre
     implicit none
     private
-    public :: map_point_t, map_manoeuvre, map_pattern, new_manoeuvre_sites
+    public :: map_point_t, map_manoeuvre, new_manoeuvre_sites
 
     !> The manoeuvre at one place.
     type :: map_point_t
@@ -56,9 +56,10 @@ contains
         call move_alloc(work%sites, sites)
     end subroutine new_manoeuvre_sites
 
-    !> Evaluates a manoeuvre at places at some times, on `threads` threads. Where it leaves a direction
-    !> unseen, the sigmas are huge(1.0). Fails when a time lies outside of the orbit.
-    subroutine map_manoeuvre(arc, orbit, times, rods, threads, points, error, progress)
+    !> Evaluates a manoeuvre at places at some times, on `threads` threads: of some rods, or, with a rule, the case's usual
+    !> manoeuvre on the rods that it chooses by the field at each place. Where it leaves a direction unseen, the sigmas are
+    !> huge(1.0). Fails when a time lies outside of the orbit.
+    subroutine map_manoeuvre(arc, orbit, times, rods, threads, points, error, progress, rule)
         type(planned_arc_t), intent(in), target :: arc
         type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
@@ -66,35 +67,18 @@ contains
         integer, intent(in) :: threads                  !! 1 and more
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
-        class(progress_t), intent(inout), optional :: progress  !! Counts the places
+        class(progress_t), intent(inout), optional :: progress  !! Counts the places; with a rule the caller has
+        character(*), intent(in), optional :: rule      !! One of PATTERN_RULES
 
         type(places_t) :: work
 
         work%rods = rods
+        if (present(rule)) work%rule = rule
         allocate (work%points(size(times)))
-        call expect_pieces(progress, size(times), 'places')
+        if (.not. present(rule)) call expect_pieces(progress, size(times), 'places')
         call look_at_all(work, arc, orbit, times, threads, error, progress)
         call move_alloc(work%points, points)
     end subroutine map_manoeuvre
-
-    !> The same of the case's usual manoeuvre, on the rods that a rule chooses by the field at each place.
-    subroutine map_pattern(arc, orbit, times, rule, threads, points, error, progress)
-        type(planned_arc_t), intent(in), target :: arc
-        type(nominal_orbit_t), intent(in), target :: orbit
-        real(dp), intent(in) :: times(:)                !! s
-        character(*), intent(in) :: rule                !! One of PATTERN_RULES
-        integer, intent(in) :: threads                  !! 1 and more
-        type(map_point_t), allocatable, intent(out) :: points(:)
-        type(error_t), allocatable, intent(out) :: error
-        class(progress_t), intent(inout), optional :: progress  !! Is told of each place; whoever calls has counted them
-
-        type(places_t) :: work
-
-        work%rule = rule
-        allocate (work%points(size(times)))
-        call look_at_all(work, arc, orbit, times, threads, error, progress)
-        call move_alloc(work%points, points)
-    end subroutine map_pattern
 
     subroutine look_at_all(work, arc, orbit, times, threads, error, progress)
         type(places_t), intent(inout) :: work

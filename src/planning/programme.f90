@@ -9,7 +9,7 @@ module gracecg_planning_programme
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_simulation_case, only: case_t
-    use gracecg_planning_map, only: map_point_t, map_pattern
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_offset_bound, only: invert_information
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc
@@ -65,7 +65,7 @@ contains
             end associate
             call new_planned_arc(longer, arc, error)
             if (.not. allocated(error)) &
-                call map_pattern(arc, orbit, times, case%pattern_rule, threads, points, error, progress)
+                call map_manoeuvre(arc, orbit, times, longer%satellite%rods, threads, points, error, progress, case%pattern_rule)
             if (allocated(error)) return
             candidates = [candidates, [(candidate_of_point(points(k), durations(i)), k=1, size(points))]]
         end do
