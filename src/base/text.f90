@@ -10,8 +10,7 @@ module gracecg_base_text
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join, quoted_text, pick_text, share_text
-    public :: parse_real, parse_integer, real_text, real_field, LONGEST_REAL, rounded_text, integer_text, logical_text, &
-        parse_logical
+    public :: parse_real, parse_integer, real_text, real_field, LONGEST_REAL, rounded_text, integer_text, logical_text
 
     type :: string_t
         !! One text of an array of texts of different lengths
@@ -413,14 +412,4 @@ contains
 
         text = merge('true ', 'false', value)
     end function logical_text
-
-    !> true or false, as logical_text writes it. Not ok: anything else.
-    pure subroutine parse_logical(text, value, ok)
-        character(*), intent(in) :: text    !! With or without blanks around it
-        logical, intent(out) :: value       !! False when not ok
-        logical, intent(out) :: ok          !! The text is one of them
-
-        value = adjustl(text) == 'true'
-        ok = value .or. adjustl(text) == 'false'
-    end subroutine parse_logical
 end module gracecg_base_text

@@ -12,14 +12,14 @@ module gracecg_studies_campaign_files
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION, file_comments
-    use gracecg_base_text, only: string_t, integer_text, padded, parse_integer, real_text, join, split, logical_text, &
-        parse_logical
+    use gracecg_base_text, only: string_t, integer_text, padded, parse_integer, real_text, join, split, logical_text
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, &
         remove_file
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_csv, only: csv_writer_t, SIDE_ENDING
     use gracecg_files_settings, only: settings_t, FULL_RANGE
     use gracecg_files_table, only: table_file_t, csv_of_text
+    use gracecg_files_value, only: logical_from_text
     use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_monte_carlo, only: monte_carlo_t, some_runs, run_recorder_t
     use gracecg_studies_published_case, only: built_in_calibration
@@ -364,8 +364,8 @@ contains
         type(error_t), allocatable, intent(inout) :: error
 
         type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: problem
         integer :: a, axis, k
-        logical :: ok
 
         entry = 0
         call file%get_fields(row, size(COLUMNS), join(COLUMNS, ','), fields, error)
@@ -383,7 +383,7 @@ contains
                                -LARGEST_OFFSET, LARGEST_OFFSET, 'mm')
         end do
         call file%get_real(row, fields(8), 'column normalised', rows%normalised(row), error, low=-1.0_dp)
-        call parse_logical(fields(7)%text, rows%converged(row), ok)
-        if (.not. (ok .or. allocated(error))) call file%fail_at(row, 'column converged: true or false is expected', error)
+        call logical_from_text(fields(7)%text, rows%converged(row), problem)
+        if (allocated(problem) .and. .not. allocated(error)) call file%fail_at(row, 'column converged: '//problem, error)
     end subroutine read_row
 end module gracecg_studies_campaign_files

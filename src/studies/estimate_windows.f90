@@ -13,7 +13,7 @@ module gracecg_studies_estimate_windows
     use gracecg_studies_axis_ticks, only: limits_on_ticks, same_limits, share_covered
     use gracecg_studies_campaign, only: campaign_t
     use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_ALGORITHMS
-    use gracecg_studies_published_axes, only: published_axis_limits, published_axis_step
+    use gracecg_studies_published_axes, only: published_axis
     implicit none
     private
     public :: estimate_window_t, campaign_windows, loss_windows, estimate_windows_table
@@ -94,22 +94,22 @@ contains
         real(dp), intent(in) :: points(:, :)        !! (runs, cases), m
         type(estimate_window_t) :: window
 
-        real(dp) :: limits(2)
+        real(dp) :: limits(3)
 
-        limits = published_axis_limits(figure, satellite, algorithm, AXES(axis))
+        limits = published_axis(figure, satellite, algorithm, AXES(axis))
         window%figure = figure
         window%satellite = satellite
         window%algorithm = algorithm
         window%axis = AXES(axis)
         window%low = limits(1)
         window%high = limits(2)
-        window%step = published_axis_step(figure, satellite, algorithm, AXES(axis))
+        window%step = limits(3)
         window%points = size(points)
         window%inside = count(points >= window%low .and. points <= window%high)
         window%least = minval(points(:POINTS_OF_CASE, :))
         window%greatest = maxval(points(:POINTS_OF_CASE, :))
         window%fill = share_covered(window%least, window%greatest, window%low, window%high)
-        window%on_ticks = same_limits(limits_on_ticks(window%least, window%greatest, window%step), limits, window%step)
+        window%on_ticks = same_limits(limits_on_ticks(window%least, window%greatest, window%step), limits(:2), window%step)
     end function window_of
 
     !> The panels of Figures 6.2, 6.3 and 6.6, a row each.

@@ -6,43 +6,26 @@ module gracecg_studies_published_axes
         LIMIT_HIGH, LIMIT_STEP
     implicit none
     private
-    public :: published_axis_limits, published_axis_step, published_axes_table
+    public :: published_axis, published_axes_table
 
 contains
 
-    !> Lower and upper limit of one panel: nT in Figure 6.1, rad/s^2 in 6.4, m in the others. Both are 0
-    !> when the report has no such panel.
-    pure function published_axis_limits(figure, satellite, panel, axis) result(limits)
+    !> Lower and upper limit of one panel, and the distance of its tick marks: nT in Figure 6.1, rad/s^2 in 6.4, m in the
+    !> others. All are 0 when the report has no such panel.
+    pure function published_axis(figure, satellite, panel, axis) result(limits)
         character(*), intent(in) :: figure      !! '6.1' to '6.6'
         character(*), intent(in) :: satellite   !! 'front' or 'back'
         character(*), intent(in) :: panel       !! Algorithm; 'field' in Figure 6.1, 'acceleration' in 6.4
         character(*), intent(in) :: axis        !! 'x', 'y', 'z'; 'all' in Figures 6.1 and 6.4
-        real(dp) :: limits(2)
+        real(dp) :: limits(3)
 
         integer :: i
 
         limits = 0
-        i = place_of(figure, satellite, panel, axis)
-        if (i > 0) limits = [LIMIT_LOW(i), LIMIT_HIGH(i)]
-    end function published_axis_limits
-
-    !> Distance of the tick marks of one panel, as its limits; 0 when the report has no such panel.
-    pure real(dp) function published_axis_step(figure, satellite, panel, axis) result(step)
-        character(*), intent(in) :: figure, satellite, panel, axis  !! As of published_axis_limits
-
-        integer :: i
-
-        step = 0
-        i = place_of(figure, satellite, panel, axis)
-        if (i > 0) step = LIMIT_STEP(i)
-    end function published_axis_step
-
-    pure integer function place_of(figure, satellite, panel, axis) result(i)
-        character(*), intent(in) :: figure, satellite, panel, axis
-
         i = findloc(LIMIT_FIGURE == figure .and. LIMIT_SATELLITE == satellite .and. LIMIT_PANEL == panel .and. &
                     LIMIT_AXIS == axis, .true., 1)
-    end function place_of
+        if (i > 0) limits = [LIMIT_LOW(i), LIMIT_HIGH(i), LIMIT_STEP(i)]
+    end function published_axis
 
     !> All panels: nT in Figure 6.1, rad/s^2 in 6.4, m in the others.
     function published_axes_table() result(table)

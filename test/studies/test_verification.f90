@@ -11,7 +11,7 @@ module test_verification
     use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_curves
     use gracecg_studies_estimate_windows
-    use gracecg_studies_published_axes, only: published_axis_limits
+    use gracecg_studies_published_axes, only: published_axis
     use gracecg_studies_published_case
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_LOW, LIMIT_HIGH, LIMIT_STEP
     use gracecg_studies_table_figure_windows, only: WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
@@ -245,7 +245,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(campaign_t) :: campaign
         type(estimate_window_t) :: windows(12)
-        real(dp) :: limits(2)
+        real(dp) :: limits(3)
         integer :: a, i, axis, k
 
         campaign = new_campaign(REPORT_ESTIMATORS, 6, 1_i8, 20, 1, 1)
@@ -254,10 +254,10 @@ contains
                 campaign%entries(a, i)%run = [(k, k=1, 20)]
                 campaign%entries(a, i)%offset = reshape([(0.0_dp, k=1, 60)], [3, 20])
                 do axis = 1, 3
-                    limits = published_axis_limits(merge('6.2', '6.3', i <= 3), merge('front', 'back ', i <= 3), &
-                                                   REPORT_ESTIMATORS(a), AXES(axis))/MILLIMETRE
-                    campaign%entries(a, i)%offset(axis, :) = sum(limits)/2
-                    campaign%entries(a, i)%offset(axis, :2) = limits*0.999_dp + sum(limits)/2*0.001_dp
+                    limits = published_axis(merge('6.2', '6.3', i <= 3), merge('front', 'back ', i <= 3), &
+                                            REPORT_ESTIMATORS(a), AXES(axis))/MILLIMETRE
+                    campaign%entries(a, i)%offset(axis, :) = sum(limits(:2))/2
+                    campaign%entries(a, i)%offset(axis, :2) = limits(:2)*0.999_dp + sum(limits(:2))/2*0.001_dp
                 end do
             end do
         end do
