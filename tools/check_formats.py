@@ -50,7 +50,6 @@ COMMANDS = [
     (["model", "density", *DATE, *PLACE], []),
     (["model", "wind", *DATE, *PLACE], ["note"]),
     (["model", "sun", *DATE], []),
-    (["model", "star-camera", "--quaternion", "0.5", "-0.5", "0.5", "0.5"], []),
 ]
 # Files that commands write.
 WRITERS = [
