@@ -18,7 +18,7 @@ what follows is free, and after `...` what stands before.
 Lines that are alike are taken in turn, and as many numbers of the text as are printed. A number is right if what is
 printed, rounded as the text rounds, is the same; after `~5 %` if it is so near. `elapsed #` is the time in seconds.
 
-A comment in the shell's way behind the command, `# 7 min`, says how long it takes: such commands run with --all only.
+A comment in the shell's way behind the command and two blanks, `# 7 min`, says how long it takes: it runs with --all only.
 
 Numbers that no command prints stand beside `Source: ` (who, what program, when); where a paragraph of a section begins
 with it, it is that of all numbers of the section that have no command. What a suite of tests holds names the suite. In
@@ -131,7 +131,7 @@ class Check:
             started = time.monotonic()
             status, output = run(command, folder, 36000 if self.long_ones else LONGEST)
             elapsed = time.monotonic() - started
-            print(f"{elapsed:6.1f} s  {command[:130]}")
+            print(f"{elapsed:6.1f} s  {command[:130]}", flush=True)
             self.outputs[command] = (status, f"{output}\nelapsed {elapsed:.1f}")
         return self.outputs[command]
 
@@ -171,18 +171,18 @@ class Check:
             elif status != 0 or not (values := printed(output, parts.group(4))):
                 self.fail(f"{place}: status {status}, no such line: {parts.group(4)}: {command}")
             else:
-                covered |= self.compare(place, parts, numbers, values, command)
+                covered |= self.compare(place, parts, numbers, values, shown, command)
         return covered
 
-    def compare(self, place, parts, numbers, values, command):
+    def compare(self, place, parts, numbers, values, shown, command):
         factor, used = float(parts.group(3) or 1), numbers[:len(values)]
         for number, value in zip(used, values):
             right = near(number.group(), factor * value, parts.group(2))
             self.counts["agree" if right else "differ"] += 1
             if not right:
                 self.fail(f"{place}: {parts.group(1)}: claimed {number.group()}, printed {factor * value:.6g}: {command}")
-        if len(used) < len(values):
-            self.fail(f"{place}: {parts.group(1)}: {len(used)} numbers, {len(values)} printed: {command}")
+        if len(used) < len(values) or column(shown, parts.group(1)) and len(values) < len(numbers):
+            self.fail(f"{place}: {parts.group(1)}: {len(numbers)} numbers, {len(values)} printed: {command}")
         return {number.start() for number in used}
 
     def rest(self, name, first, shown, covered):
@@ -250,7 +250,7 @@ def self_test():
     for change, long_ones, expected in (
             ({}, False, None), ({"joint": "7.23, 0.94, 6.3"}, False, "docs/validation.md:3: has: claimed 6.3, printed 6.4"),
             ({"sigma": "0.13, -4"}, False, "docs/validation.md:16: sigma: claimed 0.13"), ({"sigma": "0.12, 4"}, False, "printed -4"),
-            ({"sigma": "0.12"}, False, "3 numbers, 4 printed"), ({}, True, "two: claimed 9, printed 7"),
+            ({"sigma": "0.12"}, False, "3 numbers, 4 printed"), ({"sigma": "0.12, -4, 9"}, False, "5 numbers, 4 printed"), ({}, True, "two: claimed 9, printed 7"),
             ({"more": "It has 6."}, False, "not one place"), ({"more": "\nNumber 7"}, False, "docs/validation.md:12: neither"),
             ({"more": "<!-- $ false\n\"By hand\" #\n-->"}, False, "status 1"),
             ({"more": "<!-- $ gracecg bound\n\"By hand\" no #\n-->"}, False, "no such line: no #")):
