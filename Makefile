@@ -6,7 +6,7 @@
 MAIN_JOB = montecarlo
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build report docs dist install uninstall clean
+.PHONY: help run test build report claims docs dist install uninstall clean
 # All targets share fpm's build tree.
 .NOTPARALLEL:
 
@@ -19,6 +19,8 @@ help:
 	@echo 'make install PREFIX=/usr/local'
 	@echo '             program, manual page, static and shared library, modules, C header, pkg-config file'
 	@echo '             (also DESTDIR, BINDIR, LIBDIR, INCLUDEDIR, MANDIR; make uninstall removes them)'
+	@echo 'make claims  runs the commands and examples that print the numbers of the documents, and lists what differs'
+	@echo '             (minutes; long studies, too: tools/check_claims.py --all)'
 	@echo 'make docs    the documentation of all modules, at build/api/index.html'
 	@echo 'make dist    the sources as committed, build/gracecg-VERSION.tar.gz: they build without a network'
 	@echo 'make clean   removes what was built (what was installed from PyPI stays in .venv)'
@@ -50,6 +52,10 @@ build:
 # What pages take is set up, too.
 report: build
 	@tools/setup.sh pages >/dev/null && build/bin/gracecg report --out report
+
+claims: build
+	@tools/setup.sh pages >/dev/null && export GRACECG_PYTHON="$$PWD/.venv/bin/python" && \
+		if python3 tools/check_claims.py; then python3 tools/check_examples.py; else python3 tools/check_examples.py; false; fi
 
 docs:
 	@python="$$(tools/setup.sh ford)" && "$$python" tools/api_docs.py

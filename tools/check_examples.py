@@ -23,6 +23,7 @@ What is printed is what is run, but for two short lists: HELPS makes work of the
 what needs files of a data centre; DOCUMENTED names what another check runs.
 """
 import argparse
+import contextlib
 import os
 import pathlib
 import re
@@ -124,23 +125,35 @@ def as_run(command, substitutions):
     return command
 
 
-def failures(where, examples, program, substitutions):
-    """Runs (place, command, lines shown) in an empty folder; gives what went wrong with the first that fails."""
+@contextlib.contextmanager
+def scratch(program):
+    """An empty folder that has the program below it, at its usual place."""
     with tempfile.TemporaryDirectory(prefix="gracecg-examples-") as folder:
         home = pathlib.Path(folder, PROGRAM)
         home.parent.mkdir(parents=True)
         home.symlink_to(program)
-        environment = dict(os.environ, PATH=f"{home.parent}{os.pathsep}{os.environ['PATH']}")
+        yield folder
+
+
+def run(command, folder, longest=LONGEST):
+    """Status of a command in such a folder, and what it prints."""
+    home = pathlib.Path(folder, PROGRAM).parent
+    environment = dict(os.environ, PATH=f"{home}{os.pathsep}{os.environ['PATH']}")
+    try:
+        done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, errors="replace", timeout=longest, check=False)
+    except subprocess.TimeoutExpired:
+        return f"none after {longest} s", ""
+    return done.returncode, done.stdout + done.stderr
+
+
+def failures(where, examples, program, substitutions):
+    """Runs (place, command, lines shown) in an empty folder; gives what went wrong with the first that fails."""
+    with scratch(program) as folder:
         for place, printed, shown in examples:
             command = as_run(printed, substitutions)
             started = time.monotonic()
-            try:
-                done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment,
-                                      stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                                      errors="replace", timeout=LONGEST, check=False)
-                status, output = done.returncode, done.stdout + done.stderr
-            except subprocess.TimeoutExpired:
-                status, output = f"none after {LONGEST} s", ""
+            status, output = run(command, folder)
             print(f"{time.monotonic() - started:6.1f} s  {printed}")
             if status != 0:
                 yield f"{where}{place}: status {status} of: {command}\n{output.rstrip()}"

@@ -180,12 +180,29 @@ def check_consumer():
             raise RuntimeError(f"a program in C is linked without Fortran's run-time library: {command}")
 
 
+def check_documents(folder, names):
+    """Licence and attributions go with what is installed."""
+    for name in names:
+        if not (folder / name).is_file():
+            raise RuntimeError(f"{folder / name} was not installed")
+
+
+def check_package_documents():
+    """The same of the Python package, with the notices of what a wheel holds."""
+    folder = next(VENV.glob("lib/python*/site-packages/gracecg-*.dist-info"))
+    names = {path.name for path in folder.rglob("*") if path.is_file()}
+    if missing := {"LICENSE", "CC-BY-4.0.txt", "README.md", "bundled.txt"} - names:
+        raise RuntimeError(f"{folder} has no {', '.join(sorted(missing))}")
+
+
 def check_pkg_config():
-    """The pkg-config file finds the prefix from the folder of libraries, Debian's too."""
+    """The pkg-config file finds the prefix from the folder of libraries, Debian's too; licence and attributions."""
     for folder in ("lib", "lib/x86_64-linux-gnu"):
         with tempfile.TemporaryDirectory() as tree:
             run(VENV / "bin/cmake", "-S", ROOT, "-B", tree, "-DCMAKE_INSTALL_PREFIX=/usr", f"-DCMAKE_INSTALL_LIBDIR={folder}")
             text = (pathlib.Path(tree) / "gracecg.pc").read_text(encoding="utf-8")
+            run(VENV / "bin/cmake", "--install", tree, "--component", "documents", "--prefix", pathlib.Path(tree) / "prefix")
+            check_documents(pathlib.Path(tree) / "prefix/share/doc/gracecg", ("LICENSE", "DATA.md", "LICENSES/CC-BY-4.0.txt"))
         way = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", text, re.MULTILINE)[1]
         if os.path.normpath(f"/usr/{folder}/pkgconfig/{way}") != "/usr":
             raise RuntimeError(f"below {folder} the prefix is {way}")
@@ -231,7 +248,7 @@ def main():
     if "--build-only" in sys.argv:
         return 0
     passed = failed = 0
-    for check in (check_size, check_pkg_config, check_consumer, check_changed_modules):
+    for check in (check_size, check_package_documents, check_pkg_config, check_consumer, check_changed_modules):
         try:
             check()
             passed += 1
