@@ -151,6 +151,13 @@ def test_pickle_and_repr(case, observations, tmp_path):
         pickle.dumps(gracecg.Simulator._made("simulator_open", case._handle))
 
 
+def test_action(observations):
+    fit = observations.fit("optimal")
+    action = fit.action()
+    assert gracecg.Action is type(action) and action.kind in (1, 2, 3, 4) and action.text == fit._text("action")
+    assert np.all((action.trim == 1) <= (action.kind == 1)) and np.all((action.again == 1) | (action.again == 0))
+
+
 def test_earth_orientation_goes_half_a_day():
     with pytest.raises(gracecg.GracecgError, match="43200"):
         gracecg.Utc.of("2026-01-01").earth_orientation(seconds=86400.0)
