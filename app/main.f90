@@ -17,9 +17,12 @@ program gracecg_main
         end subroutine c_exit
     end interface
 
+    include 'build_commit.inc'
+
     type(console_t) :: console
     integer :: status
 
+    console%commit = COMMIT
     call keep_memory()
     call run_command_line(process_words(1), console, status, level1_commands())
     call c_exit(int(status, c_int))

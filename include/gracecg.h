@@ -375,6 +375,10 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      test_source_share[5][3]        [source][component] of the variance; sources as in covariance_by_source
      test_semi_axis[3]              of the error ellipsoid of one sigma, longest first, m
      test_direction[3][3]           unit vectors along them, body axes
+     "action"                       what to do, and why, in a line
+     action_kind                    1 trim, 2 leave, 3 calibrate again, 4 do not use
+     action_trim[3]                 1: the centre of mass is to be moved by d along this axis
+     action_again[3]                1: this axis takes another calibration
      belief_undetected[3]           what a single wrong thing in the setup could move each component by, unseen,
                                     and what the estimate differs from that of "optimal" by, m
      belief_apart[3]                the latter alone, m

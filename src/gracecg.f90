@@ -104,6 +104,10 @@ module gracecg
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t, running_estimate_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
+    use gracecg_estimation_verdict, only: verdict_t, judge
+    use gracecg_estimation_action, only: action_t, ACTIONS
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_arc_chain, only: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -179,6 +183,7 @@ module gracecg
             calibration_text
     public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
+    public :: fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge, action_t, ACTIONS
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
     public :: estimate_runs, run_information_t, read_information
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC

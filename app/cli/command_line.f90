@@ -130,7 +130,7 @@ contains
             call console%line(OF_VERSION)
         else
             call check_arithmetic(error)
-            call begin_record(arguments%command_line())
+            call begin_record(arguments%command_line(), console%commit)
             if (.not. allocated(error)) call command%run(arguments, console, misuse, error)
             call end_record()
         end if

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import plot, report
     from ._library import GracecgError
-    from .calibration import (Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
+    from .calibration import (Action, Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
                               MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
                               estimate_joint, monte_carlo)
     from .level1 import Level1, Level1Offset, estimate_level1
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
+__all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
            "Setup", "Simulator", "Solution", "Utc", "Wind", "algorithms", "case_names", "estimate_joint",
            "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]

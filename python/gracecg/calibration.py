@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._library import Handle, array, call, exactly, ffi, numbers, pointer, spread
-from .estimates import (Array, Beliefs, Chain, Fit, FitTests, Joined, Joint, Observations, Options, Setup, Solution, _names,
+from .estimates import (Action, Array, Beliefs, Chain, Fit, FitTests, Joined, Joint, Observations, Options, Setup, Solution, _names,
                         _settings, _WithOptions, algorithms, estimate_joint)
 from .models import Utc
 
-__all__ = ["Array", "Beliefs", "Bound", "Case", "Chain", "Design", "DesignSettings", "Fit", "FitTests", "ForceModel", "Joined",
+__all__ = ["Action", "Array", "Beliefs", "Bound", "Case", "Chain", "Design", "DesignSettings", "Fit", "FitTests", "ForceModel", "Joined",
            "Joint", "Map", "MonteCarlo", "Observations", "Options", "Rod", "Setup", "Simulator", "Solution", "algorithms",
            "case_names", "estimate_joint", "monte_carlo"]
 

@@ -228,6 +228,10 @@ class Fit(Handle):
         """Residuals, torque and attitude against what is known of the noise."""
         return self._values(FitTests)
 
+    def action(self) -> "Action":
+        """What to do after this calibration, and why."""
+        return self._values(Action, text=self._text("action"))
+
     def running(self) -> dict[str, Array]:
         """The offset as "sequential" had it on the way: "time" (n,), s; "offset", "sigma" (n, 3), m."""
         return {"time": self._numbers("running_time"), "offset": self._numbers("running_offset", -1, 3),
@@ -236,6 +240,26 @@ class Fit(Handle):
     def beliefs(self) -> "Beliefs":
         """What the data say of rods, inertia, instruments and noise."""
         return self._values(Beliefs, contradictions=self._text("contradictions"), untestable=self._text("untestable"))
+
+
+@dataclass(frozen=True)
+class Action:
+    """What to do after a calibration.
+
+    Attributes
+    ----------
+    kind : int
+        1 trim, 2 leave, 3 calibrate again, 4 do not use.
+    trim, again : ndarray, (3,)
+        1: the centre of mass is to be moved by d along this axis; 1: this axis takes another calibration.
+    text : str
+        All in a line, with the reason.
+    """
+
+    kind: int = named("action_kind")
+    trim: Array = array(3, item="action_trim")
+    again: Array = array(3, item="action_again")
+    text: str
 
 
 @dataclass(frozen=True)

@@ -136,12 +136,12 @@ class Field(Handle):
 
     Parameters
     ----------
-    date : Utc, str or datetime
     name : str
         "igrf95" (1985 to 2000), "igrf14" (1900 to 2030, extrapolated to 2040), or the path of an SHC file.
+    date : Utc, str or datetime
     """
 
-    def __init__(self, date: When, name: str = "igrf14") -> None:
+    def __init__(self, name: str, date: When) -> None:
         super().__init__("field_open", name.encode(), Utc.of(date)._c())
 
     def evaluate(self, position: ArrayLike) -> Array:
@@ -176,17 +176,17 @@ class Density(Handle):
 
     Parameters
     ----------
-    date : Utc, str or datetime, optional
-        Takes F10.7 and Kp from the embedded table.
     name : str
         "dtm77", "dtm78", "dtm94" or "exponential".
+    date : Utc, str or datetime, optional
+        Takes F10.7 and Kp from the embedded table.
     f107, f107_mean : float, optional
         F10.7 of the day before and its mean of 81 days, sfu; in place of a date.
     kp : float
         Kp three hours before, 0 to 9.
     """
 
-    def __init__(self, date: When | None = None, name: str = "dtm77", *, f107: float | None = None,
+    def __init__(self, name: str = "dtm77", date: When | None = None, *, f107: float | None = None,
                  f107_mean: float | None = None, kp: float = 2.0) -> None:
         if date is not None:
             super().__init__("density_open", name.encode(), Utc.of(date)._c(), ffi.NULL)

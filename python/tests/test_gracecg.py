@@ -68,9 +68,9 @@ def test_laplace_and_symmetry():
 def test_models():
     point = gracecg.Gravity("point-mass", 0).evaluate(POSITION[0])
     assert np.isclose(point[1][0], 3.986004415e14 / np.linalg.norm(POSITION[0]), rtol=1e-9)
-    field = gracecg.Field("1989-01-02", "igrf95").evaluate(POSITION)
+    field = gracecg.Field("igrf95", "1989-01-02").evaluate(POSITION)
     assert np.all((np.linalg.norm(field, axis=1) > 1e-5) & (np.linalg.norm(field, axis=1) < 7e-5))
-    air = gracecg.Density("1989-01-02").evaluate("1989-01-02", POSITION)
+    air = gracecg.Density("dtm77", "1989-01-02").evaluate("1989-01-02", POSITION)
     assert np.all(air.density > 0) and air.number_density.shape == (2, 3)
     assert gracecg.Wind().evaluate("1989-01-02", POSITION).shape == (2, 2)
     sun = gracecg.sun_position("1989-01-02", [0.0, 86400.0])
@@ -149,6 +149,13 @@ def test_pickle_and_repr(case, observations, tmp_path):
         pickle.dumps(setup.measured(np.linspace(-1.0, 61.0, 63), np.zeros((63, 3))))
     with pytest.raises(TypeError, match="pickle what it was made of"):
         pickle.dumps(gracecg.Simulator._made("simulator_open", case._handle))
+
+
+def test_action(observations):
+    fit = observations.fit("optimal")
+    action = fit.action()
+    assert gracecg.Action is type(action) and action.kind in (1, 2, 3, 4) and action.text == fit._text("action")
+    assert np.all((action.trim == 1) <= (action.kind == 1)) and np.all((action.again == 1) | (action.again == 0))
 
 
 def test_earth_orientation_goes_half_a_day():
@@ -269,7 +276,7 @@ def test_other_threads_run(observations):
 @pytest.mark.parametrize("call, message", [
     (lambda: gracecg.Gravity("egm96", 99), "99"),
     (lambda: gracecg.Case("front-9"), "front-9"),
-    (lambda: gracecg.Field("3000-01-01"), "3000"),
+    (lambda: gracecg.Field("igrf14", "3000-01-01"), "3000"),
     (lambda: gracecg.Gravity().evaluate([[float("nan"), 0, 7e6]]), "finite"),
     (lambda: gracecg.Level1("/no/such/file"), "no/such"),
     (lambda: gracecg.Setup.parse("&a"), "&a"),

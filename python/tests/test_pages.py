@@ -7,6 +7,7 @@ import html.parser
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -103,6 +104,19 @@ def test_same_page_again(front, monkeypatch):
     monkeypatch.chdir(front)
     pages.make_page("front_files/result.json", "front.html")
     assert (front / "front.html").read_bytes() == first
+
+
+@needs_program
+def test_no_page_beside_the_folder_of_another(front, tmp_path, monkeypatch):
+    """Where the making ends half-way, an older page does not stand beside newer figures."""
+    shutil.copy(front / "front_files/result.json", tmp_path / "result.json")
+    for part in ("save", "render"):
+        pages.make_page(tmp_path / "result.json", tmp_path / "a.html")
+        assert (tmp_path / "a.html").exists()
+        with monkeypatch.context() as broken, pytest.raises(KeyboardInterrupt):
+            broken.setattr(pages, part, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+            pages.make_page(tmp_path / "result.json", tmp_path / "a.html")
+        assert not (tmp_path / "a.html").exists()
 
 
 @needs_program

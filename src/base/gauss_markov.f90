@@ -19,6 +19,7 @@ module gracecg_base_gauss_markov
         integer :: n = 0                                    !! Number of states
         real(dp), allocatable :: transition(:, :)           !! Phi over one interval, n x n
         real(dp), allocatable :: noise_root(:, :)           !! L, lower triangle; L L^T = Q
+        real(dp), allocatable :: noise(:, :)                !! Q
         real(dp), allocatable :: covariance(:, :)           !! At the start: the stationary one
         real(dp), allocatable :: output(:)                  !! h
     end type gauss_markov_t
@@ -44,7 +45,7 @@ contains
         type(gauss_markov_t) :: process
 
         process%n = n
-        allocate (process%transition(n, n), process%noise_root(n, n), process%covariance(n, n), source=0.0_dp)
+        allocate (process%transition(n, n), process%noise_root(n, n), process%noise(n, n), process%covariance(n, n), source=0.0_dp)
         allocate (process%output(n), source=0.0_dp)
     end function empty_process
 
@@ -57,6 +58,7 @@ contains
         process = empty_process(1)
         process%transition = phi
         process%noise_root = sigma*sqrt((1 - phi)*(1 + phi))
+        process%noise = process%noise_root**2
         process%covariance = sigma**2
         process%output = 1
     end function first_order_process
@@ -91,6 +93,7 @@ contains
         process%noise_root(1, 1) = sqrt(q(1, 1))
         if (q(1, 1) > 0) process%noise_root(2, 1) = q(2, 1)/process%noise_root(1, 1)
         process%noise_root(2, 2) = sqrt(max(0.0_dp, q(2, 2) - process%noise_root(2, 1)**2))
+        process%noise = matmul(process%noise_root, transpose(process%noise_root))
         process%covariance(1, 1) = sigma**2
         process%covariance(2, 2) = sigma**2
         process%output(1) = 1
@@ -128,6 +131,8 @@ contains
         process%transition(n + 1:, n + 1:) = b%transition
         process%noise_root(:n, :n) = a%noise_root
         process%noise_root(n + 1:, n + 1:) = b%noise_root
+        process%noise(:n, :n) = a%noise
+        process%noise(n + 1:, n + 1:) = b%noise
         process%covariance(:n, :n) = a%covariance
         process%covariance(n + 1:, n + 1:) = b%covariance
         process%output(:n) = a%output

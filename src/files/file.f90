@@ -441,12 +441,12 @@ contains
         class(output_file_t), intent(inout) :: self
         character(*), intent(in) :: mark    !! That begins a comment
 
-        character(:), allocatable :: command
+        character(:), allocatable :: command, commit
         type(string_t), allocatable :: inputs(:)
 
-        call get_provenance(command, inputs)
+        call get_provenance(command, inputs, commit)
         if (command == '') return
-        call self%line(mark//' gracecg '//VERSION//': '//command)
+        call self%line(mark//' gracecg '//trim(VERSION//' '//commit)//': '//command)
         if (size(inputs) > 0) call self%line(mark//' inputs: '//join(padded(inputs), '; '))
     end subroutine write_about
 

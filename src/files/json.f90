@@ -49,11 +49,12 @@ contains
     subroutine put_provenance(json)
         class(json_writer_t), intent(inout) :: json
 
-        character(:), allocatable :: command
+        character(:), allocatable :: command, commit
         type(string_t), allocatable :: inputs(:)
 
-        call get_provenance(command, inputs)
+        call get_provenance(command, inputs, commit)
         if (command == '') return
+        if (commit /= '') call json%member('commit', commit)
         call json%member('command_line', command)
         call json%member('input_hashes', inputs)
     end subroutine put_provenance

@@ -31,16 +31,20 @@ module gracecg_files_run_record
 
     type(run_file_t), allocatable :: files(:)       !! Of this run; not allocated: no record is kept
     character(:), allocatable :: command            !! The command line of this run
+    character(:), allocatable :: commit             !! Of the sources of the program; empty: not known
 
 contains
 
     !> From now on a record is kept. Not to be called while other threads work with files, as end_record.
-    subroutine begin_record(command_line)
+    subroutine begin_record(command_line, commit_of_sources)
         character(*), intent(in) :: command_line    !! As it can be typed again
+        character(*), intent(in), optional :: commit_of_sources     !! Blank or absent: not known
 
         call end_record()
         allocate (files(0))
         command = command_line
+        commit = ''
+        if (present(commit_of_sources)) commit = trim(commit_of_sources)
     end subroutine begin_record
 
     !> The run is over: what was reserved and not written leaves nothing behind.
@@ -54,7 +58,7 @@ contains
             status = c_fclose(files(i)%stream)
             call remove_file(files(i)%path//UNFINISHED)
         end do
-        deallocate (files, command)
+        deallocate (files, command, commit)
     end subroutine end_record
 
     !> Notes a file that is about to be read. Fails when an output of this run is to take its place.
@@ -153,17 +157,21 @@ contains
         !$omp end critical (gracecg_run_record)
     end subroutine take_reserved
 
-    !> The command line of this run, and each input with its hash; nothing when no record is kept.
-    subroutine get_provenance(command_line, inputs)
+    !> The command line of this run, each input with its hash, and the commit; nothing when no record is kept.
+    subroutine get_provenance(command_line, inputs, commit_of_sources)
         character(:), allocatable, intent(out) :: command_line      !! Empty: no record is kept
         type(string_t), allocatable, intent(out) :: inputs(:)       !! 'run1/sca1.csv fnv1a 85944171F73967E8'
+
+        character(:), allocatable, intent(out) :: commit_of_sources     !! Empty: not known
 
         integer :: i
 
         command_line = ''
+        commit_of_sources = ''
         allocate (inputs(0))
         if (.not. allocated(files)) return
         command_line = command
+        commit_of_sources = commit
         do i = 1, size(files)
             if (files(i)%hash /= '') call append(inputs, files(i)%path//' fnv1a '//files(i)%hash)
         end do

@@ -47,6 +47,7 @@ module gracecg_files_settings
         procedure :: holds                  !! Is there such a group, or key, to be read?
         procedure :: real_value             !! A number
         procedure :: real_values            !! Several numbers
+        procedure :: real_list              !! Any number of numbers
         procedure :: integer_value          !! An integer
         procedure :: logical_value          !! A logical
         procedure :: text_value             !! A text
@@ -310,6 +311,27 @@ contains
         end do
         values = [(in_si_unit(numbers(i), scale), i=1, size(values))]
     end subroutine real_values
+
+    !> As many numbers as there are, each as `real_value`; where there are none the key is not written.
+    subroutine real_list(self, key, values, low, high, meaning, unit)
+        class(settings_t), intent(inout) :: self
+        character(*), intent(in) :: key, meaning        !! Its name; written behind the values
+        real(dp), allocatable, intent(inout) :: values(:)   !! Not allocated: none
+        real(dp), intent(in) :: low, high               !! Allowed range
+        character(*), intent(in) :: unit                !! For messages
+
+        integer :: place
+
+        if (self%reading .and. .not. allocated(self%failure)) then
+            call remember(self, key)
+            place = place_of(self, key)
+            if (place > 0) then
+                if (allocated(values)) deallocate (values)
+                allocate (values(size(self%entries(place)%values)))
+            end if
+        end if
+        if (allocated(values)) call self%real_values(key, values, low, high, meaning, unit=unit)
+    end subroutine real_list
 
     !> An integer. The value on entry is the default.
     subroutine integer_value(self, key, value, low, high, meaning)

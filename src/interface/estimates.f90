@@ -2,7 +2,8 @@
 !> include/gracecg.h.
 module gracecg_interface_estimates
     use, intrinsic :: iso_c_binding, only: c_intptr_t
-    use gracecg, only: dp, error_t, operator_knowledge_t, solution_t, estimate_offset, joint_run_t, joint_options_t, &
+    use gracecg, only: dp, error_t, operator_knowledge_t, solution_t, estimate_offset, fit_record_t, fit_diagnostics_t, diagnose, &
+        verdict_t, judge, joint_run_t, joint_options_t, &
         joint_solution_t, run_from_observations, estimate_runs, arc_chain_t, USUAL_ARC, estimate_in_arcs => estimate_chain
     use gracecg_base_error, only: add_context, fail
     use gracecg_base_kinds, only: i8
@@ -10,8 +11,6 @@ module gracecg_interface_estimates
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
     use gracecg_estimation_belief_words, only: say_contradiction, say_untested
-    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
-    use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_items, only: items_t, lines_of, LIST
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_NOT_CONVERGED
@@ -83,7 +82,7 @@ contains
         call tell_record(self%record, items)
         call items%put('state_covariance', self%solution%state_covariance)
         call tell_running(self%solution, items)
-        if (items%asks('test_')) call tell_tests(self, items)
+        if (items%asks('test_') .or. items%asks('action')) call tell_tests(self, items)
         if (items%asks('belief_') .or. items%asks('contradictions') .or. items%asks('untestable')) &
             call tell_beliefs(self%solution, items)
     end subroutine tell_fit
@@ -165,6 +164,7 @@ contains
         type(items_t), intent(inout) :: items
 
         type(fit_diagnostics_t) :: found
+        type(verdict_t) :: verdict
 
         call diagnose(fit%knowledge, fit%solution, fit%record, found, items%failure)
         call add_context(items%failure, 'tests of the fit')
@@ -186,6 +186,11 @@ contains
         call items%put('test_source_share', found%source_share)
         call items%put('test_semi_axis', found%ellipsoid%semi_axis)
         call items%put('test_direction', found%ellipsoid%direction)
+        verdict = judge(fit%knowledge, fit%solution, fit%record, found)
+        call items%say('action', verdict%action%text)
+        call items%put('action_kind', real(verdict%action%kind, dp))
+        call items%put('action_trim', merge(1.0_dp, 0.0_dp, verdict%action%trimmed))
+        call items%put('action_again', merge(1.0_dp, 0.0_dp, verdict%action%again))
     end subroutine tell_tests
 
     subroutine tell_beliefs(solution, items)

@@ -1393,6 +1393,45 @@ subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcrunn
 
+!> What to do: KIND 1 trim, 2 leave, 3 calibrate again, 4 do not use; by axis, 1: to be moved by d, 1: to be
+!> calibrated again. MSG holds the line that says so.
+subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg, only: dp
+    use gracecg_interface_c_functions, only: c_estimate
+    use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_message, finish
+    use gracecg_interface_outcome, only: c_error_t
+    implicit none
+    character(*), intent(in) :: algo
+    !! `algorithm` of gracecg_estimate
+    integer, intent(in) :: iobs
+    !! `observations` of gracecg_estimate
+    integer, intent(inout) :: kind
+    !! Item action_kind: 1 trim, 2 leave, 3 calibrate again, 4 do not use
+    real(dp), intent(inout) :: trim(3)
+    !! Item action_trim: 1: the centre of mass is to be moved by d along this axis
+    real(dp), intent(inout) :: again(3)
+    !! Item action_again: 1: this axis takes another calibration
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    real(dp) :: found_1(1)
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    handle = 0
+    found_1 = 0
+    status = c_estimate(algorithm=c_text(algo), observations=c_handle(iobs), fit=handle, error=error)
+    call fetch(handle, 'action_kind', 1, found_1, status, error)
+    kind = nint(found_1(1))
+    call fetch(handle, 'action_trim', 3, trim, status, error)
+    call fetch(handle, 'action_again', 3, again, status, error)
+    call fetch_message(handle, 'action', status, error)
+    call discard(handle)
+    call finish(status, error, istat, msg)
+end subroutine gcact
+
 !> What the data say of the setup: undetected effect and difference from 'optimal', m; how many beliefs were tested,
 !> contradicted, not testable. MSG holds contradictions.
 subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)

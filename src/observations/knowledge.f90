@@ -4,11 +4,12 @@ module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, ARCSECOND, NANOTESLA
     use gracecg_base_error, only: number_text
-    use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
+    use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_files_settings, only: settings_t
     use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
     use gracecg_environment_time, only: utc_t
     use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
+    use gracecg_observations_noise_table, only: describe_noise_spectra
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
@@ -16,8 +17,7 @@ module gracecg_observations_knowledge
     implicit none
     private
     public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
-    public :: describe_satellite, describe_instruments, describe_a_priori, check_quaternion, describe_noise_spectra, &
-        ESTIMATION_GROUPS
+    public :: describe_satellite, describe_instruments, describe_a_priori, check_quaternion, ESTIMATION_GROUPS
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
     !> What stands for no field model
@@ -76,7 +76,7 @@ module gracecg_observations_knowledge
         real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
         real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
         integer :: camera = 1                           !! The head whose quaternions are used; 0: all heads'
-        type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, m^2 s^-4/Hz
+        type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, or a table, m^2 s^-4/Hz
         real(dp) :: accelerometer_scale(3) = 1          !! Sample by acceleration, as far as it is known
         real(dp) :: accelerometer_delay = 0             !! Time tag minus time of its samples, s
         real(dp) :: accelerometer_range = 0             !! Full scale, m/s^2; 0: not known
@@ -136,7 +136,7 @@ contains
 
         integer :: head
 
-        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
+        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f), or a table')
         call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
         call describe_noise_spectra(settings, knowledge%accelerometer_noise)
         call settings%real_values('scale', knowledge%accelerometer_scale, 0.1_dp, 10.0_dp, 'x, y, z: by which '// &
@@ -191,24 +191,6 @@ contains
                                   'arcsec, x and y of the pole, for iau', ARCSECOND, 'arcsec')
         call settings%end_group()
     end subroutine describe_instruments
-
-    !> The noise spectra of the accelerometer's axes, within a group.
-    subroutine describe_noise_spectra(settings, noise)
-        class(settings_t), intent(inout) :: settings
-        type(noise_spectrum_t), intent(inout) :: noise(3)   !! x, y, z; the sides of all are those of x
-
-        real(dp) :: level(3), corner(3)     ! as arguments, noise%level and noise%corner are array temporaries
-
-        level = noise%level
-        corner = noise%corner
-        call settings%real_values('noise_level', level, 0.0_dp, 1.0_dp, 'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-        call settings%real_values('noise_corner', corner, 0.0_dp, 100.0_dp, 'Hz', unit='Hz')
-        noise%level = level
-        noise%corner = corner
-        call settings%integer_value('noise_sides', noise(1)%sides, ONE_SIDED, TWO_SIDED, &
-                                    'the spectrum is one- (1) or two-sided (2)')
-        noise%sides = noise(1)%sides
-    end subroutine describe_noise_spectra
 
     !> How well satellite and instruments are known: group a_priori.
     subroutine describe_a_priori(settings, a_priori)

@@ -4,6 +4,7 @@ module test_coloured_noise
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_spectrum, only: power_spectrum, HANN
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
@@ -31,7 +32,10 @@ contains
                     new_unittest('variance-constant-along-record', test_stationary), &
                     new_unittest('white-part-is-white', test_white), &
                     new_unittest('whole-or-in-pieces', test_pieces), &
-                    new_unittest('rejects-bad-arguments', test_arguments)]
+                    new_unittest('rejects-bad-arguments', test_arguments), &
+                    new_unittest('table-of-the-formula', test_table), &
+                    new_unittest('samples-of-a-table-have-its-spectrum', test_drawn_table), &
+                    new_unittest('rejects-tables-that-cannot-be-followed', test_bad_tables)]
     end subroutine collect_coloured_noise
 
     !> White: level*fs two-sided, half of it one-sided; the flicker part follows the same factor.
@@ -216,6 +220,91 @@ contains
         call noise%generate(stream, pieces(34:))
         call check(error, all(whole == pieces))
     end subroutine test_pieces
+
+    !> Frequencies of a table, from 0.1 mHz to 5 Hz.
+    pure function table_frequencies() result(f)
+        real(dp) :: f(40)
+
+        integer :: i
+
+        f = [(1e-4_dp*5e4_dp**((i - 1)/39.0_dp), i=1, 40)]
+    end function table_frequencies
+
+    !> The noise of an accelerometer for a next mission, by its least density: 2e-12 sqrt(1.2 + 0.002/f + 6000 f^4) m/s^2/sqrt(Hz),
+    !> which rises two thousandfold to 5 Hz.
+    elemental real(dp) function rising(f)
+        real(dp), intent(in) :: f       !! Hz
+
+        rising = (1.2_dp + 0.002_dp/f + 6000*f**4)/1.2_dp
+    end function rising
+
+    !> A table of the formula gives the formula's spectrum, in the mean within 0.5 %.
+    subroutine test_table(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp) :: f(400), ratio(400)
+        integer :: i
+
+        noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=1 + 0.1_dp/table_frequencies()), &
+                               INTERVAL, failure)
+        call check(error, message_of(failure), '')
+        if (allocated(error)) return
+        f = [(2e-3_dp*2500.0_dp**((i - 1)/399.0_dp), i=1, 400)]
+        ratio = noise%spectrum(f)/(LEVEL*(1 + 0.1_dp/f))
+        call check(error, maxval(abs(ratio - 1)) < 0.06_dp .and. abs(mean(ratio) - 1) < 0.005_dp, 'formula')
+        noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=rising(table_frequencies())), &
+                               INTERVAL, failure)
+        ratio = noise%spectrum(f)/(LEVEL*rising(f))
+        call check(error, maxval(abs(ratio - 1)) < 0.15_dp .and. abs(mean(ratio) - 1) < 0.01_dp, 'a rising spectrum')
+    end subroutine test_table
+
+    !> Periodograms of samples, averaged over bands, against the rising table; drawn whole and in pieces they are the same.
+    !> Windows raise the powers by their second differences, a few per cent of f^4 at the lowest band.
+    subroutine test_drawn_table(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 40000, SEGMENT = 2000
+        integer, parameter :: EDGE(8) = [20, 40, 80, 160, 300, 500, 700, 950]       ! of 1/200 Hz
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: x(N), pieces(100)
+        real(dp), allocatable :: f(:), density(:)
+        integer :: i, k
+
+        noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=rising(table_frequencies())), &
+                               INTERVAL, failure)
+        stream = new_stream(27, 0, 0, 0, 0)
+        call noise%generate(stream, x)
+        call noise%restart()
+        stream = new_stream(27, 0, 0, 0, 0)
+        call noise%generate(stream, pieces(:33))
+        call noise%generate(stream, pieces(34:))
+        call check(error, all(x(:100) == pieces), 'pieces')
+        call check(error, noise%draws_of_sample(), 1)
+        call power_spectrum([(i, i=1, N)], x, INTERVAL, SEGMENT, HANN, f, density)
+        do k = 1, size(EDGE) - 1
+            associate (band => [(i, i=EDGE(k) + 1, EDGE(k + 1))])
+                call check(error, mean(density(band)/noise%spectrum(f(band))), 1.0_dp, &
+                           thr=0.03_dp + Z_9999/sqrt(real(size(band)*N/SEGMENT, dp)))
+            end associate
+        end do
+    end subroutine test_drawn_table
+
+    !> A table that ends below half the sampling frequency, and one with a narrow line.
+    subroutine test_bad_tables(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp) :: shape(40)
+
+        shape = 1
+        noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=shape), INTERVAL/2, failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'last frequency', '= 5 Hz', '10'])
+        shape(30) = 1e4_dp
+        noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=shape), INTERVAL, failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'near', 'narrow lines'])
+    end subroutine test_bad_tables
 
     subroutine test_arguments(error)
         type(error_type), allocatable, intent(out) :: error

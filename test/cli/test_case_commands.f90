@@ -1,7 +1,9 @@
 !> Cases on the command line: the list, files of them, whole and broken, edited ones, and what refuses a case.
 module test_case_commands
-    use gracecg_base_text, only: string_t, split, split_words
-    use gracecg_files_file, only: text_file_t, text_file_of, file_exists
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: string_t, split, split_words, real_text
+    use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, remove_file
+    use gracecg_base_error, only: error_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
@@ -30,6 +32,7 @@ contains
                     new_unittest('rods-that-are-off', test_rods_off), &
                     new_unittest('case-groups', test_case_groups), &
                     new_unittest('instruments-beyond-their-limits', test_instruments), &
+                    new_unittest('noise-as-a-table', test_noise_table), &
                     new_unittest('times-in-utc', test_utc)]
     end subroutine collect_case_commands
 
@@ -210,6 +213,94 @@ contains
         call run('timing '//OWN//' --step 600', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'is extrapolated: igrf14 ends') > 0, messages)
     end subroutine test_own_satellite
+
+    !> A table that samples level (1 + corner/f) gives bound and sigmas of the formula within 1 %; the observation set holds the
+    !> table. Broken tables are refused with file and line.
+    subroutine test_noise_table(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = 'frequency_hz,ax_m_s2_sqrt_hz,ay_m_s2_sqrt_hz,az_m_s2_sqrt_hz'//LF
+        character(10), parameter :: ALGORITHMS(3) = [character(10) :: 'assest-fde', 'optimal', 'sequential']
+        character(:), allocatable :: case, rows, formula, table, set
+        type(text_file_t) :: setup
+        type(string_t) :: of_formula(size(ALGORITHMS))
+        type(error_t), allocatable :: failure
+        real(dp) :: f
+        integer :: i, status
+
+        call succeeds(error, 'cases show front-1', case)
+        i = index(case, 'noise_table = ''''')
+        call make_file(error, 'table.nml', case(:i + 13)//''''//FOLDER//'noise.csv'''//case(i + 16:))
+        rows = ''
+        do i = 1, 50
+            f = 1e-4_dp*5e4_dp**((i - 1)/49.0_dp)
+            rows = rows//real_text(f)//','//density(1e-20_dp, 0.005_dp)//','//density(1e-18_dp, 0.1_dp)//','// &
+                   density(1e-20_dp, 0.005_dp)//LF
+        end do
+        call make_file(error, 'noise.csv', HEADER//rows)
+        call succeeds(error, 'bound front-1 --format csv', formula)
+        call succeeds(error, 'bound '//FOLDER//'table.nml --format csv', table)
+        call compare(2)
+        call succeeds(error, 'simulate '//FOLDER//'table.nml --out '//FOLDER//'table', set)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'formula', set)
+        if (allocated(error)) return
+        call remove_file(FOLDER//'noise.csv')
+        call read_text_file(FOLDER//'table/setup.nml', setup, failure)
+        call check(error, index(setup%text, 'noise_frequency = 0.0001, ') > 0, setup%text)
+        do i = 1, size(ALGORITHMS)
+            call run('estimate '//FOLDER//'formula --format csv --algorithm '//trim(ALGORITHMS(i)), status, of_formula(i)%text, set)
+        end do
+        call make_file(error, 'formula/setup.nml', setup%text)
+        do i = 1, size(ALGORITHMS)
+            call run('estimate '//FOLDER//'formula --format csv --algorithm '//trim(ALGORITHMS(i)), status, table, set)
+            formula = of_formula(i)%text
+            call compare(5)
+        end do
+        call broken('1e-4,1e-9'//LF//'1e-2,1e-9'//LF//'1e-3,1e-9'//LF, ':4: the frequency 0.001 Hz stands behind 0.01 Hz')
+        call broken('1e-4,1e-9'//LF//'1e-2,-1e-9'//LF//'1e-1,1e-9'//LF, ':3: amplitude density of x = -1.000000E-09; it must')
+        call broken('1e-4,1e-9'//LF//'1e-2,nan'//LF, ':3: column a_m_s2_sqrt_hz: "nan"')
+        call broken('1e-4,1e-9'//LF//'10,1e-9'//LF, ':3: the table of the noise has 2 rows; it must have from 4 to')
+        call broken('1e-4,1e-9'//LF//'0.1,1e-9'//LF//'0.2,1e-9'//LF//'1,1e-9'//LF, 'axis x: last frequency of the table of the '// &
+                    'noise = 1 Hz')
+
+    contains
+
+        function density(level, corner) result(text)
+            real(dp), intent(in) :: level, corner
+            character(:), allocatable :: text
+
+            text = real_text(sqrt(level*(1 + corner/f)))
+        end function density
+
+        !> Three columns from one on, each within 1 %.
+        subroutine compare(column)
+            integer, intent(in) :: column
+
+            type(string_t), allocatable :: lines(:), fields(:), others(:)
+            real(dp) :: one, other
+            integer :: k
+
+            if (allocated(error)) return
+            lines = split(formula, LF)
+            fields = split(lines(2)%text, ',')
+            lines = split(table, LF)
+            others = split(lines(2)%text, ',')
+            do k = column, column + 2
+                read (fields(k)%text, *) one
+                read (others(k)%text, *) other
+                call check(error, abs(other/one - 1) < 0.01_dp, formula//table)
+            end do
+        end subroutine compare
+
+        subroutine broken(text, part)
+            character(*), intent(in) :: text, part
+
+            character(100) :: parts(1)
+
+            parts(1) = part
+            call make_file(error, 'noise.csv', 'frequency_hz,a_m_s2_sqrt_hz'//LF//text)
+            call refused(error, 'bound '//FOLDER//'table.nml', STATUS_FAILED, parts)
+        end subroutine broken
+    end subroutine test_noise_table
 
     !> The command behind `next:` succeeds as it stands: after a case, after one that is estimated in arcs, and after a design
     !> for an observation set from 2000 on. A design that would not keep the limits in truth has a warning instead.

@@ -6,6 +6,7 @@ module test_run_commands
     use gracecg_base_text, only: string_t, split, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory, remove_file
     use gracecg_files_table, only: read_csv, table_file_t
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
     use testdrive, only: unittest_type, error_type, new_unittest
@@ -159,7 +160,7 @@ contains
             call make_file(error, 'run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
                            ' sigma = 3*1e-8 /'//new_line('a'))
             call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
-            call check(error, status == STATUS_DONE .and. index(messages, 'from other means') > 0, messages)
+            call check(error, status == STATUS_NOT_TO_BE_USED .and. index(messages, 'from other means') > 0, messages)
             if (allocated(error)) return
             text = text_file_of(output, 'output')
             fields = split(text%line(2), ',')

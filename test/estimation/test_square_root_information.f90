@@ -202,7 +202,7 @@ contains
         call compare('another sample kept')
         epoch(STEPS) = epoch(STEPS) + 1
         call compare('another epoch')
-        process%noise_root = 2*process%noise_root
+        process%noise = 4*process%noise
         call compare('another noise')
         process%covariance = 4*process%covariance
         call compare('another covariance')

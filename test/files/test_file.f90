@@ -371,7 +371,7 @@ contains
         call make_file(error, 'a.txt', 'a')
         call make_file(error, 'foobar.txt', 'foobar')
         if (allocated(error)) return
-        call begin_record('gracecg test a.txt')
+        call begin_record('gracecg test a.txt', 'abc123')
         call read_text_file(FOLDER//'a.txt', file, failure)
         call stream%open(FOLDER//'foobar.txt', failure)
         call stream%read(bytes, count, failure)
@@ -382,7 +382,7 @@ contains
         call end_record()
         call read_text_file(FOLDER//'about.txt', file, failure)
         call check_passes(error, message_of(failure))
-        call check(error, index(file%line(1), '! gracecg ') == 1 .and. index(file%line(1), ': gracecg test a.txt') > 0)
+        call check(error, index(file%line(1), '! gracecg ') == 1 .and. index(file%line(1), ' abc123: gracecg test a.txt') > 0)
         call check(error, file%line(2), '! inputs: '//FOLDER//'a.txt fnv1a AF63DC4C8601EC8C; '//FOLDER// &
                    'foobar.txt fnv1a 85944171F73967E8')
         call remove_file(FOLDER//'about.txt')

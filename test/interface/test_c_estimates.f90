@@ -4,9 +4,8 @@ module test_c_estimates
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg, only: dp, error_t, observation_set_t, solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, &
         moment_series_t, new_moment_series, take_measured_moments, dipole_moment, joint_run_t, joint_solution_t, &
-        joint_options_t, run_from_observations, estimate_runs, arc_chain_t, estimate_chain
-    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
-    use gracecg_estimation_fit_record, only: fit_record_t
+        joint_options_t, run_from_observations, estimate_runs, arc_chain_t, estimate_chain, &
+        fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge
     use c_library
     use c_checks
     use fixture, only: check, FOLDER, make_folder
@@ -411,6 +410,7 @@ contains
         type(solution_t) :: expected
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: tests
+        type(verdict_t) :: verdict
         type(error_t), allocatable :: problem
         character(:), allocatable :: names
         integer(c_intptr_t) :: observations, fit
@@ -439,6 +439,10 @@ contains
             call check_equal(error, [item(fit, 'test_ratio', 3), item(fit, 'test_direction', 9), &
                                      item(fit, 'test_torque_factor', 1)], &
                              [tests%residuals%ratio, [tests%ellipsoid%direction], record%torque_factor], 'tests')
+            verdict = judge(set%knowledge, expected, record, tests)
+            call check_equal(error, [item(fit, 'action_kind', 1), item(fit, 'action_trim', 3), item(fit, 'action_again', 3)], &
+                             [real(verdict%action%kind, dp), merge(1.0_dp, 0.0_dp, [verdict%action%trimmed, &
+                                                                                   verdict%action%again])], 'action')
             call check_equal(error, item(fit, 'belief_undetected', 3), expected%beliefs%undetected(.false.), 'beliefs')
             if (i == 3 .or. allocated(error)) exit
             call check_equal(error, [item(fit, 'variance_factor', 1), item(fit, 'noise_level', 3), &

@@ -7,10 +7,9 @@ module test_f77
     use gracecg, only: observe, observation_set_t, moment_series_t, new_moment_series, take_measured_moments, dipole_moment, &
         solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, joint_run_t, run_from_observations, joint_options_t, &
         joint_solution_t, estimate_runs, arc_chain_t, estimate_chain, estimation_options_t, case_bound_t, bound_of_case, &
-        design_settings_t, manoeuvre_design_t, plan_manoeuvre
+        design_settings_t, manoeuvre_design_t, plan_manoeuvre, fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
-    use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_interface_general, only: INTERFACE_VERSION
     use gracecg_interface_handles, only: live_objects
     use c_checks, only: check_answer, simulated_set
@@ -289,6 +288,8 @@ contains
         type(observation_set_t) :: set(2)
         type(solution_t) :: expected
         type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: tests
+        type(verdict_t) :: verdict
         type(joint_run_t) :: runs(2)
         type(joint_solution_t) :: joint
         type(arc_chain_t) :: chain
@@ -338,6 +339,13 @@ contains
                                dble([beliefs%how_many(), beliefs%how_many(CONTRADICTED), &
                                                                           beliefs%how_many(UNTESTED)])])
         end associate
+
+        call gcact(ALGO, iobs(1), counts(1), d, t, istat, msg)
+        call diagnose(set(1)%knowledge, expected, record, tests, failure)
+        verdict = judge(set(1)%knowledge, expected, record, tests)
+        call check_answer(error, 'gcact', istat, [dble(counts(1)), d, t(:3)], &
+                          [dble(verdict%action%kind), merge(1d0, 0d0, [verdict%action%trimmed, verdict%action%again])])
+        call check(error, len_trim(msg) > 10 .and. index(verdict%action%text, trim(msg)) == 1, msg)
 
         call estimate_runs(runs, joint_options_t(), joint, failure)
         call gcjnt(2, iobs, d, cov, chi, nd, prob, icons, istat, msg)

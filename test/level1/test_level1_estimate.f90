@@ -223,6 +223,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call check_finding(error, 'l1_rod', flaws_t(wrong_rod=.true.), setup_said(), 'wrong sign of rod y')
+        call check_finding(error, 'l1_silent', flaws_t(silent_rod=.true.), setup_said(), 'the currents of rod y read zero from')
     end subroutine test_wrong_rod
 
     subroutine test_wrong_axes(error)

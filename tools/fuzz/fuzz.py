@@ -135,7 +135,7 @@ class Files:
             elif name == "gfc":
                 numbers = g.Gravity(str(file), 4).evaluate([7e6, 1e5, 2e5])[0]
             elif name == "shc":
-                numbers = g.Field("1995-01-01", str(file)).evaluate([7e6, 1e5, 2e5])
+                numbers = g.Field(str(file), "1995-01-01").evaluate([7e6, 1e5, 2e5])
             elif name == "wind":
                 numbers = g.Wind(str(file)).evaluate("1989-01-02", [7e6, 1e5, 2e5])
             elif name == "stars":
@@ -229,7 +229,7 @@ class Entries:
         observations = simulator.observe(1, 1)
         self.keep = {"object": observations, "case": case, "simulator": simulator, "observations": observations, "setup": observations.setup,
                      "fit": observations.fit("sequential"), "gravity": make.Gravity("egm96", 4),
-                     "field": make.Field("1989-01-02"), "density": make.Density("1989-01-02"), "wind": make.Wind(),
+                     "field": make.Field("igrf14", "1989-01-02"), "density": make.Density("dtm77", "1989-01-02"), "wind": make.Wind(),
                      "earth_radiation": make.EarthRadiation(), "force_model": case.force_model()}
         gone = make.Case("front-1")
         self.freed = int(self.ffi.cast("intptr_t", gone._handle))

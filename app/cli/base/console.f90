@@ -25,6 +25,7 @@ module gracecg_cli_console
         character(:), allocatable :: output     !! Captured lines of standard output
         character(:), allocatable :: messages   !! Captured lines of standard error
         integer :: status_done = 0              !! Exit status where nothing fails
+        character(16) :: commit = ''            !! Of the sources of the program; blank: not known
         logical, private :: failed = .false.    !! A write on standard output failed
         integer, private :: progress_length = 0 !! Of the progress line that is shown
         integer(i8), private :: logged = 0      !! Reading of the clock at the last line of progress without a terminal

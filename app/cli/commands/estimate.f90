@@ -5,6 +5,7 @@ module gracecg_cli_estimate
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_action, only: DO_NOT_USE
     use gracecg_estimation_arc_chain, only: USUAL_ARC, SHORTEST_ARC
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -12,6 +13,7 @@ module gracecg_cli_estimate
     use gracecg_estimation_options, only: estimation_options_t, read_options
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_estimation_solution, only: solution_t, running_estimate_t
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_estimate_results, only: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, &
         publish_estimate, write_estimate_page
     use gracecg_cli_joint, only: declare_joint_options, read_joint_options, run_joint, run_chain
@@ -47,9 +49,9 @@ contains
                                 'centre of mass to the proof-mass centre in body axes, from '// &
                                 'the observation set in the folder RUN. First stands what to do, and why: trim, '// &
                                 'leave, calibrate again, or do not use. The exit status is 1 when the '// &
-                                'estimate does not converge. Of several runs, folders or estimates '// &
-                                'saved with --format json, one offset with --algorithm optimal, and '// &
-                                'whether they agree.', &
+                                'estimate does not converge, and 3 when what to do is: do not use. Of '// &
+                                'several runs, folders or estimates saved with --format json, one offset with --algorithm '// &
+                                'optimal, and whether they agree.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call add_study_options(arguments, '--algorithm')
@@ -171,6 +173,7 @@ contains
             if (allocated(error)) return
             call judge_estimate(observations, solution, record, judged, error)
             if (allocated(error)) return
+            if (judged%verdict%action%kind == DO_NOT_USE) console%status_done = STATUS_NOT_TO_BE_USED
             call show_estimate(observations%knowledge, solution, judged, console)
             call warn(observations%knowledge, solution, console)
             if (allocated(solution%history)) call show_iterations(solution, console)

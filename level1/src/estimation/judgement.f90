@@ -2,6 +2,7 @@
 module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
+    use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_estimation_action, only: decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
@@ -64,6 +65,7 @@ contains
             'currents do not explain the attitude: B currents with the wrong sign, currents or attitude of another '// &
             'satellite or another time')
         call look_along_orbit(calibration, estimate)
+        if (calibration%has_angular) call look_for_silent_rods(estimate)
         before = size(estimate%findings)
         if (calibration%has_angular) call check_axes(setup, estimate)
         associate (correction => calibration%clock_correction)
@@ -91,6 +93,91 @@ contains
             'accelerations about an axis are zero, and the linear ones may be those of the other satellite')
         if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
+
+    !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
+    !> channels show beside the torque of all rods is as large there as the rod's torque in the rest, and small in the rest.
+    subroutine look_for_silent_rods(estimate)
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        real(dp), parameter :: SHORTEST = 5         ! s
+        real(dp), parameter :: ZERO = 1e-3_dp       ! Of the largest moment
+        real(dp), parameter :: LIKE = 0.5_dp        ! Of the rod's own
+        real(dp), parameter :: CLEARLY = 3          ! Times what is left in the rest
+        type(torque_rods_t) :: one
+        real(dp), allocatable :: left(:, :), own(:, :)
+        logical, allocatable :: silent(:)
+        real(dp) :: first, last, largest
+        integer :: i, j, k
+
+        do i = 1, size(estimate%arcs)
+            associate (arc => estimate%arcs(i), times => estimate%arcs(i)%accelerometer_time, &
+                       rods => estimate%arcs(i)%knowledge%rods)
+                left = arc%angular_acceleration
+                do j = 1, size(times)
+                    left(:, j) = left(:, j) - rod_acceleration(arc, rods, times(j), .true.)
+                end do
+                do k = 1, 3
+                    one = rods
+                    one%measured%moment(pack([1, 2, 3], [1, 2, 3] /= k), :) = 0
+                    largest = maxval(abs(one%measured%moment(k, :)))
+                    call longest_silence(one%measured%time, abs(one%measured%moment(k, :)) <= ZERO*largest, times(1), &
+                                         times(size(times)), first, last)
+                    if (last - first < SHORTEST .or. .not. largest > 0) cycle
+                    own = left
+                    do j = 1, size(times)
+                        own(:, j) = rod_acceleration(arc, one, times(j), .true.)
+                    end do
+                    silent = times >= first .and. times <= last
+                    if (count(.not. silent) < count(silent)/10 + 10) cycle
+                    if (scatter(left, silent) > max(LIKE*scatter(own, .not. silent), CLEARLY*scatter(left, .not. silent))) &
+                        call append(estimate%findings, 'the currents of rod '//AXES(k)//' read zero from '// &
+                            trim(rounded_text(first, 3))//' to '//trim(rounded_text(last, 3))//' s of span '// &
+                            integer_text(estimate%span_of(i))//', but the satellite turns as if the rod was driven: currents '// &
+                            'are missing; correct the file, or give the spans without that part')
+                end do
+            end associate
+        end do
+    end subroutine look_for_silent_rods
+
+    !> The longest part between two times in which all samples are zero; first = last: none.
+    pure subroutine longest_silence(times, zero, start, stop_time, first, last)
+        real(dp), intent(in) :: times(:), start, stop_time      !! s
+        logical, intent(in) :: zero(:)
+        real(dp), intent(out) :: first, last            !! s
+
+        real(dp) :: since
+        logical :: goes_on
+        integer :: j
+
+        first = start
+        last = start
+        goes_on = .false.
+        do j = 1, size(times)
+            if (times(j) < start .or. times(j) > stop_time) cycle
+            if (zero(j) .and. .not. goes_on) since = times(j)
+            goes_on = zero(j)
+            if (.not. goes_on) cycle
+            if (times(j) - since <= last - first) cycle
+            first = since
+            last = times(j)
+        end do
+    end subroutine longest_silence
+
+    !> How far some samples of a vector lie about their middle: medians, for spikes may be among them.
+    pure real(dp) function scatter(samples, counted)
+        real(dp), intent(in) :: samples(:, :)           !! (3, n)
+        logical, intent(in) :: counted(:)               !! (n)
+
+        real(dp) :: squares(count(counted)), chosen(count(counted))
+        integer :: axis
+
+        squares = 0
+        do axis = 1, 3
+            chosen = pack(samples(axis, :), counted)
+            squares = squares + (chosen - median_of(chosen))**2
+        end do
+        scatter = sqrt(median_of(squares))
+    end function scatter
 
     !> Signs and unit of the linear accelerations, and the tags of the orbit.
     subroutine look_along_orbit(calibration, estimate)

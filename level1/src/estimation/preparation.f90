@@ -2,7 +2,7 @@
 !> were measured, with gains and delays by the estimate, accelerations without the rods' leakage where the spans together
 !> determine it.
 !>
-!> The noise of these accelerometers rises with frequency, which the spectrum of a setup cannot say: the samples are means
+!> The noise of these accelerometers rises with frequency, which level and corner cannot say: the samples are means
 !> about every tenth epoch, whose noise is nearly white (docs/theory.md, 18.9), and the moments are smoothed likewise.
 module gracecg_level1_preparation
     use gracecg_base_kinds, only: dp

@@ -3,7 +3,8 @@
     python3 -m gracecg.pages RESULT.json PAGE.html
 
 One page stands for itself: style and figures are in it. The folder PAGE_files has each figure as SVG and each table of
-numbers behind them as CSV. The page comes last: it is whole, or it is not there.
+numbers behind them as CSV. An older page goes before they change, and the new one comes last: a page and its folder belong
+together, or there is no page.
 """
 from __future__ import annotations
 
@@ -52,11 +53,13 @@ def make_page(source: PathLike, page: PathLike) -> str:
     result = plot.load(source)
     page = pathlib.Path(page)
     if result.get("command") == "report":
+        page.unlink(missing_ok=True)
         return _report_page(Report(source), page)
     if result.get("command") not in KINDS:
         raise ValueError(f"{source}: there is no page of {result.get('command', 'what is no result of gracecg')!r}")
     template, names = KINDS[result["command"]]
     folder = page.with_name((page.stem if page.suffix == ".html" and page.stem else page.name) + "_files")
+    page.unlink(missing_ok=True)
     folder.mkdir(exist_ok=True)
     _clear(folder)
     tables = dict(result.get("tables", {}))

@@ -23,9 +23,9 @@ module gracecg_estimation_belief_tests
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_observations_parameters
     use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
     use gracecg_estimation_belief, only: is_interchange

@@ -16,7 +16,7 @@ module gracecg_estimation_noise_whitening
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, are_alike, N_POLES
     use gracecg_base_autoregression, only: autoregression_t, bridge_t, new_bridge
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_base_lanes, only: lanes_filter
@@ -171,7 +171,7 @@ contains
                 call fail(error, 'the noise level, noise_level = '//number_text(spectra(axis)%level)// &
                           ' m^2 s^-4/Hz, has to be positive')
             else
-                other = findloc([(is_alike(spectra(axis), spectra(other)) .and. all(counted .eqv. whiteners(other)%used), &
+                other = findloc([(are_alike(spectra(axis), spectra(other)) .and. all(counted .eqv. whiteners(other)%used), &
                                   other=1, axis - 1)], .true., 1)
                 if (other > 0) then
                     whiteners(axis) = whiteners(other)
@@ -185,13 +185,6 @@ contains
             if (allocated(error)) return
         end do
     end subroutine accelerometer_whiteners
-
-    !> Whether two spectra are alike but for their levels.
-    pure logical function is_alike(one, other)
-        type(noise_spectrum_t), intent(in) :: one, other
-
-        is_alike = abs(one%corner - other%corner) <= 0 .and. one%sides == other%sides
-    end function is_alike
 
     !> The whitener of noise of another level: the gains are the same.
     pure subroutine change_level(factor, whitener)
@@ -349,7 +342,7 @@ contains
         if (self%process%n /= process%n .or. size(self%epoch) /= size(epoch)) return
         if (any(self%epoch /= epoch) .or. any(self%kept .neqv. kept)) return
         same = are_equal(self%process%transition, process%transition) .and. &
-               are_equal(self%process%noise_root, process%noise_root) .and. &
+               are_equal(self%process%noise, process%noise) .and. &
                are_equal(self%process%covariance, process%covariance) .and. &
                all(abs(self%process%output - process%output) <= 0)
 
@@ -391,7 +384,7 @@ contains
             do j = 1, n
                 both(:, j) = phi_on*phi_on(j)
             end do
-            noise = matmul(process%noise_root, transpose(process%noise_root))
+            noise = process%noise
             covariance = process%covariance
             filter%log_variance = 0
             do i = 1, size(epoch)

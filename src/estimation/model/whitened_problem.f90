@@ -4,7 +4,7 @@
 module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_coloured_noise, only: noise_spectrum_t
+    use gracecg_base_coloured_noise, only: noise_spectrum_t, are_alike
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t, optimal_options_t, WAVE_GIVEN
@@ -261,7 +261,7 @@ contains
         elemental logical function same_noise(a, b)
             type(noise_spectrum_t), intent(in) :: a, b
 
-            same_noise = abs(a%level - b%level) <= 0 .and. abs(a%corner - b%corner) <= 0 .and. a%sides == b%sides
+            same_noise = abs(a%level - b%level) <= 0 .and. are_alike(a, b)
         end function same_noise
     end subroutine set_noise
 

@@ -3,6 +3,7 @@
 module gracecg_estimation_arc_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, predictors_of
+    use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_observation_set, only: observation_set_t
@@ -46,6 +47,7 @@ contains
         type(fitting_data_t) :: data
         logical, allocatable :: there(:)
         logical :: again
+        integer :: axis
 
         again = allocated(arc%own)
         if (again) before = arc%problem
@@ -60,8 +62,10 @@ contains
         associate (noise => arc%problem%noise, at => arc%problem)
             noise%star_camera_sigma = FIRST_ANGLE
             noise%second_head_sigma = [1.0_dp, FIRST_ANGLE, 1.0_dp]
-            noise%accelerometer%level = 2*at%model%interval*FIRST_LEVEL**2
-            noise%accelerometer%corner = 0
+            do axis = 1, 3
+                noise%accelerometer(axis) = noise_spectrum_t(2*at%model%interval*FIRST_LEVEL**2, 0.0_dp, &
+                                                             noise%accelerometer(axis)%sides)
+            end do
             if (.not. again) then
                 call set_noise(at, error)
                 call take_noise(at, white(FIRST_LEVEL, 3), white(FIRST_ANGULAR, 3))

@@ -100,14 +100,18 @@ contains
         type(gauss_markov_t) :: process
 
         real(dp) :: white_variance, correlation(N_POLES), variance(N_POLES)
+        type(gauss_markov_t) :: part
         integer :: i
 
         call noise%markov_form(white_variance, correlation, variance)
         process = no_process()
         do i = 1, N_POLES
-            if (.not. variance(i) > 0) cycle
-            if (-log(correlation(i))*steps*LONG_COMPARED_TO_ARC < 1) cycle
-            process = superposed(process, first_order_process(sqrt(variance(i)/white_variance), correlation(i)))
+            if (.not. abs(variance(i)) > 0) cycle
+            if (all(variance >= 0) .and. -log(abs(correlation(i)))*steps*LONG_COMPARED_TO_ARC < 1) cycle
+            part = first_order_process(sqrt(abs(variance(i))/white_variance), correlation(i))
+            part%noise = sign(part%noise, variance(i))              ! only their sum has to be a noise
+            part%covariance = sign(part%covariance, variance(i))
+            process = superposed(process, part)
         end do
     end function flicker_process
 

@@ -153,7 +153,7 @@ contains
             end if
             if (kept(i)) later(:, i) = later(:, i) + process%output*errors(i)
         end do
-        noise = matmul(process%noise_root, transpose(process%noise_root))
+        noise = process%noise
         state = matmul(process%covariance, later(:, 1))
         values(:, 1) = matmul(state, signals)
         do i = 2, size(epoch)

@@ -7,7 +7,7 @@ module gracecg_simulation_satellite
     use gracecg_spacecraft_plates, only: REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: wall_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
-    use gracecg_observations_knowledge, only: describe_noise_spectra
+    use gracecg_observations_noise_table, only: describe_noise_spectra
     use gracecg_simulation_accelerometer, only: accelerometer_t
     use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
     use gracecg_simulation_magnetometer, only: magnetometer_t
@@ -86,7 +86,7 @@ contains
         type(accelerometer_t), intent(inout) :: accelerometer
 
         call settings%group('accelerometer', 'Accelerometer: scale1 a + scale2 a^2 + scale3 a^3 + bias + '// &
-                            'noise of spectrum level (1 + corner/f)')
+                            'noise of spectrum level (1 + corner/f), or of a table')
         call settings%real_values('scale1', accelerometer%scale1, -10.0_dp, 10.0_dp, 'x, y, z')
         call settings%real_values('scale2', accelerometer%scale2, -1e6_dp, 1e6_dp, 's^2/m', unit='s^2/m')
         call settings%real_values('scale3', accelerometer%scale3, -1e9_dp, 1e9_dp, 's^4/m^2', &

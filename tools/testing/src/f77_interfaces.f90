@@ -281,6 +281,12 @@ module f77_interfaces
             double precision :: t(*), d(3, *), sig(3, *)
         end subroutine gcrunn
 
+        subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
+            character(*) :: algo, msg
+            integer :: iobs, kind, istat
+            double precision :: trim(3), again(3)
+        end subroutine gcact
+
         subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
             character(*) :: algo, msg
             integer :: iobs, ntest, ncon, nunt, istat
