@@ -71,7 +71,6 @@ module gracecg_estimation_belief_report
         real(dp) :: sigma = 0               !! Of the value
         real(dp) :: offset(3) = 0           !! With it, m
         logical :: complete = .false.       !! With it no belief is contradicted
-        real(dp) :: fitted = 0              !! The value, while it is looked for
     end type explanation_t
 
     !> All tests of one fit.

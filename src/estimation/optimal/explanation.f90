@@ -40,6 +40,14 @@ module gracecg_estimation_explanation
     real(dp), parameter :: WORST = 1e12_dp      !! Weighted squares that stand for a fit that failed
     real(dp), parameter :: HOPE = 3     !! Times the gain that a score promises, beyond which no fit is expected to come
 
+    !> A search for explanations.
+    type :: search_t
+        type(observation_set_t) :: observations     !! In which
+        type(estimation_options_t) :: options, coarse   !! Of fits, and of coarse ones
+        real(dp) :: misfit = 0                      !! Weighted squares of the fit that is contradicted
+        type(explanation_t), allocatable :: found(:)
+    end type search_t
+
 contains
 
     !> Whether fits bear out the scores that contradict a value: a score is what the likelihood gains if the fit is as
@@ -53,9 +61,7 @@ contains
         real(dp), intent(in) :: misfit      !! Of the fit that is tested; 0 when it is not known
         type(belief_report_t), intent(inout) :: report
 
-        type(observation_set_t) :: other
         type(solution_t) :: solution
-        type(error_t), allocatable :: error
         real(dp) :: value, left, gain
         integer :: i, k
 
@@ -67,10 +73,7 @@ contains
                 gain = 0
                 value = test%value
                 do k = 1, 3
-                    other = observations
-                    call apply_value(test%belief, value, other, noise_follows=.true.)
-                    call refit(other, without_tests(options), solution, left, error)
-                    left = left + left_by_lost(observations, other)
+                    call fit_under(OF_VALUE, test%belief, value, observations, without_tests(options), solution, left)
                     gain = max(gain, (misfit - left)/2)
                     if (2*gain > report%critical**2 .or. test%all_or_nothing) exit
                     value = value/2
@@ -90,14 +93,12 @@ contains
         !! Its weighted squares; huge(1.0) when it failed
         type(explanation_t), allocatable, intent(out) :: explanations(:)
 
-        type(explanation_t), allocatable :: found(:)
+        type(search_t) :: search
         type(noise_test_t), allocatable :: noises(:)
-        integer, allocatable :: order(:)
-        type(estimation_options_t) :: coarse
         real(dp) :: part
         integer :: i
 
-        allocate (found(0))
+        call begin_search(observations, options, fitted, misfit, search)
         associate (rods => observations%knowledge%rods)
             part = SEARCHED
             if (rods%count > 0) part = part + max(0.0_dp, minval(rods%activations(:rods%count)%start))
@@ -105,24 +106,24 @@ contains
         noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
         if (size(noises) > 0) then      ! all levels that are off together, named by the worst
             i = maxloc(noises%gain, 1)
-            found = [found, explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
+            search%found = [explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
                                           value=noises(i)%factor, offset=fitted%offset)]
         end if
-        coarse = coarse_options(options, fitted)
-        call try_values(observations, options, fitted, misfit, found)
+        call try_values(fitted, search)
         call try_side()
         if (observations%knowledge%duration > 2*part) then
-            call search_part(observations, options, part, misfit, found)
+            call search_part(part, search)
         else
-            call try_alterations(observations, options, coarse, misfit, found)
-            call examine_alterations(observations, options, found)
-            call try_far_values(observations, options, coarse, misfit, found)
+            call try_alterations(search)
+            call examine_alterations(search)
+            call try_far_values(search)
         end if
-        call try_relatives(observations, options, misfit, found)
-        order = by_gain(found%gain)
-        explanations = found(order)
-        if (size(found) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
-                                                               explanations%gain > 0)
+        call try_relatives(search)
+        associate (found => search%found)
+            explanations = found(by_gain(found%gain))
+        end associate
+        if (size(explanations) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
+                                                                      explanations%gain > 0)
 
     contains
 
@@ -134,13 +135,13 @@ contains
             associate (seen => fitted%field_seen, modelled => fitted%field_modelled, turn => fitted%head_turn)
                 axis = maxloc(abs(seen - modelled), 1)
                 if (is_contradicted(FIELD_AGAINST_MODEL)) then
-                    call try_value(observations, options, FIELD_BIAS(axis), seen(axis) - modelled(axis), misfit, found)
-                    call try_value(observations, options, FIELD_SCALES(axis), 1 - modelled(axis)/seen(axis), misfit, found)
+                    call try_value(FIELD_BIAS(axis), seen(axis) - modelled(axis), search)
+                    call try_value(FIELD_SCALES(axis), 1 - modelled(axis)/seen(axis), search)
                 end if
                 axis = maxloc(abs(turn), 1)
                 if (is_contradicted(HEADS_APART)) then
-                    call try_value(observations, options, MOUNTING_1(axis), -turn(axis), misfit, found)
-                    call try_value(observations, options, MOUNTING_2(axis), turn(axis), misfit, found)
+                    call try_value(MOUNTING_1(axis), -turn(axis), search)
+                    call try_value(MOUNTING_2(axis), turn(axis), search)
                 end if
             end associate
         end subroutine try_side
@@ -151,6 +152,25 @@ contains
             is_contradicted = any(fitted%noises%subject == subject .and. fitted%noises%state == CONTRADICTED)
         end function is_contradicted
     end subroutine explain
+
+    !> A search in which nothing is found yet. In coarse fits a density wave that the contradicted fit had found has its
+    !> frequency.
+    subroutine begin_search(observations, options, fitted, misfit, search)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(belief_report_t), intent(in) :: fitted
+        real(dp), intent(in) :: misfit
+        type(search_t), intent(out) :: search
+
+        search%observations = observations
+        search%options = options
+        search%misfit = misfit
+        allocate (search%found(0))
+        search%coarse = without_tests(options)
+        if (options%optimal%density_wave /= WAVE_SEARCHED .or. .not. fitted%wave_frequency > 0) return
+        search%coarse%optimal%density_wave = WAVE_GIVEN
+        search%coarse%optimal%density_wave_period = 1/fitted%wave_frequency
+    end subroutine begin_search
 
     !> Places of numbers, the largest first.
     pure function by_gain(gain) result(order)
@@ -169,81 +189,71 @@ contains
 
     !> Hypotheses that are the most likely in the beginning of an arc, fitted to the whole. Those that are tried
     !> already are left out.
-    subroutine search_part(observations, options, length, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
+    subroutine search_part(length, search)
         real(dp), intent(in) :: length      !! Of the beginning, s
-        real(dp), intent(in) :: misfit      !! Of the whole
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+        type(search_t), intent(inout) :: search
 
-        type(observation_set_t) :: part
+        type(search_t) :: part
+        type(observation_set_t) :: beginning
         type(solution_t) :: solution
-        type(error_t), allocatable :: error
-        type(explanation_t), allocatable :: likely(:)
-        type(estimation_options_t) :: coarse
         integer, allocatable :: order(:)
-        real(dp) :: part_misfit
+        real(dp) :: misfit
         integer :: i
 
-        call arc_of_run(observations, without_moments(observations%knowledge), 0.0_dp, length, part)
-        call refit(part, options, solution, part_misfit, error)
-        part_misfit = min(part_misfit, WORST)
-        allocate (likely(0))
-        coarse = coarse_options(options, belief_report_t())
+        associate (whole => search%observations)
+            call arc_of_run(whole, without_moments(whole%knowledge), 0.0_dp, length, beginning)
+        end associate
+        call refit(beginning, search%options, solution, misfit)
         if (allocated(solution%beliefs)) then
-            coarse = coarse_options(options, solution%beliefs)
-            call try_values(part, options, solution%beliefs, part_misfit, likely)
+            call begin_search(beginning, search%options, solution%beliefs, min(misfit, WORST), part)
+            call try_values(solution%beliefs, part)
+        else
+            call begin_search(beginning, search%options, belief_report_t(), min(misfit, WORST), part)
         end if
-        call try_far_values(part, options, coarse, part_misfit, likely)
-        call try_alterations(part, options, coarse, part_misfit, likely)
-        order = by_gain(likely%gain)
+        call try_far_values(part)
+        call try_alterations(part)
+        order = by_gain(part%found%gain)
         do i = 1, min(SHORTLIST, size(order))
-            associate (one => likely(order(i)))
-                if (any(found%kind == one%kind .and. found%place == one%place)) cycle
+            associate (one => part%found(order(i)))
+                if (any(search%found%kind == one%kind .and. search%found%place == one%place)) cycle
                 if (one%kind == OF_ALTERATION) then
-                    call try_alteration(observations, options, one%place, misfit, found)
+                    call try_alteration(one%place, search)
                 else
-                    call try_value(observations, options, one%place, one%value, misfit, found)
+                    call try_value(one%place, one%value, search)
                 end if
             end associate
         end do
-        call examine_alterations(observations, options, found)
+        call examine_alterations(search)
     end subroutine search_part
 
     !> The beliefs with a value whose scores are largest.
-    subroutine try_values(observations, options, fitted, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
+    subroutine try_values(fitted, search)
         type(belief_report_t), intent(in) :: fitted
-        real(dp), intent(in) :: misfit
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+        type(search_t), intent(inout) :: search
 
         integer, allocatable :: order(:)
-        integer :: i, parameter
+        integer :: i
 
         order = by_gain(abs(fitted%values%score))
         do i = 1, min(MOST_CANDIDATES, size(order))
-            if (fitted%values(order(i))%state /= CONTRADICTED) exit
-            parameter = fitted%values(order(i))%belief
-            if (is_interchange(parameter)) cycle    ! among the alterations
-            call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
+            associate (test => fitted%values(order(i)))
+                if (test%state /= CONTRADICTED) exit
+                if (.not. is_interchange(test%belief)) call try_value(test%belief, 0.0_dp, search)  ! else among the alterations
+            end associate
         end do
     end subroutine try_values
 
     !> Values from all over their range where no step leads to them from 0: a frequency of the rods that is off by a cycle
     !> of the arc, and, if nothing so far explains all, axes that are turned by tens of degrees, or that far from square.
-    subroutine try_far_values(observations, options, coarse, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options, coarse
-        real(dp), intent(in) :: misfit
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+    subroutine try_far_values(search)
+        type(search_t), intent(inout) :: search
 
         real(dp), parameter :: FAR(7) = [-0.6_dp, -0.4_dp, -0.2_dp, 0.0_dp, 0.2_dp, 0.4_dp, 0.6_dp]    ! rad, or ratio
         integer, parameter :: FAR_OFF(*) = [ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS]
         real(dp), allocatable :: frequencies(:)
         integer :: i, steps
 
-        associate (rods => observations%knowledge%rods, step => 0.25_dp/observations%knowledge%duration)
+        associate (rods => search%observations%knowledge%rods, step => 0.25_dp/search%observations%knowledge%duration)
             associate (acts => rods%activations(:rods%count))
                 steps = ceiling(FREQUENCY_RANGE*maxval([0.0_dp, acts%frequency])/step)
                 frequencies = [(step*i, i=-steps, steps)]
@@ -253,7 +263,7 @@ contains
                 end do
             end associate
         end associate
-        if (any(found%complete)) return
+        if (any(search%found%complete)) return
         do i = 1, size(FAR_OFF)
             call try_best(FAR_OFF(i), FAR)
         end do
@@ -281,7 +291,7 @@ contains
                     if (left_by(parameter, at_vertex) < left(k)) best = at_vertex
                 end if
             end if
-            call try_value(observations, options, parameter, best, misfit, found)
+            call try_value(parameter, best, search)
         end subroutine try_best
 
         !> What a coarse fit leaves; a full one where the accelerometer is turned: the wave that the contradicted fit has
@@ -292,121 +302,96 @@ contains
 
             type(observation_set_t) :: other
             type(solution_t) :: solution
-            type(error_t), allocatable :: error
 
-            other = observations
+            other = search%observations
             call apply_value(parameter, value, other)
             if (any(ACCELEROMETER_TURN == parameter)) then
-                call refit(other, without_tests(options), solution, left, error)
+                call refit(other, without_tests(search%options), solution, left)
             else
-                left = coarse_misfit(other, coarse)
+                left = coarse_misfit(other, search%coarse)
             end if
         end function left_by
     end subroutine try_far_values
 
     !> Of a value of one rod, or of all, that explains as much as anything: the other rods' and that of all, from there.
     !> Where one rod does nearly all, what is of it and what is of all is the same to the data.
-    subroutine try_relatives(observations, options, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
-        real(dp), intent(in) :: misfit
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+    subroutine try_relatives(search)
+        type(search_t), intent(inout) :: search
 
         integer, parameter :: FAMILIES(4, 3) = reshape([ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
                                                         ALL_RODS_FREQUENCY], [4, 3])
         type(explanation_t), allocatable :: best(:)
         integer :: i, k, family, belief
 
-        best = found
-        if (size(found) > 0) best = pack(found, found%kind == OF_VALUE .and. found%gain > maxval(found%gain) - SAME)
+        best = search%found
+        if (size(best) > 0) best = pack(best, best%kind == OF_VALUE .and. best%gain > maxval(best%gain) - SAME)
         do i = 1, size(best)
             do family = 1, size(FAMILIES, 2)
                 if (.not. any(FAMILIES(:, family) == best(i)%place)) cycle
                 do k = 1, size(FAMILIES, 1)
                     belief = FAMILIES(k, family)
-                    if (any(found%kind == OF_VALUE .and. found%place == belief .and. found%gain > best(i)%gain - SAME)) cycle
-                    call try_value(observations, options, belief, best(i)%value, misfit, found)
+                    associate (found => search%found)
+                        if (any(found%kind == OF_VALUE .and. found%place == belief .and. found%gain > best(i)%gain - SAME)) cycle
+                    end associate
+                    call try_value(belief, best(i)%value, search)
                 end do
             end do
         end do
     end subroutine try_relatives
 
     !> Fits a belief with a value by Newton's steps from a first value.
-    subroutine try_value(observations, options, belief, first, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
+    subroutine try_value(belief, first, search)
         integer, intent(in) :: belief
         real(dp), intent(in) :: first
-        real(dp), intent(in) :: misfit
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+        type(search_t), intent(inout) :: search
 
         type(explanation_t) :: tried
-        type(observation_set_t) :: other
         type(solution_t) :: solution
-        type(error_t), allocatable :: error
-        real(dp) :: left
+        real(dp) :: left, value
         integer :: step, i
 
-        tried%kind = OF_VALUE
-        tried%place = belief
-        tried%gain = -huge(1.0_dp)
-        tried%value = first
+        tried = explanation_t(kind=OF_VALUE, place=belief, gain=-huge(1.0_dp))
+        value = first
         do step = 1, MOST_STEPS
-            other = observations
-            call apply_value(belief, tried%value, other, noise_follows=.true.)
-            call refit(other, options, solution, left, error)
+            call fit_under(OF_VALUE, belief, value, search%observations, search%options, solution, left)
             if (.not. allocated(solution%beliefs)) exit
-            left = left + left_by_lost(observations, other)
             i = findloc(solution%beliefs%values%belief, belief, 1)
             if (i == 0) exit
-            associate (test => solution%beliefs%values(i))
-                if ((misfit - left)/2 > tried%gain .and. left < huge(1.0_dp)) then
-                    tried%gain = (misfit - left)/2
+            associate (test => solution%beliefs%values(i), gain => (search%misfit - left)/2)
+                if (gain > tried%gain .and. left < huge(1.0_dp)) then
+                    tried%gain = gain
+                    tried%value = value
                     tried%sigma = test%sigma
-                    tried%fitted = tried%value
                     tried%offset = solution%offset
                     tried%complete = .not. solution%beliefs%has_contradiction()
                 end if
                 if (.not. test%sigma > 0 .or. abs(test%value) < SETTLED*test%sigma) exit
-                if (left < huge(1.0_dp) .and. (misfit - left)/2 + HOPE*(test%value/test%sigma)**2/2 < &
-                    maxval([0.0_dp, found%gain]) - SAME) exit       ! another belief explains more
-                tried%value = tried%value + test%value
-                if (abs(tried%value) > largest_error(belief)) exit
+                if (left < huge(1.0_dp) .and. gain + HOPE*(test%value/test%sigma)**2/2 < &
+                    maxval([0.0_dp, search%found%gain]) - SAME) exit        ! another belief explains more
+                value = value + test%value
+                if (abs(value) > largest_error(belief)) exit
             end associate
         end do
-        tried%value = tried%fitted
-        if (tried%gain > 0) found = [found, tried]
+        if (tried%gain > 0) search%found = [search%found, tried]
     end subroutine try_value
 
-    !> What the epochs of the accelerometer that a delay has lost would leave in the mean: fits are compared by the same
-    !> number of samples.
-    pure real(dp) function left_by_lost(observations, other) result(left)
-        type(observation_set_t), intent(in) :: observations     !! As they are
-        type(observation_set_t), intent(in) :: other            !! Under a belief
-
-        left = 3*(size(observations%accelerometer_time) - size(other%accelerometer_time))
-    end function left_by_lost
-
     !> The alterations that leave least, by a coarse fit of each.
-    subroutine try_alterations(observations, options, coarse, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options, coarse
-        real(dp), intent(in) :: misfit
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+    subroutine try_alterations(search)
+        type(search_t), intent(inout) :: search
 
         type(observation_set_t) :: other
         real(dp) :: left(size(ALTERATIONS))
         integer :: order(size(ALTERATIONS)), i
 
         do i = 1, size(ALTERATIONS)
-            other = observations
+            other = search%observations
             call apply_alteration(i, other)
-            left(i) = coarse_misfit(other, coarse)
+            left(i) = coarse_misfit(other, search%coarse)
         end do
         order = by_gain(-left)
         do i = 1, SHORTLIST
             if (left(order(i)) > HOPELESS*left(order(1))) exit
-            call try_alteration(observations, options, order(i), misfit, found)
+            call try_alteration(order(i), search)
         end do
     end subroutine try_alterations
 
@@ -423,57 +408,35 @@ contains
         if (solution%misfit > 0) misfit = min(misfit, solution%misfit)
     end function coarse_misfit
 
-    subroutine try_alteration(observations, options, alteration, misfit, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
+    subroutine try_alteration(alteration, search)
         integer, intent(in) :: alteration       !! Place in ALTERATIONS
-        real(dp), intent(in) :: misfit
-        type(explanation_t), allocatable, intent(inout) :: found(:)
+        type(search_t), intent(inout) :: search
 
-        type(observation_set_t) :: other
         type(solution_t) :: solution
-        type(error_t), allocatable :: error
         real(dp) :: left
 
-        other = observations
-        call apply_alteration(alteration, other)
-        call refit(other, without_tests(options), solution, left, error)
-        if (.not. left < misfit) return
-        found = [found, explanation_t(kind=OF_ALTERATION, place=alteration, gain=(misfit - left)/2, offset=solution%offset)]
+        call fit_under(OF_ALTERATION, alteration, 0.0_dp, search%observations, without_tests(search%options), solution, left)
+        if (left < search%misfit) search%found = [search%found, explanation_t(kind=OF_ALTERATION, place=alteration, &
+                                                                              gain=(search%misfit - left)/2, &
+                                                                              offset=solution%offset)]
     end subroutine try_alteration
 
     !> Whether the alterations that may be the best explanation leave nothing contradicted.
-    subroutine examine_alterations(observations, options, found)
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
-        type(explanation_t), intent(inout) :: found(:)
+    subroutine examine_alterations(search)
+        type(search_t), intent(inout) :: search
 
-        type(observation_set_t) :: other
         type(solution_t) :: solution
-        type(error_t), allocatable :: error
         real(dp) :: left
         integer :: i
 
-        do i = 1, size(found)
-            if (found(i)%kind /= OF_ALTERATION .or. found(i)%gain < maxval(found%gain) - SAME) cycle
-            other = observations
-            call apply_alteration(found(i)%place, other)
-            call refit(other, options, solution, left, error)
-            if (allocated(solution%beliefs)) found(i)%complete = .not. solution%beliefs%has_contradiction()
+        do i = 1, size(search%found)
+            associate (one => search%found(i))
+                if (one%kind /= OF_ALTERATION .or. one%gain < maxval(search%found%gain) - SAME) cycle
+                call fit_under(OF_ALTERATION, one%place, 0.0_dp, search%observations, search%options, solution, left)
+                if (allocated(solution%beliefs)) one%complete = .not. solution%beliefs%has_contradiction()
+            end associate
         end do
     end subroutine examine_alterations
-
-    !> Options of coarse fits: the density wave, if the contradicted fit had found one, with its frequency.
-    pure function coarse_options(options, fitted) result(coarse)
-        type(estimation_options_t), intent(in) :: options
-        type(belief_report_t), intent(in) :: fitted
-        type(estimation_options_t) :: coarse
-
-        coarse = without_tests(options)
-        if (coarse%optimal%density_wave /= WAVE_SEARCHED .or. .not. fitted%wave_frequency > 0) return
-        coarse%optimal%density_wave = WAVE_GIVEN
-        coarse%optimal%density_wave_period = 1/fitted%wave_frequency
-    end function coarse_options
 
     !> Options of a fit whose beliefs are not tested.
     pure function without_tests(options) result(fewer)
@@ -485,13 +448,33 @@ contains
         fewer%covariance = .false.      ! nor is the fit checked
     end function without_tests
 
-    !> The fit under another belief. What it leaves: huge(1.0) when it fails altogether.
-    subroutine refit(observations, options, solution, misfit, error)
+    !> The fit under another belief. Epochs of the accelerometer that a delay loses count as they would in the mean: fits are
+    !> compared by the same number of samples.
+    subroutine fit_under(kind, place, value, observations, options, solution, left)
+        integer, intent(in) :: kind, place      !! OF_VALUE, a parameter; or OF_ALTERATION, a place in ALTERATIONS
+        real(dp), intent(in) :: value           !! Of a parameter, SI units
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(out) :: solution
+        real(dp), intent(out) :: left           !! Weighted squares
+
+        type(observation_set_t) :: other
+
+        other = observations
+        if (kind == OF_VALUE) call apply_value(place, value, other, noise_follows=.true.)
+        if (kind == OF_ALTERATION) call apply_alteration(place, other)
+        call refit(other, options, solution, left)
+        left = left + 3*(size(observations%accelerometer_time) - size(other%accelerometer_time))
+    end subroutine fit_under
+
+    !> A fit, and what it leaves: huge(1.0) when it fails altogether.
+    subroutine refit(observations, options, solution, misfit)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         real(dp), intent(out) :: misfit
-        type(error_t), allocatable, intent(out) :: error
+
+        type(error_t), allocatable :: error
 
         call estimate_optimal(observations, options, solution, error)
         misfit = huge(1.0_dp)
