@@ -115,7 +115,7 @@ module gracecg
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
         history_point_t, trace_offset
     use gracecg_estimation_run_information, only: run_information_t
-    use gracecg_estimation_saved_estimate, only: read_information, dated_offset_t, read_offsets
+    use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     ! The limit of an estimate, and the planner
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_from_text, calibration_text
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
@@ -185,7 +185,7 @@ module gracecg
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
     public :: fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge, action_t, ACTIONS
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
-    public :: estimate_runs, run_information_t, read_information
+    public :: estimate_runs, run_information_t
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     public :: offset_change_t, read_changes, dated_offset_t, read_offsets, history_settings_t, tank_series_t
     public :: new_tank_series, offset_history_t, history_point_t, trace_offset

@@ -1,11 +1,10 @@
 !> Several calibrations together: the joint estimate against the stacked batch, its statistics, its tests of
-!> agreement, and what is saved.
+!> agreement; and the history of offsets.
 module test_joint
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, YEAR => JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
-    use gracecg_files_json, only: json_writer_t
     use gracecg_environment_time, only: utc_t, utc_text, utc_plus, seconds_between, parse_utc
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
@@ -21,7 +20,7 @@ module test_joint
     use gracecg_observations_parameters
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_run_information, only: run_information_t
-    use gracecg_estimation_saved_estimate, only: put_information, information_from_json, dated_offset_t, read_offsets
+    use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
     use statistics, only: chi_square_limits
@@ -154,8 +153,6 @@ contains
         type(joint_options_t) :: asked
         type(joint_solution_t) :: joint
         type(error_t), allocatable :: failure
-        type(json_writer_t) :: writer
-        character(:), allocatable :: text
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), rhs(:)
         real(dp) :: stacked(ALL_OF_THEM, ALL_OF_THEM), side(ALL_OF_THEM), value(ALL_OF_THEM), condition
         real(dp) :: covariance(ALL_OF_THEM, ALL_OF_THEM), sigma(PARAMETERS), start(PARAMETERS, 2), information(N, N)
@@ -167,7 +164,6 @@ contains
             call open_case(NAMES(i), simulator, options, error)
             if (allocated(error)) return
             options%covariance = .false.
-            options%information = .true.
             options%optimal%estimate_within_limits = .false.    ! the parameters of the stacked batch alone
             options%optimal%estimate_scale_factors = .true.
             options%optimal%estimate_rod_gain = .true.
@@ -176,17 +172,7 @@ contains
             call estimate_optimal(observations, options, solution, failure, problem=problem)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            writer = json_writer_t()
-            call writer%begin()
-            call writer%member('command', 'estimate')
-            call writer%member('case', trim(observations%knowledge%name))
-            call writer%member('epoch_utc', utc_text(observations%knowledge%epoch))
-            call put_information(solution%information, writer)
-            call writer%end()
-            call writer%finish(text, failure)
-            call information_from_json(text, saved(i), failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            saved(i) = solution%information
 
             call with_parameters(observations%knowledge, options, problem, [OFFSET, SHARED, OWN], wider)
             call set_noise(wider, failure)
@@ -358,20 +344,18 @@ contains
     subroutine test_broken(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(run_information_t) :: information
         type(offset_change_t), allocatable :: changes(:)
         type(dated_offset_t), allocatable :: offsets(:)
         type(error_t), allocatable :: failure
         character(1), parameter :: LF = new_line('a')
         character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//LF
 
-        call information_from_json('{"command": "bound"}', information, failure)
+        call make_file(error, 'bound.json', '{"command": "bound"}')
+        call read_offsets(FOLDER//'bound.json', offsets, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'is no estimate', '--format json'])
-        call information_from_json('{"command": "estimate", "epoch_utc": "1989-02-30"}', information, failure)
+        call make_file(error, 'bound.json', '{"command": "estimate", "epoch_utc": "1989-02-30"}')
+        call read_offsets(FOLDER//'bound.json', offsets, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'day 30'])
-        call information_from_json('{"command": "estimate", "epoch_utc": "1989-02-03", "information": {"point": [1, 2]}}', &
-                                   information, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'information.point', 'optimal'])
         call make_file(error, 'changes.csv', HEAD//'1989-01-02T00:00:00,1,2,3,-1,0,0'//LF)
         call read_changes(FOLDER//'changes.csv', changes, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'changes.csv:2', 'negative'])

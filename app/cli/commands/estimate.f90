@@ -49,9 +49,8 @@ contains
                                 'centre of mass to the proof-mass centre in body axes, from '// &
                                 'the observation set in the folder RUN. First stands what to do, and why: trim, '// &
                                 'leave, calibrate again, or do not use. The exit status is 1 when the '// &
-                                'estimate does not converge, and 3 when what to do is: do not use. Of '// &
-                                'several runs, folders or estimates saved with --format json, one offset with --algorithm '// &
-                                'optimal, and whether they agree.', &
+                                'estimate does not converge, and 3 when what to do is: do not use. Of several runs, one '// &
+                                'offset with --algorithm optimal, and whether they agree.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call add_study_options(arguments, '--algorithm')
@@ -166,8 +165,7 @@ contains
         type(fit_record_t) :: record
         type(judged_t) :: judged
 
-        if (.not. allocated(error)) call estimate(request, console%format == 'json', observations, options, solution, record, &
-                                                  error)
+        if (.not. allocated(error)) call estimate(request, observations, options, solution, record, error)
         if (.not. allocated(error)) then
             if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
             if (allocated(error)) return
@@ -234,9 +232,8 @@ contains
     end subroutine read_run
 
     !> What the algorithm makes of the observations.
-    subroutine estimate(request, json, observations, options, solution, record, error)
+    subroutine estimate(request, observations, options, solution, record, error)
         type(request_t), intent(in) :: request
-        logical, intent(in) :: json             !! JSON is asked for, which tells of the fit as a page does
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(inout) :: options
         type(solution_t), intent(out) :: solution
@@ -244,7 +241,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         options%history = request%verbose
-        options%information = json .or. request%page /= ''
         call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
         if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
     end subroutine estimate

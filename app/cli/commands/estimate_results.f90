@@ -8,7 +8,6 @@ module gracecg_cli_estimate_results
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_action, only: refuse_offset, DO_NOT_USE
     use gracecg_estimation_verdict, only: verdict_t, judge
-    use gracecg_estimation_saved_estimate, only: put_information
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
     use gracecg_planning_next_manoeuvre, only: say_next_manoeuvre
@@ -421,7 +420,6 @@ contains
             call results%end()
         end if
         if (allocated(solution%beliefs)) call put_beliefs(solution%beliefs, results)
-        if (allocated(solution%information)) call put_information(solution%information, results)
         if (allocated(solution%history)) then
             call results%begin_array('history')
             do i = 1, size(solution%history)

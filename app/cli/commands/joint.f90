@@ -1,7 +1,6 @@
 !> gracecg estimate of several calibrations, or of one long run in arcs: one offset.
 module gracecg_cli_joint
     use gracecg_environment_time, only: utc_t
-    use gracecg_files_file, only: directory_exists
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
@@ -12,7 +11,6 @@ module gracecg_cli_joint
     use gracecg_observations_parameters, only: parameter_names, parameter_units
     use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
-    use gracecg_estimation_saved_estimate, only: read_information
     use gracecg_cli_work
     implicit none
     private
@@ -108,7 +106,7 @@ contains
                     pack(chain%arcs%information%epoch, chain%arcs%joined), chain%solution, console, error)
     end subroutine run_chain
 
-    !> A run from a folder of observations, or from a saved estimate.
+    !> A run from a folder of observations.
     subroutine read_run(path, options_file, run, console, error)
         character(*), intent(in) :: path, options_file
         type(joint_run_t), intent(out) :: run
@@ -119,10 +117,6 @@ contains
         type(estimation_options_t) :: options
         integer :: i
 
-        if (.not. directory_exists(path)) then
-            call read_information(path, run%information, error)
-            return
-        end if
         call read_observations(path, observations, error)
         if (.not. allocated(error) .and. options_file /= '') call read_options(options_file, options, error)
         if (allocated(error)) return

@@ -67,8 +67,6 @@ module gracecg_estimation_options
         !! Of the report's estimators this costs as much as the estimate itself. optimal and sequential have
         !! their covariance from the fit and give it in any case: they leave out the checks alone
         logical :: history = .false.    !! Keep every iteration in the solution; no key of a file
-        logical :: information = .false.
-        !! Of `optimal`: give what a joint estimate of several runs needs; no key of a file
         real(dp) :: guess_quaternion(4) = 0         !! First guess of the attitude at the epoch, inertial to body
         !! (normalised before use); 0: from the star-camera samples
         real(dp) :: guess_angular_velocity(3) = 0   !! At the epoch, body axes, rad/s; 0: from those samples

@@ -79,7 +79,7 @@ module gracecg_estimation_solution
         type(iteration_t), allocatable :: history(:)
         !! Every iteration, if the options ask for it
         type(run_information_t), allocatable :: information
-        !! For a joint estimate of several runs: of `optimal`, if the options ask for it
+        !! For a joint estimate of several runs: of `optimal`, if it was asked for its problem
         type(running_estimate_t), allocatable :: running
         !! The estimate on the way, of an estimator that filters
     end type solution_t

@@ -128,7 +128,6 @@ contains
         if (allocated(observations%knowledge%rods%measured%moment)) &
             work%greatest_moment = maxval(abs(observations%knowledge%rods%measured%moment))
         work%options = options
-        work%options%information = .true.
         work%options%history = .false.
         work%options%test_beliefs = .false.     ! nobody would read a test in every arc
         work%joint = joint

@@ -1,8 +1,4 @@
-!> Several runs, from their samples or from saved estimates, to one joint estimate.
-!>
-!> Runs with samples are linearised anew at the joint estimate until it stays; what is saved keeps the point of its
-!> own estimate. The offset and the accelerometer's parameters act linearly but for products of small numbers, so
-!> that the two differ far below a sigma (docs/validation.md).
+!> Several runs to one joint estimate, at which they are linearised anew until it stays.
 module gracecg_estimation_joint_runs
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
@@ -25,8 +21,7 @@ module gracecg_estimation_joint_runs
     !> One of the runs.
     type :: joint_run_t
         type(run_information_t) :: information    !! What it says of the parameters that are joined
-        type(solution_t) :: solution                !! Its own estimate, if there are samples
-        logical, private :: has_samples = .false.
+        type(solution_t) :: solution                !! Its own estimate
         type(operator_knowledge_t), private :: knowledge
         type(estimation_options_t), private :: options
         type(whitened_problem_t), private :: problem
@@ -42,7 +37,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         run%options = options
-        run%options%information = .true.
         call estimate_optimal(observations, run%options, run%solution, error, problem=run%problem)
         if (allocated(error)) return
         if (.not. run%solution%converged) then
@@ -51,12 +45,11 @@ contains
         end if
         run%information = run%solution%information
         run%knowledge = observations%knowledge
-        run%has_samples = .true.
     end subroutine run_from_observations
 
     !> The joint estimate. Fails as estimate_jointly does.
     subroutine estimate_runs(runs, options, solution, error)
-        type(joint_run_t), intent(inout) :: runs(:)     !! Those with samples move to the joint estimate
+        type(joint_run_t), intent(inout) :: runs(:)     !! They move to the joint estimate
         type(joint_options_t), intent(in) :: options
         type(joint_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
@@ -66,12 +59,11 @@ contains
         integer :: round, i, j
 
         call estimate_jointly(runs%information, options, solution, error)
-        if (allocated(error) .or. .not. any(runs%has_samples)) return
+        if (allocated(error)) return
         first = solution
         do round = 1, MOST_ROUNDS
             before = solution%offset
             do i = 1, size(runs)
-                if (.not. runs(i)%has_samples) cycle
                 call move_joined(runs(i)%knowledge, runs(i)%options, solution%runs(i)%point, runs(i)%problem, &
                                  runs(i)%information, error)
                 call add_context(error, trim(runs(i)%knowledge%name))

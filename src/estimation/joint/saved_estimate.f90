@@ -1,22 +1,17 @@
-!> Estimates that `gracecg estimate --format json` has written: the information of a run, and an offset with its
-!> covariance at a time.
+!> Offsets with their covariance at a time: estimates that were saved with `--format json`, or rows of a CSV file.
 module gracecg_estimation_saved_estimate
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
-    use gracecg_observations_parameters, only: parameter_names
-    use gracecg_estimation_parameters, only: JOINED
+    use gracecg_files_json, only: read_json_numbers, read_json_text
     use gracecg_estimation_offset_change, only: read_offset_rows
-    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     implicit none
     private
-    public :: put_information, read_information, information_from_json, dated_offset_t, read_offsets
+    public :: dated_offset_t, read_offsets
 
     real(dp), parameter :: MOST_OFFSET = 1      !! Of a satellite, m
-    character(*), parameter :: MEMBER = 'information'
 
     type :: dated_offset_t
         !! An offset that was estimated
@@ -26,112 +21,6 @@ module gracecg_estimation_saved_estimate
     end type dated_offset_t
 
 contains
-
-    !> Writes the information of a run as a member of an object.
-    subroutine put_information(information, writer)
-        type(run_information_t), intent(in) :: information
-        class(json_writer_t), intent(inout) :: writer
-
-        call writer%begin(MEMBER)
-        call writer%member('names', parameter_names(JOINED))
-        call writer%member('point', information%point)
-        call writer%member('matrix', information%matrix)
-        call writer%member('rhs', information%rhs)
-        call writer%member('squares', information%squares)
-        call writer%member('redundancy', information%redundancy)
-        call writer%member('estimated', merge(1.0_dp, 0.0_dp, information%estimated))
-        call writer%member('prior_sigma', information%prior_sigma)
-        call writer%member('beliefs', information%belief)
-        call writer%end()
-    end subroutine put_information
-
-    !> Reads the information of a run from a saved estimate. Fails when the file is none, or has no information:
-    !> only `optimal` gives it.
-    subroutine read_information(path, information, error)
-        character(*), intent(in) :: path        !! Of the JSON file
-        type(run_information_t), intent(out) :: information
-        type(error_t), allocatable, intent(out) :: error
-
-        type(text_file_t) :: file
-
-        call read_text_file(path, file, error)
-        if (.not. allocated(error)) call information_from_json(file%text, information, error)
-        call add_context(error, path)
-    end subroutine read_information
-
-    !> The same from a text.
-    subroutine information_from_json(text, information, error)
-        character(*), intent(in) :: text        !! Content of such a file
-        type(run_information_t), intent(out) :: information
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp) :: elements(JOINED_COUNT**2), counts(1), estimated(JOINED_COUNT), squares(1)
-        character(:), allocatable :: name
-
-        call read_estimate_head(text, information%epoch, name, error)
-        if (allocated(error)) return
-        information%name = name
-        allocate (information%rhs(JOINED_COUNT))
-        call take('point', information%point)
-        call take('matrix', elements)
-        call take('rhs', information%rhs)
-        call take('squares', squares)
-        call take('redundancy', counts)
-        call take('estimated', estimated)
-        call take('prior_sigma', information%prior_sigma)
-        call take('beliefs', information%belief)
-        if (allocated(error)) return
-        information%matrix = reshape(elements, [JOINED_COUNT, JOINED_COUNT])
-        information%squares = squares(1)
-        information%redundancy = nint(counts(1))
-        information%estimated = estimated > 0.5_dp
-        if (maxval(abs(information%matrix - transpose(information%matrix))) > 0) &
-            call fail(error, 'the matrix of the member "'//MEMBER//'" is not symmetric')
-
-    contains
-
-        subroutine take(key, values)
-            character(*), intent(in) :: key
-            real(dp), intent(out) :: values(:)
-
-            real(dp), allocatable :: found(:)
-            character(:), allocatable :: wrong
-            logical :: ok
-
-            values = 0
-            if (allocated(error)) return
-            wrong = ''
-            call read_json_numbers(text, MEMBER//'.'//key, found, ok, wrong)
-            if (ok) ok = size(found) == size(values)
-            if (ok) then
-                values = found
-            else
-                call fail(error, 'has no member "'//MEMBER//'.'//key//'" of numbers'//wrong//': a joint estimate needs what '// &
-                          'gracecg estimate --algorithm optimal --format json writes with this version')
-            end if
-        end subroutine take
-    end subroutine information_from_json
-
-    !> Name and epoch of a saved estimate.
-    subroutine read_estimate_head(text, epoch, name, error)
-        character(*), intent(in) :: text
-        type(utc_t), intent(out) :: epoch
-        character(:), allocatable, intent(out) :: name
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: value
-        logical :: ok
-
-        call read_json_text(text, 'command', value, ok)
-        if (ok) ok = value == 'estimate'
-        if (ok) call read_json_text(text, 'epoch_utc', value, ok)
-        if (.not. ok) then
-            call fail(error, 'is no estimate: save one with gracecg estimate DIR --algorithm NAME --format json')
-            return
-        end if
-        call read_json_text(text, 'case', name, ok)
-        call parse_utc(value, epoch, error)
-    end subroutine read_estimate_head
 
     !> Reads offsets with their times: one from a saved estimate (of `gracecg estimate` or `level1 estimate`), or all rows
     !> of a CSV file (read_offset_rows). Fails when the file is neither, or an offset has no covariance.
@@ -174,12 +63,19 @@ contains
         type(dated_offset_t), intent(inout) :: offset
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: name, wrong
+        character(:), allocatable :: value, wrong
         real(dp), allocatable :: values(:), elements(:), matrix(:, :)
         logical :: ok
         integer :: n
 
-        call read_estimate_head(text, offset%time, name, error)
+        call read_json_text(text, 'command', value, ok)
+        if (ok) ok = value == 'estimate'
+        if (ok) call read_json_text(text, 'epoch_utc', value, ok)
+        if (.not. ok) then
+            call fail(error, 'is no estimate: save one with gracecg estimate DIR --algorithm NAME --format json')
+            return
+        end if
+        call parse_utc(value, offset%time, error)
         if (allocated(error)) return
         wrong = ''
         call read_json_numbers(text, 'offset_m', values, ok, wrong)

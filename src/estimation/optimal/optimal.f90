@@ -74,59 +74,36 @@ contains
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
-        type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one
+        type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one; gives the information, too
         logical, intent(in), optional :: once
         !! A few steps of one fit, no wave or jump searched and no sample left out: enough to tell that a hypothesis is hopeless
 
         integer, parameter :: MOST_MOVES = 8
         real(dp), parameter :: STAYS = 0.02_dp      ! Standard deviations
         type(observation_set_t) :: believed
-        integer, allocatable :: named(:)
+        type(estimated_parameter_t), allocatable :: found(:)
+        integer, allocatable :: named(:), places(:)
         character(:), allocatable :: unknown        ! none: the options have been looked at
         real(dp), allocatable :: moved(:)
-        integer :: i, k, move
+        integer :: i, move
 
-        call estimate_as_believed(observations, options, solution, error, record, problem, once)
-        if (options%optimal%also == '' .or. allocated(error)) return
         call find_parameters(options%optimal%also, named, unknown)
         named = pack(named, acts_in_proportion(named))
         allocate (moved(size(named)), source=0.0_dp)
         believed = observations
-        do move = 1, MOST_MOVES
-            if (all([(abs(found(named(i))) < STAYS*sigma_of(named(i)), i=1, size(named))])) exit
-            do i = 1, size(named)
-                moved(i) = moved(i) + found(named(i))
-                call apply_value(named(i), found(named(i)), believed)
-            end do
+        do move = 0, MOST_MOVES
             call estimate_as_believed(believed, options, solution, error, record, problem, once)
             if (allocated(error)) return
+            places = [(findloc(solution%parameters%name, parameter_names(named(i)), 1), i=1, size(named))]
+            found = solution%parameters(places)
+            if (move == MOST_MOVES .or. all(abs(found%value) < STAYS*found%sigma)) exit
+            do i = 1, size(named)
+                call apply_value(named(i), found(i)%value, believed)
+            end do
+            moved = moved + found%value
         end do
-        do i = 1, size(named)
-            k = place_of(named(i))
-            solution%parameters(k)%value = solution%parameters(k)%value + moved(i)
-        end do
-        solution%converged = solution%converged .and. move <= MOST_MOVES
-
-    contains
-
-        !> Where a parameter stands in the solution.
-        integer function place_of(parameter)
-            integer, intent(in) :: parameter
-
-            place_of = findloc(solution%parameters%name, parameter_names(parameter), 1)
-        end function place_of
-
-        real(dp) function found(parameter)
-            integer, intent(in) :: parameter
-
-            found = solution%parameters(place_of(parameter))%value
-        end function found
-
-        real(dp) function sigma_of(parameter)
-            integer, intent(in) :: parameter
-
-            sigma_of = solution%parameters(place_of(parameter))%sigma
-        end function sigma_of
+        solution%parameters(places)%value = solution%parameters(places)%value + moved
+        solution%converged = solution%converged .and. move < MOST_MOVES
     end subroutine estimate_optimal
 
     !> The estimate with the beliefs as they are.
@@ -136,7 +113,7 @@ contains
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
-        type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one
+        type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one; gives the information, too
         logical, intent(in), optional :: once
         !! A few steps of one fit, no wave or jump searched and no sample left out: enough to tell that a hypothesis is hopeless
 
@@ -172,11 +149,11 @@ contains
         end if
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
-        if (.not. allocated(error) .and. options%information) then
+        if (.not. allocated(error) .and. present(problem)) then
             allocate (solution%information)
             call gather_information(observations%knowledge, options, fit%problem, solution%information, error)
+            problem = fit%problem
         end if
-        if (present(problem)) problem = fit%problem
         call add_context(error, 'optimal')
     end subroutine estimate_as_believed
 
