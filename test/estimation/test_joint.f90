@@ -5,7 +5,7 @@ module test_joint
     use gracecg_base_constants, only: MILLIMETRE, YEAR => JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
-    use gracecg_environment_time, only: utc_t, utc_text, utc_plus, seconds_between, parse_utc
+    use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t, find_calibration

@@ -10,7 +10,7 @@ module test_sequential
     use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, STRAIGHT_LINE
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
-    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
@@ -172,10 +172,16 @@ contains
             type(gauss_markov_t), intent(in) :: process
             real(dp), intent(out) :: value
 
+            integer :: k
+
             call prepare_filter(process, epoch, kept, filter)
-            call whiten_by_process(filter, rows, whitened)
+            whitened = rows
+            call filter%whiten(whitened)
             value = filter%log_variance
-            constants = new_constants(M, spread(1e3_dp, 1, M))
+            constants = new_constants(M)
+            do k = 1, M
+                constants%array(k, k) = 1e-3_dp
+            end do
             call constants%fold_in_all(whitened)
             value = value + constants%squares + constants%log_determinant()
         end subroutine weigh

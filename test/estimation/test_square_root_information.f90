@@ -8,7 +8,7 @@ module test_square_root_information
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_gauss_markov
     use gracecg_estimation_square_root_information
-    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
     use gracecg_estimation_linearised_samples, only: filter_problem_t, whiten_axis, gather, smooth_axis
     use fixture, only: check
     use testdrive, only: new_unittest, unittest_type, error_type
@@ -30,7 +30,6 @@ contains
         testsuite = [ &
                     new_unittest('equals-least-squares', test_least_squares), &
                     new_unittest('whitening-is-the-inverse-covariance', test_whitening), &
-                    new_unittest('filter-follows-process-and-samples', test_filter), &
                     new_unittest('equals-gaussian-posterior', test_posterior), &
                     new_unittest('every-sample-against-all-others', test_deletion), &
                     new_unittest('survives-ill-conditioning', test_ill_conditioned)]
@@ -103,7 +102,8 @@ contains
             rows(:, k) = [partials(k), observed(k)]
         end do
         call prepare_filter(process, EPOCHS, [(is_observed(k) .and. k <= last, k=0, STEPS)], filter)
-        call whiten_by_process(filter, rows, whitened)
+        whitened = rows
+        call filter%whiten(whitened)
         log_variance = filter%log_variance
         constants = new_constants(M)
         call constants%fold_in_all(whitened)
@@ -177,57 +177,13 @@ contains
             identity_rows(k, k) = 1
         end do
         call prepare_filter(example_process(), EPOCHS, [(is_observed(k), k=0, STEPS)], filter)
-        call whiten_by_process(filter, identity_rows, whitened)
+        whitened = identity_rows
+        call filter%whiten(whitened)
         associate (of_used => whitened(used + 1, :))
             call check(error, maxval(abs(matmul(of_used, transpose(of_used)) - inverse)) < 1e-11_dp, 'inverse')
         end associate
         call check(error, filter%log_variance, log_determinant, thr=1e-10_dp)
     end subroutine test_whitening
-
-    !> A filter that was of something else is that of what is asked for.
-    subroutine test_filter(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(process_filter_t) :: filter
-        type(gauss_markov_t) :: process
-        integer :: epoch(0:STEPS)
-        logical :: kept(0:STEPS)
-        integer :: k
-
-        process = example_process()
-        epoch = EPOCHS
-        kept = [(is_observed(k), k=0, STEPS)]
-        call prepare_filter(process, epoch, kept, filter)
-        kept(STEPS/2) = .not. kept(STEPS/2)
-        call compare('another sample kept')
-        epoch(STEPS) = epoch(STEPS) + 1
-        call compare('another epoch')
-        process%noise = 4*process%noise
-        call compare('another noise')
-        process%covariance = 4*process%covariance
-        call compare('another covariance')
-        process%transition = 0.9_dp*process%transition
-        call compare('another transition')
-        process%output = 3*process%output
-        call compare('another output')
-        process = no_process()
-        call compare('another number of states')
-
-    contains
-
-        subroutine compare(what)
-            character(*), intent(in) :: what
-
-            type(process_filter_t) :: fresh
-
-            if (allocated(error)) return
-            call prepare_filter(process, epoch, kept, filter)
-            call prepare_filter(process, epoch, kept, fresh)
-            call check(error, all(shape(filter%gain) == shape(fresh%gain)), what)
-            call check(error, all(abs(filter%gain - fresh%gain) <= 0) .and. &
-                                                   abs(filter%log_variance - fresh%log_variance) <= 0, what)
-        end subroutine compare
-    end subroutine test_filter
 
     !> The inverse of the covariance of the samples `used`: dense process, unit noise, constants of standard deviation
     !> `prior`; and the logarithm of its determinant, by Cholesky's factors.

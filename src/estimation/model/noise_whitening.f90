@@ -24,7 +24,7 @@ module gracecg_estimation_noise_whitening
     private
     public :: whitener_t, new_whitener, autoregressive_whitener, accelerometer_whiteners, weigh_series
     public :: row_state_t, ROW
-    public :: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
+    public :: process_filter_t, prepare_filter, nonzero_rows
 
     integer, parameter :: ROW = 4       !! Series whose next samples are whitened together
 
@@ -63,7 +63,6 @@ module gracecg_estimation_noise_whitening
         real(dp) :: log_variance = 0                !! Sum of ln F of the samples kept
     contains
         procedure :: whiten => whiten_by_filter     !! Whitens several series in place
-        procedure, private :: is_of => is_filter_of
     end type process_filter_t
 
     !> Where the filter of ROW series has got to, for whitening sample by sample.
@@ -316,54 +315,19 @@ contains
         end do
     end subroutine weigh_series
 
-    !> The filter of a process at some samples. Nothing is done if it is that already. A sample that is left out has the
-    !> gain that it would have; the next ones do not know of it.
+    !> The filter of a process at some samples. A sample that is left out has the gain that it would have; the next ones do
+    !> not know of it.
     pure subroutine prepare_filter(process, epoch, kept, filter)
         type(gauss_markov_t), intent(in) :: process
         integer, intent(in) :: epoch(:)                 !! Of the samples, in intervals, increasing
         logical, intent(in) :: kept(:)                  !! (samples)
         type(process_filter_t), intent(inout) :: filter
 
-        if (filter%is_of(process, epoch, kept)) return
         filter%process = process
         filter%epoch = epoch
         filter%kept = kept
         call find_gains(process%n, filter)
     end subroutine prepare_filter
-
-    pure logical function is_filter_of(self, process, epoch, kept) result(same)
-        class(process_filter_t), intent(in) :: self
-        type(gauss_markov_t), intent(in) :: process
-        integer, intent(in) :: epoch(:)
-        logical, intent(in) :: kept(:)
-
-        same = .false.
-        if (.not. allocated(self%gain)) return
-        if (self%process%n /= process%n .or. size(self%epoch) /= size(epoch)) return
-        if (any(self%epoch /= epoch) .or. any(self%kept .neqv. kept)) return
-        same = are_equal(self%process%transition, process%transition) .and. &
-               are_equal(self%process%noise, process%noise) .and. &
-               are_equal(self%process%covariance, process%covariance) .and. &
-               all(abs(self%process%output - process%output) <= 0)
-
-    contains
-
-        pure logical function are_equal(one, other)
-            real(dp), intent(in) :: one(:, :), other(:, :)
-
-            are_equal = all(abs(one - other) <= 0)
-        end function are_equal
-    end function is_filter_of
-
-    !> Whitens rows of observations with unit white noise. Rows that are not kept become zero.
-    pure subroutine whiten_by_process(filter, rows, whitened)
-        type(process_filter_t), intent(in) :: filter
-        real(dp), intent(in) :: rows(:, :)              !! (values, samples)
-        real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
-
-        whitened = rows
-        call filter%whiten(whitened)
-    end subroutine whiten_by_process
 
     !> The gains of a filter, n states.
     pure subroutine find_gains(n, filter)

@@ -22,7 +22,7 @@ module gracecg_estimation_disturbance_search
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
     use gracecg_estimation_square_root_information, only: constants_t
-    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
     use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, whiten_axis, gather, smooth_axis
     implicit none
     private
@@ -180,6 +180,7 @@ contains
                                   best, value)
             if (.not. current - value > needed_gain) exit
             problem%process(axis) = with_disturbance(problem%process(axis), best, problem%interval)
+            call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
             found = [found, best]
             call weigh
         end do
@@ -188,7 +189,6 @@ contains
 
         !> The likelihood of the process as it is now.
         subroutine weigh
-            call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
             call minus_two_log_likelihood(problem, axis, problem%filter(axis), others, remainder(:, :, axis), &
                                           constants, current)
         end subroutine weigh
@@ -204,7 +204,8 @@ contains
         type(constants_t), intent(out) :: constants     !! From all
         real(dp), intent(out) :: value
 
-        call whiten_by_process(filter, problem%acceleration(:, :, axis), remainder)
+        remainder = problem%acceleration(:, :, axis)
+        call filter%whiten(remainder)
         constants = others
         call constants%fold_in_all(remainder)
         value = filter%log_variance + constants%squares + constants%log_determinant()
@@ -382,16 +383,16 @@ contains
         real(dp), intent(inout) :: sigma                !! Of the tone, white noise = 1
         real(dp), intent(out) :: gain                   !! Of 2 ln L
 
-        real(dp), dimension(2, size(filter%epoch)) :: tone, whitened
+        real(dp) :: whitened(2, size(filter%epoch))
         real(dp) :: seen(size(y), 2), s(2, 2), p(2, 2), g(2), a(2), v, angle
         integer :: i, m, round
 
         m = size(y)
         do i = 1, size(filter%epoch)
             angle = TWO_PI*frequency*filter%epoch(i)*interval
-            tone(:, i) = [cos(angle), sin(angle)]
+            whitened(:, i) = [cos(angle), sin(angle)]
         end do
-        call whiten_by_process(filter, tone, whitened)
+        call filter%whiten(whitened)
         seen = matmul(remainder(:m, :), transpose(whitened))
         g = matmul(whitened, remainder(m + 1, :)) - matmul(y, seen)
         seen = matmul(transpose(root), seen)

@@ -17,7 +17,7 @@ module gracecg_estimation_linearised_samples
     use gracecg_observations_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, FORCE_SHAPES, &
         SCALE_FACTORS, FIELD_BIAS, parameter_names
     use gracecg_estimation_information, only: information_t, information_of
-    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, nonzero_rows
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_process_smoother, only: smooth_errors, smooth_signals
     use gracecg_estimation_solution, only: running_estimate_t
@@ -122,19 +122,20 @@ contains
         real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
 
         call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
-        call whiten_by_process(problem%filter(axis), problem%acceleration(:, :, axis), remainder)
+        remainder = problem%acceleration(:, :, axis)
+        call problem%filter(axis)%whiten(remainder)
     end subroutine whiten_axis
 
-    !> The samples of all axes.
+    !> The samples of all axes, by filters as they are.
     pure subroutine whiten(problem, remainder)
-        class(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(in) :: problem
         real(dp), allocatable, intent(inout) :: remainder(:, :, :)      !! (m + 1, samples, axis)
 
         integer :: axis
 
-        if (.not. allocated(remainder)) allocate (remainder(problem%m + 1, size(problem%epoch), 3))
+        remainder = problem%acceleration
         do axis = 1, 3
-            call whiten_axis(problem, axis, remainder(:, :, axis))
+            call problem%filter(axis)%whiten(remainder(:, :, axis))
         end do
     end subroutine whiten
 
@@ -231,7 +232,7 @@ contains
     !> (gracecg_estimation_process_smoother), e = u_r - u_g y and V = u_g C u_g^T, y the constants and C their covariance,
     !> that is e^2/(D - V) of a sample in use and (e/D)^2/(1/D + V/D^2) of one that is left out.
     subroutine smooth_axis(problem, axis, constants, signals, disturbance, residual, chi_square)
-        class(filter_problem_t), intent(inout) :: problem
+        class(filter_problem_t), intent(in) :: problem  !! Whitened
         integer, intent(in) :: axis    !! 1, 2, 3
         type(constants_t), intent(in) :: constants      !! After all observations
         real(dp), intent(in) :: signals(:, :)           !! Of the process' states those wanted: h, a part of it; by column
@@ -251,7 +252,6 @@ contains
         n = size(seen)
         rows = problem%acceleration([seen, problem%m + 1], :, axis)
         associate (process => problem%process(axis), kept => problem%kept(:, axis))
-            call prepare_filter(process, problem%epoch, kept, problem%filter(axis))
             call smooth_errors(problem%filter(axis), rows, information)
             errors = rows(n + 1, :) - matmul(y(seen), rows(:n, :))
             call sum_of_products(problem%m, size(problem%epoch), n, transpose(root(seen, :)), transpose(rows(:n, :)), through)

@@ -23,6 +23,7 @@ module gracecg_estimation_sequential
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, airflow_at, model_state_t, correct_state
     use gracecg_estimation_square_root_information, only: constants_t
+    use gracecg_estimation_noise_whitening, only: prepare_filter
     use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, whiten, gather, smooth_axis, &
         smooth_star_camera, SHARED, FREQUENCY, run_through_time, calibration_filter_t, begin_filter, ESTIMATED, MODEL_FIRST, &
         N_CONSTANTS, FIRST_FIT, OFFSET_PLACES
@@ -260,8 +261,12 @@ contains
 
         integer, parameter :: SEARCHED = 3      ! iteration
         real(dp) :: y(N_CONSTANTS)
+        integer :: axis
 
         problem%process = problem%known_process
+        do axis = 1, 3
+            call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
+        end do
         converged = .false.
         do iterations = 1, MOST_ITERATIONS
             call whiten(problem, filtered%remainder)

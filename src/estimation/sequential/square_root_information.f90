@@ -22,7 +22,6 @@ module gracecg_estimation_square_root_information
         integer :: n = 0                            !! Number of constants
         real(dp), allocatable :: array(:, :)        !! (n + 1, n): column i is row i of [R_y | z_y]
         real(dp) :: squares = 0                     !! Sum of the squared residuals so far
-        real(dp), allocatable, private :: row(:)    !! Workspace (n + 1)
     contains
         procedure :: fold_in
         !! Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise
@@ -38,21 +37,13 @@ module gracecg_estimation_square_root_information
 
 contains
 
-    !> Constants of which nothing is known (`sigma` absent), or which are zero with the standard
-    !> deviations given.
-    pure function new_constants(n, sigma) result(constants)
+    !> Constants of which nothing is known.
+    pure function new_constants(n) result(constants)
         integer, intent(in) :: n    !! Their number
-        real(dp), intent(in), optional :: sigma(:)    !! Standard deviations, (n)
         type(constants_t) :: constants
 
-        integer :: i
-
         constants%n = n
-        allocate (constants%array(n + 1, n), constants%row(n + 1), source=0.0_dp)
-        if (.not. present(sigma)) return
-        do i = 1, n
-            constants%array(i, i) = 1/sigma(i)
-        end do
+        allocate (constants%array(n + 1, n), source=0.0_dp)
     end function new_constants
 
     !> Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise.
@@ -60,9 +51,11 @@ contains
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: row(:)          !! (n + 1)
 
-        self%row = row
-        call fold_row(self%n, self%n + 1, self%array, self%row)
-        self%squares = self%squares + self%row(self%n + 1)**2
+        real(dp) :: left(self%n + 1)            ! of the row, by and by
+
+        left = row
+        call fold_row(self%n, self%n + 1, self%array, left)
+        self%squares = self%squares + left(self%n + 1)**2
     end subroutine fold_in
 
     !> The same with many observations: what they see of the constants (the columns that are not zero) is brought
