@@ -137,7 +137,10 @@ program tester
                                            'operator/knowledge-mends-the-samples', &
                                            'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set', &
                                            'faults/silent-rods', 'faults/weak-rods', 'faults/wrong-frequency', &
-                                           'calibration-page/no-convergence', 'commands/lines-fit']
+                                           'calibration-page/no-convergence', 'calibration-page/refused-fit', &
+                                           'commands/lines-fit', 'case-commands/what-is-next-works-as-typed', &
+                                           'level1-round-trip/changed-files', 'level1-round-trip/exactly-known', &
+                                           'level1-round-trip/edge-of-the-shadow', 'level1-estimate/held-currents-and-lag']
 
     interface
         integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
