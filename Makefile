@@ -31,9 +31,8 @@ help:
 	@echo 'All of them first install what this machine lacks to do their work (tools/setup.sh).'
 
 # fpm with the flags for this machine. Each set of flags has a build tree of its own.
-# fpm does not see that the commit has changed: it makes main.f90 anew where its digest is missing.
-FPM = fpm="$$(tools/setup.sh)" && tools/commit.sh build/commit && rm -f build/gfortran_*/gracecg/app_main.f90.o.digest && \
-	export FPM_FFLAGS="-Ibuild/commit $$(tools/flags.sh)" && "$$fpm"
+FPM = fpm="$$(tools/setup.sh)" && tools/commit.sh build/commit && \
+	export FPM_FFLAGS="$$(tools/flags.sh)" && "$$fpm"
 
 # fpm does not link a program anew when another of its commands has rebuilt the library since: the
 # programs are removed first.

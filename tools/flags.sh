@@ -34,6 +34,9 @@ fi
 if [ -n "$flags" ] && known -ffp-contract=off; then
     flags+=' -ffp-contract=off'
 fi
+if [ $# -eq 0 ] && [ -z "${PORTABLE:-}" ]; then
+    flags+=' -Ibuild/commit'    # the commit that tools/commit.sh writes; packages are of a version
+fi
 flags+=" ${FPM_FFLAGS:-}"
 read -r flags <<<"$flags" || true
 printf '%s\n' "$flags"

@@ -137,6 +137,7 @@ EOF
 # Both libraries as archive and shared, in a folder: STAGE LIBRARY FLAGS.
 build_libraries() {
     local archive objects
+    tools/commit.sh build/commit
     FPM_FFLAGS=$3 "$fpm" install --profile release --prefix "$1" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
