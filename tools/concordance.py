@@ -339,8 +339,8 @@ def row(*cells):
 HEAD = """\
 # Concordance with the report
 
-Where each piece of the report CSR-TM-00-01 stands here, by `tools/concordance.py` from `tools/concordance.txt` and the equations that
-[theory.md](theory.md) and the comments of `src/` and `test/` cite.
+Where each piece of the report CSR-TM-00-01 stands here. `tools/concordance.py` makes it from `tools/concordance.txt` and the citations in
+[theory.md](theory.md), `src/` and `test/`.
 
 An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended;
 *equivalent*, the same in another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Of the {total}:
@@ -348,8 +348,8 @@ An equation is computed as printed unless called *corrected*, a [slip](theory.md
 
 ## Sections and equations
 
-Behind the title of a section stand sections of the theory. Procedures, which the equations of a row have between them, or a module link to
-their files. Behind these stand suites of tests, which `fpm test -- SUITE` runs ("none": no test names it).
+Behind a title stand sections of the theory. Procedures or a module link to their files; behind them stand suites of tests, which
+`fpm test -- SUITE` runs ("none": no test names it).
 """
 
 
@@ -383,14 +383,14 @@ def section_cells(section, own, places, by_module):
 
 
 def together(own, places):
-    """Equations that follow one another, in at most six procedures of three modules."""
+    """Equations that follow one another, in at most eight procedures of four modules."""
     in_source, _, in_tests, _ = places
     groups, procedures = [], set()
     for e in own:
         here = {(source, name) for source, names in in_source[e.number].items() for name in names or [""]}
         joint = here | procedures
         if groups and bool(in_tests[e.number]) == bool(in_tests[groups[-1][0].number]) and \
-                len(joint) <= 6 and len({source for source, _ in joint}) <= 3:
+                len(joint) <= 8 and len({source for source, _ in joint}) <= 4:
             groups[-1].append(e)
             procedures = joint
         else:
