@@ -416,16 +416,15 @@ def equation_rows(own, places):
                 found[source] += [n for n in names if n not in found[source]]
             suites.update(dict.fromkeys(t.split(": ")[0] for t in in_tests[e.number]))
         tests = ", ".join(suites) or ("" if states == {"absent"} else "none")
-        yield (span([e.number for e in members]), "; ".join(texts + [f"*{s}*" for s in of_all]),
-               "; ".join(part for part in (source_text(found), tests) if part))
+        what = "; ".join(texts + [f"*{s}*" for s in of_all])
+        yield (f"{span([e.number for e in members])} {what}", "; ".join(part for part in (source_text(found), tests) if part))
 
 
-def section_row(members, cells, equations=("", "", "")):
+def section_row(members, cells, equations=("", "")):
     """Sections with equal cells, and the cells of equations in the same row."""
-    titles = "; ".join(f"**{s.title}**" for s in members)
-    what = [f"{titles} {cells[0]}", *(s.remark for s in members if s.remark), equations[1]]
-    name = f"**{', '.join(s.number for s in members)}** {equations[0]}"
-    return row(name.strip(), "; ".join(part for part in what if part), cells[1] or equations[2])
+    titles = "; ".join(f"{s.number} {s.title}" for s in members)
+    what = [f"**{titles}** {cells[0]}", *(s.remark for s in members if s.remark), equations[0]]
+    return row("; ".join(part for part in what if part), cells[1] or equations[1])
 
 
 def section_rows(sections, equations, places, by_module):
@@ -450,8 +449,8 @@ def section_rows(sections, equations, places, by_module):
         yield section_row(waiting, of_waiting)
 
 
-TABLES = (("figure", "Figures", ("figure", "what", "where; remark")),
-          ("table", "Tables", ("table", "what", "where; remark")),
+TABLES = (("figure", "Figures", ("figure", "where; remark")),
+          ("table", "Tables", ("table", "where; remark")),
           ("card", "Cards of MSODP (section 5.2)", ("card", "meaning", "key of the case file; remark")),
           ("value", "Numbers of sections 3.4.1, 5.2, 6.1 and 6.2", ("what", "key of the case file; remark")),
           ("name", "Programs, models and data that the report names", ("name", "what", "here; remark")))
@@ -466,8 +465,11 @@ def item_rows(items, kind):
         name = f"`{i.name}`" if kind == "card" else i.name
         rows.append((name, i.title, "; ".join(part for part in (places, remark) if part)))
     for names, titles, where in merged(rows):
-        numbered = kind in ("figure", "table") and len(names) > 1
-        yield row(f"{names[0]}-{names[-1]}" if numbered else "; ".join(names), *([] if kind == "value" else ["; ".join(titles)]), where)
+        name, title = "; ".join(names), "; ".join(titles)
+        if kind in ("figure", "table"):
+            yield row(f"{names[0]}-{names[-1]} {title}" if len(names) > 1 else f"{name} {title}", where)
+        else:
+            yield row(name, *([] if kind == "value" else [title]), where)
 
 
 def document(equations, sections, items, places, by_module):
@@ -477,7 +479,7 @@ def document(equations, sections, items, places, by_module):
     slips = next((slug(h) for n, h in headings.items() if n.startswith(SLIPS)), "")
     tested = sum(bool(places[2][n]) for n in EQUATIONS)
     yield HEAD.format(slips=slips, total=len(equations), states=states, tested=tested)
-    yield from table_head("section, equation", "what", "source; tests")
+    yield from table_head("section, equation", "source; tests")
     yield from section_rows(sections, equations, places, by_module)
     yield ""
     for kind, title, head in TABLES:
@@ -637,12 +639,12 @@ def self_test():
         text, mistakes = build(root)
         failures += [f"the clean house: {m}" for m in mistakes]
         for part in ("Of the 162:\nprinted 161, corrected 1. Named by a test: 1.",
-                     "| **2.1** | **All** [1](theory.md#1-all-of-it); `whole` |  |",
-                     "| (4-17) | what 4-17 is | [whole](../src/base/all.f90); all |",
-                     "| (4-18)-(6.1) | what 4-18 is; what 4-20 is; ",
+                     "| **2.1 All** [1](theory.md#1-all-of-it); `whole` |  |",
+                     "| (4-17) what 4-17 is | [whole](../src/base/all.f90); all |",
+                     "| (4-18)-(6.1) what 4-18 is; what 4-20 is; ",
                      "; what 2-6 is; what 2-7 is, *corrected*; ",
                      "; what 6.1 is | [whole](../src/base/all.f90); none |",
-                     "| 2.1-2.2 | Axes; More axes | `docs/theory.md`, `all: test` |"):
+                     "| 2.1-2.2 Axes; More axes | `docs/theory.md`, `all: test` |"):
             if part not in text:
                 failures.append(f"the clean house lacks: {part}")
         for number, (path, old, new, found) in enumerate(FAULTS):
