@@ -339,8 +339,7 @@ def row(*cells):
 HEAD = """\
 # Concordance with the report
 
-Where each piece of the report CSR-TM-00-01 stands here. `tools/concordance.py` makes it from `tools/concordance.txt` and the citations in
-[theory.md](theory.md), `src/` and `test/`.
+Where each piece of the report CSR-TM-00-01 stands here; made by `tools/concordance.py`.
 
 An equation is computed as printed unless called *corrected*, a [slip](theory.md#{slips}) mended;
 *equivalent*, the same in another form; *replaced*, by something else; *definition*, nothing to compute; *absent*. Of the {total}:
