@@ -7,7 +7,7 @@
 #   tools/flags.sh x86-64-v3      for a level of processors
 #
 # With -ffp-contract=off products are rounded before they are added, whether the processor could do both at once or not, so
-# that builds for different processors give the same numbers: docs/validation.md, section 6, says what it costs.
+# that builds for different processors give the same numbers.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

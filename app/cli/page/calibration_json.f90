@@ -1,5 +1,5 @@
 !> What a calibration's page shows, as members of the JSON of `gracecg estimate`: the samples, the manoeuvre, what the fit
-!> tells of itself, the verdict, and the series behind the figures. docs/user-guide.md, section 6, names the members.
+!> tells of itself, the verdict, and the series behind the figures. docs/formats.md names the members.
 module gracecg_cli_calibration_json
     use gracecg_environment_time, only: time_tag
     use gracecg_files_json, only: json_writer_t
