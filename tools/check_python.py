@@ -212,7 +212,7 @@ def check_changed_modules():
     """With Ninja, what uses a module that has changed is compiled anew."""
     with tempfile.TemporaryDirectory() as folder:
         tree = pathlib.Path(folder)
-        for name in ("CMakeLists.txt", "fpm.toml", "include", "tools/cmake"):
+        for name in ("CMakeLists.txt", "fpm.toml", "include", "tools/cmake", "tools/commit.sh"):
             (tree / name).parent.mkdir(exist_ok=True)
             (tree / name).symlink_to(ROOT / name)
         for name, text in SMALL.items():
