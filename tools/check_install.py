@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Installs gracecg into a temporary prefix and checks what a user gets.
 
-    tools/check_install.py
+    tools/check_install.py [--hwcaps]      also the library for newer processors, which takes another build
 
 Files, symbols, manual page; the programs of example/ built against the installed copy alone, run, and
 their numbers compared with those of the installed command line; no leak and no invalid access under

@@ -114,8 +114,8 @@ def make(target, *variables):
 
 
 def loader_takes_level():
-    """Whether the loader of this machine looks into LEVEL's folder; None: it is another kind of machine."""
-    if os.uname().machine != "x86_64" or not shutil.which("ldd"):
+    """Whether the loader of this machine looks into LEVEL's folder; None: it is another kind of machine, or not asked for."""
+    if "--hwcaps" not in sys.argv or os.uname().machine != "x86_64" or not shutil.which("ldd"):
         return None
     loader = re.search(r"(/\S*ld-linux-x86-64\S*)", run(["ldd", sys.executable]))
     return bool(loader and re.search(rf"{LEVEL} \(supported, searched\)", run([loader[1], "--help"])))

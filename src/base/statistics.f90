@@ -74,7 +74,7 @@ contains
 
     !> Shell's sort: D. L. Shell, Commun. ACM 2 (1959) 30-32.
     pure subroutine sort(a)
-        real(dp), intent(inout) :: a(:)
+        real(dp), intent(inout) :: a(:)     !! In any order; then increasing
 
         real(dp) :: held
         integer :: gap, i, k

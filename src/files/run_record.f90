@@ -161,8 +161,7 @@ contains
     subroutine get_provenance(command_line, inputs, commit_of_sources)
         character(:), allocatable, intent(out) :: command_line      !! Empty: no record is kept
         type(string_t), allocatable, intent(out) :: inputs(:)       !! 'run1/sca1.csv fnv1a 85944171F73967E8'
-
-        character(:), allocatable, intent(out) :: commit_of_sources     !! Empty: not known
+        character(:), allocatable, intent(out) :: commit_of_sources     !! Of the program; empty where it is not known
 
         integer :: i
 

@@ -343,10 +343,13 @@ contains
         type(level1_estimate_t) :: estimate
         type(level1_calibration_t) :: calibration
         type(console_t) :: console
-        character(:), allocatable :: path
+        character(:), allocatable :: path, whole
         integer :: status
 
         call fly(level1_settings_t(), truth, error)
+        call write_files(truth, 'l1s_unchanged', whole, error)
+        if (allocated(error)) return
+        path = whole(:len(whole) - len('unchanged'))//'changed'
         call again()
         call change('SCA1B', [5], 1.0_dp, 5e-3_dp, error, 330)
         call change('ACC1A', [7, 10], 1.0_dp, 1e-4_dp, error, 3300)
@@ -383,7 +386,7 @@ contains
     contains
 
         subroutine again()
-            if (.not. allocated(error)) call write_files(truth, 'l1s_changed', path, error)
+            call execute_command_line('rm -rf '//path//' && cp -r '//whole//' '//path)
         end subroutine again
 
         subroutine estimated()

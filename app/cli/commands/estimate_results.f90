@@ -21,7 +21,7 @@ module gracecg_cli_estimate_results
 
     !> What is made of an estimate.
     type :: judged_t
-        type(fit_diagnostics_t) :: diagnostics
+        type(fit_diagnostics_t) :: diagnostics      !! Of the fit, where there is one
         type(verdict_t) :: verdict                  !! With an action; with findings where there is a fit
     end type judged_t
 

@@ -23,7 +23,8 @@ module gracecg_level1_command_estimate
     public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_options, take_calibration
     public :: MOST_PLACES, PLACES_ARE
 
-    integer, parameter :: MOST_PLACES = 100000
+    integer, parameter :: MOST_PLACES = 100000      !! In a command
+    !> What a place is, for helps
     character(*), parameter :: PLACES_ARE = 'A PLACE is a folder with all folders in it, a bundle (.tgz, .tar), or a file, '// &
         'compressed (.gz) or not; of two releases the newer one is taken.'
 

@@ -100,7 +100,7 @@ contains
     !> All files of a place: a folder with all folders in it, where bundles stand for what they hold; a bundle; or a file. In
     !> alphabetic order of each folder. Fails when there is no such place, or a bundle cannot be read.
     recursive subroutine find_level1_files(place, paths, error, depth)
-        character(*), intent(in) :: place
+        character(*), intent(in) :: place           !! Its path
         type(string_t), allocatable, intent(inout) :: paths(:)      !! What is found stands behind what is there
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: depth      !! Of the folder below the one that was asked for; absent: 0
@@ -138,7 +138,7 @@ contains
 
     !> Whether a path is named like a bundle.
     pure logical function is_bundle(path)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path        !! Of a file that need not be there
 
         is_bundle = ends_with(path, BUNDLES)
     end function is_bundle
