@@ -47,7 +47,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call shell('rm -rf '//PLACE//' && mkdir -p '//PLACE//'/1B/deep && cp '//FOLDER//'l1_unshipped/* '//PLACE// &
-                   ' && cd '//PLACE//' && rm -f *.nml && tar czf a_1A.tgz ACC1A* && rm ACC1A*'// &
+                   ' && cd '//PLACE//' && rm -f *.nml && tar czf a_1A.tgz ACC1A* SOE.txt && rm ACC1A* SOE.txt'// &
                    ' && tar cf 1B/deep/b.tar CLK1B* MAG1B* && rm CLK1B* MAG1B* && gzip SCA1B*'// &
                    ' && for f in GNV1B*; do cp $f 1B/${f%_04.txt}_03.txt; done'// &
                    ' && f=$(ls GNI1B*) && split_at=$(grep -n "# End of YAML" $f | cut -d: -f1)'// &

@@ -8,11 +8,11 @@ module gracecg_level1_bundles
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, lower_case
-    use gracecg_files_file, only: input_stream_t, file_exists, directory_exists
+    use gracecg_files_file, only: input_stream_t, text_file_t, text_file_of, file_exists, directory_exists
     use gracecg_files_folder, only: files_in_folder
     implicit none
     private
-    public :: level1_stream_t, find_level1_files, is_bundle
+    public :: level1_stream_t, find_level1_files, is_bundle, read_packed_text
 
     abstract interface
         !> Opens a file, compressed or not; null where that fails
@@ -366,6 +366,28 @@ contains
             self%left = self%left - count
         end if
     end subroutine read_stream
+
+    !> Reads a whole text, from wherever it is. Fails as the stream does.
+    subroutine read_packed_text(path, file, error)
+        character(*), intent(in) :: path        !! Of the file, which may be in a bundle
+        type(text_file_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_stream_t) :: stream
+        character(65536) :: some
+        character(:), allocatable :: content
+        integer :: count
+
+        content = ''
+        count = 1
+        call stream%open(path, error)
+        do while (count > 0 .and. .not. allocated(error))
+            call stream%read(some, count, error)
+            content = content//some(:count)
+        end do
+        call stream%close()
+        if (.not. allocated(error)) file = text_file_of(content, path)
+    end subroutine read_packed_text
 
     !> Ends it. Does nothing when none is open.
     subroutine close_stream(self)

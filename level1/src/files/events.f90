@@ -3,7 +3,8 @@ module gracecg_level1_events
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, split_words, parse_real, parse_integer, integer_text
-    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_file, only: text_file_t
+    use gracecg_level1_bundles, only: read_packed_text
     implicit none
     private
     public :: level1_event_t, read_events, manoeuvre_spans
@@ -32,7 +33,7 @@ contains
         integer :: i, k, used
 
         allocate (events(0))
-        call read_text_file(path, file, error)
+        call read_packed_text(path, file, error)
         if (allocated(error)) return
         allocate (sorted(file%line_count()))
         used = 0
