@@ -19,6 +19,7 @@ module test_level1_parts
     use gracecg_spacecraft_moment_series, only: moment_series_t
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: check, check_fails, check_passes
+    use gracecg_level1_along_orbit, only: compare_axis
     implicit none
     private
     public :: collect_level1_parts
@@ -29,6 +30,7 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('air-and-light-of-an-axis', test_axis), &
                     new_unittest('strays', test_strays), &
                     new_unittest('heads-together', test_heads), &
                     new_unittest('axes-of-gyros', test_gyro_axes), &
@@ -197,4 +199,31 @@ contains
             end do
         end associate
     end subroutine test_steps
+
+    !> An axis that shows air and light has the sign that they have; one that shows a wave of 2e-9 m/s^2 a revolution, which is
+    !> neither, has none, whatever its phase: a simulator of another project has no light, and its days were refused.
+    subroutine test_axis(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: MINUTES = 100, PHASES = 24
+        real(dp), parameter :: REVOLUTION = 94          ! min
+        real(dp) :: times(MINUTES), phase(MINUTES), air(MINUTES), light(MINUTES), density, seen(2)
+        integer :: follows, i
+
+        times = [(60.0_dp*i, i=1, MINUTES)]
+        phase = TWO_PI*times/(60*REVOLUTION)
+        air = 3e-8_dp*(sin(phase + 0.4_dp) + 0.3_dp*cos(2*phase))
+        light = merge(1e-8_dp*cos(phase), 0.0_dp, cos(phase - 0.3_dp) > -0.4_dp)
+        do i = -1, 1, 2
+            density = -1
+            call compare_axis(times, i*(0.6_dp*air + 1.7_dp*light), air, light, density, follows, seen)
+            call check(error, follows == i .and. abs(seen(1) - 1.7_dp) < 0.01_dp, 'air and light')
+        end do
+        do i = 1, PHASES
+            density = -1
+            call compare_axis(times, 2e-9_dp*sin(phase + i*TWO_PI/PHASES), air, light, density, follows, seen)
+            call check(error, follows, 0)
+            call check(error, .not. (seen(1) > 0.05_dp .and. seen(1) > 5*seen(2)), 'light')
+        end do
+    end subroutine test_axis
 end module test_level1_parts

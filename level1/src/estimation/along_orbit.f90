@@ -30,7 +30,7 @@ module gracecg_level1_along_orbit
     use gracecg_level1_time, only: level1_clock_t
     implicit none
     private
-    public :: compare_along_orbit
+    public :: compare_along_orbit, compare_axis
 
     type :: surroundings_t
         !! Models of air and light, and the satellite in them
@@ -109,7 +109,7 @@ contains
         if (n < FEWEST) return
         density = -1
         do k = 1, 3
-            call compare(minutes(:n), seen(k, :n), air(k, :n), light(k, :n), density, calibration%follows(k), &
+            call compare_axis(minutes(:n), seen(k, :n), air(k, :n), light(k, :n), density, calibration%follows(k), &
                          calibration%light_seen(:, k))
         end do
 
@@ -205,14 +205,15 @@ contains
 
     !> What one axis says, all beside a bias and a drift, by least squares: whether air by its density and light by a factor of
     !> its own, or the opposite of both, explain it. The sigma is for residuals that hang together.
-    subroutine compare(times, seen, air, light, density, follows, light_seen)
+    subroutine compare_axis(times, seen, air, light, density, follows, light_seen)
         real(dp), intent(in) :: times(:)            !! s
         real(dp), intent(in) :: seen(:), air(:), light(:)   !! m/s^2
         real(dp), intent(inout) :: density          !! Of the air, by the model's; negative: not known, and found here
         integer, intent(out) :: follows             !! 1; -1: with the opposite sign; 0: it does not tell
         real(dp), intent(out) :: light_seen(2)      !! Factor of light, and its sigma; 0: not known
 
-        real(dp), parameter :: LEAST_SHARE = 0.5_dp     ! Of the squares, that has to be explained
+        real(dp), parameter :: LEAST_SHARE = 0.9_dp     ! Of the squares, that has to be explained: sound days 0.93 to 0.99
+        real(dp), parameter :: LEAST_LIGHT = 1/3.0_dp   ! By less the axis shows no light that could tell its sign
         real(dp), parameter :: MORE = 4             ! The opposite sign has to leave so many times as much
         type(error_t), allocatable :: error
         real(dp) :: rows(2, size(times)), normal(2, 2), rhs(2), x(2), covariance(2, 2), condition, left(size(times), -1:1), &
@@ -245,10 +246,10 @@ contains
         i = merge(1, -1, sum(left(:, 1)**2) < sum(left(:, -1)**2))
         associate (best => left(:, i))
             if (sum(best**2) > (1 - LEAST_SHARE)*sum(drifting(:, 3)**2) .or. MORE*sum(best**2) > sum(left(:, -i)**2)) return
-            follows = i
+            if (factor(i) > LEAST_LIGHT) follows = i
             together = min(0.99_dp, max(0.0_dp, sum(best(2:)*best(:n - 1))/max(sum(best**2), tiny(1.0_dp))))
             light_seen = [factor(i), sqrt(sum(best**2)/(n - 4)/max(sum(drifting(:, 2)**2), tiny(1.0_dp))* &
                                           (1 + together)/(1 - together))]
         end associate
-    end subroutine compare
+    end subroutine compare_axis
 end module gracecg_level1_along_orbit

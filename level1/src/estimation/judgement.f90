@@ -186,14 +186,15 @@ contains
 
         real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
         real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
-        real(dp), parameter :: SIGMAS = 3
+        real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Light is seen at all
         integer :: k
 
         do k = 1, 3
             if (calibration%follows(k) < 0) call append(estimate%findings, 'sign of accelerometer '//AXES(k)//': along the '// &
                 'orbit it follows air and light with the opposite sign; check accelerometer_axes, or the sign of its column')
         end do
-        associate (seen => calibration%light_seen, known => calibration%light_seen(2, :) > 0)
+        associate (seen => calibration%light_seen, known => &
+                   calibration%light_seen(2, :) > 0 .and. abs(calibration%light_seen(1, :)) > CERTAIN*calibration%light_seen(2, :))
             if (any(known)) then
                 k = minloc(seen(2, :)/max(abs(seen(1, :)), tiny(1.0_dp)), 1, mask=known)
                 if (abs(seen(1, k)) + SIGMAS*seen(2, k) < 1/MOST .or. abs(seen(1, k)) - SIGMAS*seen(2, k) > MOST) &
