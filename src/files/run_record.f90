@@ -11,7 +11,7 @@ module gracecg_files_run_record
     use gracecg_files_path, only: IDENTITY_WORDS, identity_of, is_same, is_device, remove_file, c_fclose
     implicit none
     private
-    public :: begin_record, end_record, note_input, note_file, note_hash, note_output, reserve, &
+    public :: begin_record, end_record, note_input, note_file, note_hash, has_hash, note_output, reserve, &
         take_reserved, get_provenance, add_to_hash, EMPTY_HASH, UNFINISHED, UPDATED, WRITTEN
 
     character(*), parameter :: UNFINISHED = '.part1'    !! Behind the name of a file that is being written
@@ -95,6 +95,20 @@ contains
         if (place > 0) write (files(place)%hash, '(z16.16)') hash
         !$omp end critical (gracecg_run_record)
     end subroutine note_hash
+
+    !> Whether no hash of an input is wanted any more: it is noted, or no record is kept.
+    logical function has_hash(path)
+        character(*), intent(in) :: path        !! Of the input
+
+        integer :: place
+
+        has_hash = .true.
+        if (.not. allocated(files)) return
+        !$omp critical (gracecg_run_record)
+        place = place_of(identity_of(path), [UPDATED, INPUT])
+        if (place > 0) has_hash = files(place)%hash /= ''
+        !$omp end critical (gracecg_run_record)
+    end function has_hash
 
     !> Fails when a file that is to be written would take the place of an input, or of an output of this run.
     subroutine note_output(path, error)

@@ -5,6 +5,8 @@ module test_level1_bundles
     use gracecg_base_text, only: split_words, string_t
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t
+    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_run_record, only: begin_record, end_record, get_provenance
     use gracecg_level1_bundles, only: find_level1_files, level1_stream_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_commands, only: level1_commands
@@ -28,6 +30,7 @@ contains
         testsuite = [ &
                     new_unittest('as-shipped', test_shipped), &
                     new_unittest('streams', test_streams), &
+                    new_unittest('hashes', test_hashes), &
                     new_unittest('long-names', test_long_names), &
                     new_unittest('broken-bundles', test_broken)]
     end subroutine collect_level1_bundles
@@ -107,6 +110,51 @@ contains
         end do
         call stream%close()
     end subroutine test_streams
+
+    !> Of what was read in a bundle the hash is that of the whole bundle, counted once.
+    subroutine test_hashes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_stream_t) :: stream
+        type(string_t), allocatable :: inputs(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: command_line, commit
+        character(100) :: bytes
+        integer :: i, count
+
+        call make_file(error, 'hashed.txt', 'foobar')
+        if (.not. allocated(error)) call shell('cd '//FOLDER//' && tar cf hashed.tar hashed.txt', error)
+        if (allocated(error)) return
+        call begin_record('test')
+        do i = 1, 2     ! twice: it is counted once
+            call stream%open(FOLDER//'hashed.tar/hashed.txt', failure)
+            if (.not. allocated(failure)) call stream%read(bytes, count, failure)
+        end do
+        call get_provenance(command_line, inputs, commit)
+        call end_record()
+        call check_passes(error, message_of(failure))
+        call check(error, size(inputs), 1)
+        if (allocated(error)) return
+        call check(error, index(inputs(1)%text, FOLDER//'hashed.tar fnv1a ') == 1, inputs(1)%text)
+        call check(error, hash_of(FOLDER//'hashed.tar') == inputs(1)%text(len(inputs(1)%text) - 15:), inputs(1)%text)
+
+    contains
+
+        !> That of a file read by itself.
+        function hash_of(path) result(text)
+            character(*), intent(in) :: path
+            character(16) :: text
+
+            type(text_file_t) :: file
+            type(string_t), allocatable :: alone(:)
+
+            call begin_record('test')
+            call read_text_file(path, file, failure)
+            call get_provenance(command_line, alone, commit)
+            call end_record()
+            text = alone(1)%text(len(alone(1)%text) - 15:)
+        end function hash_of
+    end subroutine test_hashes
 
     !> Names of more than 100 letters, by GNU and by POSIX, and folders in the bundle.
     subroutine test_long_names(error)

@@ -77,6 +77,7 @@ contains
         ! sigma is less than samples of white noise would have (z: 6 um).
         call check(error, size(observations%accelerometer_time) > 55 .and. size(observations%accelerometer_time) < 60, 'means')
         call check(error, .not. solution%beliefs%has_contradiction(), 'no contradiction')
+        call check(error, .not. says(solution%warnings, 'samples are missing'), 'one a second is all there are')
         call check(error, sqrt(solution%covariance(3, 3)) < 4*MICROMETRE, 'sigma')
         ! Leakage is taken out as all spans estimate it, which this sigma does not count.
         call check(error, all(abs(solution%offset - truth%case%satellite%offset) < 20*MICROMETRE), 'offset')

@@ -9,8 +9,9 @@
 !> That C library alone has `mallopt`: it is looked up when the program runs (POSIX: dlopen, dlsym), so that the program
 !> links with every C library, and without a preprocessor.
 module gracecg_cli_process
-    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funloc, c_funptr, c_int, c_intptr_t, &
-        c_null_char, c_null_funptr, c_null_ptr, c_ptr
+    use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funloc, c_funptr, c_int, c_intptr_t, &
+        c_null_funptr, c_ptr
+    use gracecg_base_dynamic_library, only: load_library, symbol_in
     use gracecg_base_text, only: string_t
     implicit none
     private
@@ -37,26 +38,12 @@ module gracecg_cli_process
     integer(c_int), parameter :: LARGE = 32*2**20       !! Arrays from here on, the most there can be, are given back as before
     integer(c_int), parameter :: KEPT = 256*2**20
     integer(c_int), parameter :: M_TRIM_THRESHOLD = -1, M_MMAP_THRESHOLD = -3       !! malloc.h of GNU
-    integer(c_int), parameter :: RTLD_LAZY = 1          !! dlfcn.h of GNU, musl, the BSDs and macOS
 
     abstract interface
         integer(c_int) function mallopt_interface(parameter, value) bind(c)
             import :: c_int
             integer(c_int), value :: parameter, value
         end function mallopt_interface
-    end interface
-
-    interface
-        type(c_ptr) function c_dlopen(file, mode) bind(c, name='dlopen')
-            import :: c_int, c_ptr
-            type(c_ptr), value :: file      !! Null: the program itself, with the libraries that it has loaded
-            integer(c_int), value :: mode
-        end function c_dlopen
-        type(c_funptr) function c_dlsym(handle, symbol) bind(c, name='dlsym')
-            import :: c_char, c_funptr, c_ptr
-            type(c_ptr), value :: handle
-            character(kind=c_char), intent(in) :: symbol(*)
-        end function c_dlsym
     end interface
 
 contains
@@ -123,9 +110,9 @@ contains
         type(c_funptr) :: found
         integer(c_int) :: status        ! 1: done; whether or not, the program works
 
-        program_itself = c_dlopen(c_null_ptr, RTLD_LAZY)
+        program_itself = load_library('')
         if (.not. c_associated(program_itself)) return
-        found = c_dlsym(program_itself, 'mallopt'//c_null_char)
+        found = symbol_in(program_itself, 'mallopt')
         if (.not. c_associated(found)) return
         call c_f_procpointer(found, mallopt)
         status = mallopt(M_MMAP_THRESHOLD, LARGE)

@@ -3,13 +3,15 @@
 !>
 !> Compressed files and bundles are read by zlib, which is loaded when the first one is opened.
 module gracecg_level1_bundles
-    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funptr, c_int, c_long, c_null_char, &
+    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_int, c_long, c_null_char, &
         c_null_ptr, c_ptr
     use gracecg_base_kinds, only: i8
+    use gracecg_base_dynamic_library, only: load_library, symbol_in
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, lower_case
     use gracecg_files_file, only: input_stream_t, text_file_t, text_file_of, file_exists, directory_exists
     use gracecg_files_folder, only: files_in_folder
+    use gracecg_files_run_record, only: has_hash
     implicit none
     private
     public :: level1_stream_t, find_level1_files, is_bundle, read_packed_text
@@ -42,20 +44,6 @@ module gracecg_level1_bundles
             import :: c_int, c_ptr
             type(c_ptr), value :: file
         end function gzclose
-    end interface
-
-    interface
-        type(c_ptr) function c_dlopen(file, mode) bind(c, name='dlopen')
-            import :: c_char, c_int, c_ptr
-            character(kind=c_char), intent(in) :: file(*)
-            integer(c_int), value :: mode
-        end function c_dlopen
-
-        type(c_funptr) function c_dlsym(library, symbol) bind(c, name='dlsym')
-            import :: c_char, c_funptr, c_ptr
-            type(c_ptr), value :: library
-            character(kind=c_char), intent(in) :: symbol(*)
-        end function c_dlsym
     end interface
 
     integer, parameter :: BLOCK = 512           !! Bytes; a tar file has whole ones
@@ -106,6 +94,7 @@ contains
         integer, intent(in), optional :: depth      !! Of the folder below the one that was asked for; absent: 0
 
         type(string_t), allocatable :: found(:), folders(:)
+        type(compressed_file_t) :: archive
         type(member_t), allocatable :: members(:)
         integer :: i, level
 
@@ -128,7 +117,7 @@ contains
         else if (.not. is_bundle(place)) then
             call append(paths, trim(place))
         else
-            call read_members(place, members, error)
+            call read_members(place, archive, members, error)
             if (allocated(error)) return
             do i = 1, size(members)
                 call append(paths, trim(place)//'/'//members(i)%name)
@@ -158,14 +147,14 @@ contains
     end function ends_with
 
     !> The files in a bundle, as its headers say (POSIX ustar; names of GNU that are longer than 100 letters, too).
-    subroutine read_members(path, members, error, wanted)
+    subroutine read_members(path, archive, members, error, wanted)
         character(*), intent(in) :: path            !! Of the bundle
+        type(compressed_file_t), intent(inout) :: archive   !! It, open
         type(member_t), allocatable, intent(out) :: members(:)
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: wanted        !! The name of one: nothing behind it is looked at
 
         integer, parameter :: LONGEST_NAME = 4096
-        type(compressed_file_t) :: archive
         type(member_t), allocatable :: more(:)
         type(member_t) :: one
         character(BLOCK) :: header
@@ -207,7 +196,6 @@ contains
             end if
             at = one%first + (one%bytes + BLOCK - 1)/BLOCK*BLOCK
         end do
-        call archive%close()
 
     contains
 
@@ -233,7 +221,6 @@ contains
         character(*), intent(in) :: path
         type(error_t), allocatable, intent(out) :: error
 
-        integer(c_int), parameter :: RTLD_LAZY = 1
         character(13), parameter :: NAMES(3) = [character(13) :: 'libz.so.1', 'libz.so', 'libz.1.dylib']
         type(input_stream_t) :: bytes
         type(c_ptr) :: library
@@ -243,14 +230,15 @@ contains
 
         call self%close()
         self%path = trim(path)
-        call bytes%open(path, error)        ! may be read; and its hash is noted
-        count = 1
-        do while (count > 0 .and. .not. allocated(error))
+        call bytes%open(path, error)        ! it may be read
+        count = merge(0, 1, has_hash(path))
+        do while (count > 0 .and. .not. allocated(error))       ! to its end, for the hash
             call bytes%read(some, count, error)
         end do
+        call bytes%close()
         if (allocated(error)) return
         do i = 1, size(NAMES)
-            library = c_dlopen(trim(NAMES(i))//c_null_char, RTLD_LAZY)
+            library = load_library(NAMES(i))
             if (c_associated(library)) exit
         end do
         if (.not. c_associated(library)) then
@@ -258,10 +246,10 @@ contains
                       'or unpack the file')
             return
         end if
-        call c_f_procpointer(c_dlsym(library, 'gzopen'//c_null_char), open_file)
-        call c_f_procpointer(c_dlsym(library, 'gzread'//c_null_char), self%read_bytes)
-        call c_f_procpointer(c_dlsym(library, 'gzseek'//c_null_char), self%seek)
-        call c_f_procpointer(c_dlsym(library, 'gzclose'//c_null_char), self%close_file)
+        call c_f_procpointer(symbol_in(library, 'gzopen'), open_file)
+        call c_f_procpointer(symbol_in(library, 'gzread'), self%read_bytes)
+        call c_f_procpointer(symbol_in(library, 'gzseek'), self%seek)
+        call c_f_procpointer(symbol_in(library, 'gzclose'), self%close_file)
         self%file = open_file(self%path//c_null_char, 'rb'//c_null_char)
         if (.not. c_associated(self%file)) call fail(error, self%path//': cannot be opened; check that you may read it')
     end subroutine open_compressed
@@ -330,7 +318,7 @@ contains
             end if
             return
         end if
-        call read_members(path(:slash), members, error, path(slash + 2:))
+        call read_members(path(:slash), self%compressed, members, error, path(slash + 2:))
         if (allocated(error)) return
         i = size(members)       ! the one that is wanted, if it is there
         if (i > 0) then
@@ -338,11 +326,11 @@ contains
         end if
         if (i == 0) then
             call fail(error, trim(path)//': no such file in the bundle')
+            call self%close()
             return
         end if
         self%left = members(i)%bytes
-        call self%compressed%open(path(:slash), error)
-        if (.not. allocated(error)) call self%compressed%read(members(i)%first, nothing, count, error)
+        call self%compressed%read(members(i)%first, nothing, count, error)
     end subroutine open_stream
 
     !> The next bytes, as many as the text holds; fewer at the end of the file alone.

@@ -11,6 +11,8 @@ module gracecg_level1_folder
     private
     public :: level1_folder_t, open_level1_folder
 
+    integer, parameter :: RELEASE_AT = 21       !! Where the release stands in a name: 04 of ACC1A_2023-06-01_C_04.txt
+
     type :: level1_folder_t
         !! The files of one satellite, of one day or several, and the calibration histories
         character(:), allocatable :: places    !! As the user gave them
@@ -150,26 +152,24 @@ contains
         type(level1_folder_t), intent(inout) :: files
 
         integer, parameter :: STEM = 19     ! ACC1A_2023-06-01_C: what tells one file from all others but its releases
-        logical :: stays(size(files%paths))
+        character(80) :: names(size(files%paths))
+        character(2) :: release(size(names))
+        logical :: stays(size(names)), binary(size(names)), alike(size(names))
         type(string_t), allocatable :: kept(:)
-        character(:), allocatable :: one, other, newer
-        integer :: i, k, left_out
+        character(:), allocatable :: newer
+        integer :: i, left_out
 
-        stays = .true.
+        names = [character(80) :: (name_of(files%paths(i)%text), i=1, size(names))]
+        release = names(:)(RELEASE_AT:RELEASE_AT + 1)
+        binary = [(is_binary(names(i)), i=1, size(names))]
         left_out = 0
-        do i = 1, size(stays)
-            one = name_of(files%paths(i)%text)
-            do k = 1, size(stays)
-                other = name_of(files%paths(k)%text)
-                if (one(:min(STEM, len(one))) /= other(:min(STEM, len(other)))) cycle
-                if (release_of(one) < release_of(other)) then
-                    if (stays(i)) left_out = left_out + 1
-                    if (stays(i) .and. left_out == 1) newer = one//' has the newer release '//other
-                    stays(i) = .false.
-                else if (release_of(one) == release_of(other) .and. is_binary(one) .and. .not. is_binary(other)) then
-                    stays(i) = .false.
-                end if
-            end do
+        do i = 1, size(names)
+            alike = names(:)(:STEM) == names(i)(:STEM)
+            stays(i) = .not. any(alike .and. (release > release(i) .or. (release == release(i) .and. binary(i) .and. .not. binary)))
+            if (.not. any(alike .and. release > release(i))) cycle
+            left_out = left_out + 1
+            if (left_out == 1) newer = trim(names(i))//' has the newer release '// &
+                trim(names(findloc(alike .and. release == maxval(release, mask=alike), .true., 1)))
         end do
         if (left_out == 1) call append(files%warnings, newer//', which is taken')
         if (left_out > 1) call append(files%warnings, newer//', which is taken; so it is with '//integer_text(left_out - 1)// &
@@ -180,16 +180,6 @@ contains
         end do
         call move_alloc(kept, files%paths)
     end subroutine keep_newest
-
-    !> The release in a name: 04 of ACC1A_2023-06-01_C_04.txt.
-    pure character(2) function release_of(name)
-        character(*), intent(in) :: name
-
-        integer, parameter :: FIRST = 21
-
-        release_of = ''
-        if (len(name) > FIRST) release_of = name(FIRST:FIRST + 1)
-    end function release_of
 
     !> Whether a name is that of a binary file.
     pure logical function is_binary(name)
