@@ -212,8 +212,8 @@ contains
         integer, intent(out) :: follows             !! 1; -1: with the opposite sign; 0: it does not tell
         real(dp), intent(out) :: light_seen(2)      !! Factor of light, and its sigma; 0: not known
 
-        real(dp), parameter :: LEAST_SHARE = 0.9_dp     ! Of the squares, that has to be explained: sound days 0.93 to 0.99
-        real(dp), parameter :: LEAST_LIGHT = 1/3.0_dp   ! By less the axis shows no light that could tell its sign
+        real(dp), parameter :: LEAST_SHARE = 0.9_dp     ! Of the squares, that has to be explained: own sound days 0.937 to 0.996
+        real(dp), parameter :: LEAST_LIGHT = 1/3.0_dp   ! Factor: by less the axis shows no light that could tell its sign
         real(dp), parameter :: MORE = 4             ! The opposite sign has to leave so many times as much
         type(error_t), allocatable :: error
         real(dp) :: rows(2, size(times)), normal(2, 2), rhs(2), x(2), covariance(2, 2), condition, left(size(times), -1:1), &

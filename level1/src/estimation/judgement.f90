@@ -99,6 +99,7 @@ contains
     subroutine look_for_silent_rods(estimate)
         type(level1_estimate_t), intent(inout) :: estimate
 
+        ! Chosen: two spoiled days (four60, dirty) are told, 18 sound ones are not
         real(dp), parameter :: SHORTEST = 5         ! s
         real(dp), parameter :: ZERO = 1e-3_dp       ! Of the largest moment
         real(dp), parameter :: LIKE = 0.5_dp        ! Of the rod's own
@@ -186,7 +187,7 @@ contains
 
         real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
         real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
-        real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Light is seen at all
+        real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Chosen: light is seen at all
         integer :: k
 
         do k = 1, 3
