@@ -78,7 +78,7 @@ installed_files() {
 
 # The library's dependencies, as the linker wants them.
 dependencies() {
-    printf '%s -lgfortran -lgomp -lm' "$(pkg-config --libs openblas | sed 's/ *$//')"
+    printf '%s -lgfortran -lgomp -lm -ldl' "$(pkg-config --libs openblas | sed 's/ *$//')"
 }
 
 # The way from one folder to another, so that the installed tree can be moved.

@@ -10,7 +10,7 @@ function(compile_as_here target folder)
         "$<$<COMPILE_LANG_AND_ID:Fortran,GNU,LLVMFlang>:-ffp-contract=off>"
         "$<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-fimplicit-none>")
     target_include_directories(${target} PRIVATE ${modules} ${level1_modules} ${PROJECT_BINARY_DIR}/program)
-    target_link_libraries(${target} PRIVATE LAPACK::LAPACK OpenMP::OpenMP_Fortran)
+    target_link_libraries(${target} PRIVATE LAPACK::LAPACK OpenMP::OpenMP_Fortran ${CMAKE_DL_LIBS})
     get_target_property(type ${target} TYPE)
     if(NOT top AND type STREQUAL "STATIC_LIBRARY")  # a linker of C in the project around it needs Fortran's run-time library
         set(run_time ${CMAKE_Fortran_IMPLICIT_LINK_LIBRARIES})
