@@ -217,6 +217,16 @@ contains
         call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
                    index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
                    console%messages)
+        if (allocated(error)) return
+        ! Where the samples tell leakage from d, a-priori leakage that is asked for is no fault of theirs.
+        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, estimate%solutions(1)%separable, 'leakage is separable')
+        call estimate_level1(calibration, setup_said(), 'prior', estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, estimate%solutions(1)%separable .and. estimate%solutions(1)%leakage == 'a priori', 'as asked')
     end subroutine test_one_place
 
     subroutine test_wrong_rod(error)

@@ -61,6 +61,11 @@ contains
         values(2, 77) = values(2, 77) - 20
         call find_strays(times, values, 0.01_dp, stray)
         call check(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')
+        if (allocated(error)) return
+        values(1, 150:151) = values(1, 150:151) + [30, 25]
+        values(2, 270:271) = values(2, 270:271) + [40, -40]
+        call find_strays(times, values, 0.01_dp, stray)
+        call check(error, count(stray) == 8 .and. all(stray([150, 151, 270, 271])), 'side by side, too')
     end subroutine test_strays
 
     !> Two heads across each other, noisy about their boresights, one of them turned by 1e-3 rad and away half of the

@@ -287,19 +287,21 @@ contains
 
         associate (first => estimate%solutions(1))
             call console%line('')
-            select case (first%leakage)
-            case ('estimated')
+            if (first%leakage == 'estimated') then
                 call console%line('leakage of the rods is estimated with d (condition '// &
                                   trim(rounded_text(first%condition, 3))//'): at most '// &
                                   trim(rounded_text(maxval(abs(first%leak)), 3))//' m/s^2/mA and '// &
                                   trim(rounded_text(maxval(abs(first%leak_rate)), 3))//' m/s^2/(mA/s)')
-            case default
+            else if (first%separable) then
+                call console%paragraph('leakage of the rods is not estimated, as --leakage prior says: the sigma is that with '// &
+                                       'the a-priori leakage (estimated, it would be '//um(first%sigma_free)//' um)')
+            else
                 call console%paragraph('leakage of the rods and d are not separable with these spans: the sigma is that '// &
                                        'with the a-priori leakage (without leakage it would be '// &
                                        um(first%sigma_alone)//' um, with leakage left free '//um(first%sigma_free)// &
                                        ' um). The data determine least: '//trim(first%weakest)//'. Spans half a revolution '// &
                                        'apart, where the field is opposite, separate them.')
-            end select
+            end if
             if (first%degrees > 0) call console%line('the spans about the result: chi square '// &
                 trim(rounded_text(first%chi_square, 3))//' with '//integer_text(first%degrees)//' degrees of freedom')
         end associate

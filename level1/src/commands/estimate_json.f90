@@ -35,6 +35,7 @@ contains
         associate (first => estimate%solutions(1))
             call results%member('remark', trim(offset_remark(first%offset)))
             call results%member('leakage', trim(first%leakage))
+            call results%member('leakage_separable', first%separable)
             call results%member('leakage_sigma_m_s2_ma', first%leak_sigma)
             call results%member('leakage_rate_sigma_m_s_ma', first%leak_rate_sigma)
             call results%member('determined_least', trim(first%weakest))

@@ -39,10 +39,9 @@ contains
         end do
         call symmetric_eigen(scaled, values, vectors, failure)
         solution%condition = huge(1.0_dp)
-        if (allocated(failure)) then
-            solution%leakage = 'a priori'
-            return
-        end if
+        solution%leakage = 'a priori'
+        solution%separable = .false.
+        if (allocated(failure)) return
         if (values(1) > values(n)*epsilon(1.0_dp)) solution%condition = values(n)/values(1)
         solution%weakest = direction_text(vectors(:, 1), rods)
         with_prior = normal
@@ -55,14 +54,8 @@ contains
         solution%sigma_free = huge(1.0_dp)
         call solve_normal_equations(normal, rhs, x, covariance, condition, failure)
         if (.not. allocated(failure)) solution%sigma_free = sqrt([(covariance(i, i), i=1, 3)])
-        select case (leakage)
-        case ('prior')
-            solution%leakage = 'a priori'
-        case default
-            solution%leakage = 'estimated'
-            if (solution%condition > WORST_CONDITION .or. any(solution%sigma_free > UNDECIDED*bounded)) &
-                solution%leakage = 'a priori'
-        end select
+        solution%separable = solution%condition <= WORST_CONDITION .and. all(solution%sigma_free <= UNDECIDED*bounded)
+        if (leakage == 'estimate' .and. solution%separable) solution%leakage = 'estimated'
     end subroutine judge_leakage
 
     !> The largest parts of a direction of the parameters.

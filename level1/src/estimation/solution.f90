@@ -10,6 +10,7 @@ module gracecg_level1_solution
         !! An offset with what it rests on
         character(12) :: source = ''                    !! Of LEVEL1_SOURCES
         character(12) :: leakage = ''                   !! estimated or a priori
+        logical :: separable = .false.                  !! Whether the samples tell leakage from d
         real(dp) :: offset(3) = 0                       !! d, m, SRF
         real(dp) :: covariance(3, 3) = 0                !! m^2
         real(dp) :: leak(3, 3) = 0, leak_sigma(3, 3) = 0            !! L: axis, rod; m/s^2/mA

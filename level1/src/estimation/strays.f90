@@ -10,9 +10,9 @@ module gracecg_level1_strays
 
 contains
 
-    !> Which samples are spikes: each is compared with the cubic through its four nearest neighbours, and what is off by more
-    !> than 20 times the noise, or what is usual there, is one. A step, off alike on both sides, is none; the fit itself edits
-    !> what is less far off.
+    !> Which samples are spikes: each is compared with the cubic through its four nearest neighbours. Where one is off by more
+    !> than 20 times the noise, or what is usual there, one sample is looked for, or two side by side, without which all others
+    !> there follow their neighbours. At a step there is none; the fit itself edits what is less far off.
     pure subroutine find_strays(times, values, noise, stray)
         real(dp), intent(in) :: times(:)            !! Rising, s
         real(dp), intent(in) :: values(:, :)        !! Component, sample
@@ -20,37 +20,73 @@ contains
         logical, intent(out) :: stray(:)            !! (samples)
 
         real(dp), parameter :: LIMIT = 20
-        real(dp), parameter :: MORE = 1.25_dp       ! Times both neighbours: a spike 3/2, a step 1
-        real(dp), parameter :: LONGEST = 8          ! Intervals from the first to the last neighbour
+        integer, parameter :: WIDEST = 2            ! Samples in a row: without three, a cubic goes smoothly over a step
         integer, parameter :: MOST_ROUNDS = 10
+        integer, allocatable :: left(:)             ! Samples that are no strays
+        real(dp), allocatable :: t(:), x(:)         ! Theirs
+        logical, allocatable :: suspicious(:)
         real(dp) :: usual
-        real(dp) :: off(size(times)), expected(1)
-        integer, allocatable :: left(:)
-        logical, allocatable :: here(:)
-        integer :: component, i, n, round
+        integer :: component, round, width, i, n
 
         stray = .false.
         if (size(times) < 7) return
         usual = median_of(times(2:) - times(:size(times) - 1))
         do component = 1, size(values, 1)
-            do round = 1, MOST_ROUNDS
+            width = 1
+            do round = 1, MOST_ROUNDS*WIDEST
                 left = pack([(i, i=1, size(times))], .not. stray)
                 n = size(left)
                 if (n < 7) return
-                off = 0
-                do i = 3, n - 2
-                    if (times(left(i + 2)) - times(left(i - 2)) > LONGEST*usual) cycle      ! a gap
-                    associate (others => [left(i - 2:i - 1), left(i + 1:i + 2)])
-                        call interpolate(times(others), values([component], others), times(left(i)), expected)
-                    end associate
-                    off(i) = abs(values(component, left(i)) - expected(1))
+                t = times(left)
+                x = values(component, left)
+                suspicious = is_spike([(misfit(t, x, usual, i, i, i), i=1, n)], noise, LIMIT)
+                do i = 1, n - width + 1
+                    if (.not. any(suspicious(i:i + width - 1))) cycle
+                    if (explains(t, x, usual, i, i + width - 1)) stray(left(i:i + width - 1)) = .true.
                 end do
-                here = is_spike(off(:n), noise, LIMIT)
-                here(2:n - 1) = here(2:n - 1) .and. off(2:n - 1) > MORE*max(off(:n - 2), off(3:n))
-                here([1, n]) = .false.
-                if (.not. any(here)) exit
-                stray(pack(left, here)) = .true.
+                if (count(stray) == size(times) - n) width = width + 1
+                if (width > WIDEST .or. .not. any(suspicious)) exit
             end do
         end do
     end subroutine find_strays
+
+    !> Whether samples in a row are off, and those about them, without them, are not.
+    pure logical function explains(times, values, usual, first, last)
+        real(dp), intent(in) :: times(:), values(:)
+        real(dp), intent(in) :: usual               !! Interval, s
+        integer, intent(in) :: first, last
+
+        real(dp), parameter :: REST = 0.25_dp       ! Of what they are off themselves; at a step 0.4 and more
+        real(dp) :: off(first - 2:last + 2)
+        integer :: i
+
+        off = 0
+        do i = max(1, first - 2), min(size(times), last + 2)
+            off(i) = misfit(times, values, usual, i, first, last)
+        end do
+        explains = maxval(off(first:last)) > 0 .and. &
+                   max(maxval(off(:first - 1)), maxval(off(last + 1:))) <= REST*maxval(off(first:last))
+    end function explains
+
+    !> How far a sample is off the cubic through its four nearest neighbours, leaving some out; 0 at ends and gaps.
+    pure real(dp) function misfit(times, values, usual, place, first, last)
+        real(dp), intent(in) :: times(:), values(:)
+        real(dp), intent(in) :: usual               !! Interval, s
+        integer, intent(in) :: place                !! Of the sample
+        integer, intent(in) :: first, last          !! Left out
+
+        real(dp), parameter :: LONGEST = 8          ! Intervals from the first to the last neighbour
+        real(dp) :: expected(1)
+        integer, allocatable :: others(:)
+        integer :: i, before
+
+        misfit = 0
+        others = pack([(i, i=place - 6, place + 6)], [(i /= place .and. (i < first .or. i > last), i=place - 6, place + 6)])
+        before = count(others < place)
+        others = others(before - 1:before + 2)
+        if (others(1) < 1 .or. others(4) > size(times)) return
+        if (times(others(4)) - times(others(1)) > LONGEST*usual) return     ! a gap
+        call interpolate(times(others), reshape(values(others), [1, 4]), times(place), expected)
+        misfit = abs(values(place) - expected(1))
+    end function misfit
 end module gracecg_level1_strays

@@ -104,7 +104,7 @@ contains
             knowledge%inertia = setup%inertia
             knowledge%accelerometer_interval = interval
             knowledge%star_camera_interval = median_of(span%attitude_time(2:) - span%attitude_time(:size(span%attitude_time) - 1))
-            knowledge%magnetometer_interval = knowledge%star_camera_interval
+            knowledge%magnetometer_interval = maxval(span%attitude_time(2:) - span%attitude_time(:size(span%attitude_time) - 1))
             knowledge%mounting = spread(NO_TURN, 2, size(knowledge%mounting, 2))
             knowledge%camera = 0
             knowledge%accelerometer_noise%sides = ONE_SIDED
