@@ -137,7 +137,7 @@ def build():
     if not PYTHON.exists():
         run(sys.executable, "-m", "venv", VENV)
     run(PYTHON, "-m", "pip", "install", "-q", "scikit-build-core", "cmake", "ninja", "cffi", "numpy", "pytest",
-        "jinja2", "matplotlib")
+        "jinja2", "matplotlib", "distributed")
     run(PYTHON, "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps", "--force-reinstall",
         "-C", f"build-dir={TREE}", "-C", "cmake.build-type=None", "-C", "cmake.define.CMAKE_Fortran_FLAGS=-O0", ROOT)
 

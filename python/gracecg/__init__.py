@@ -14,7 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import plot, report
+    from . import distributed, plot, report
     from ._library import GracecgError
     from .calibration import (Action, Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
                               MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 __all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
            "Setup", "Simulator", "Solution", "Utc", "Wind", "algorithms", "case_names", "estimate_joint",
-           "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]
+           "distributed", "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
 
 
 def __getattr__(name: str) -> Any:
     """The public names, found when they are first used: pages and figures do without the shared library."""
-    if name in ("plot", "report"):
+    if name in ("distributed", "plot", "report"):
         return importlib.import_module("." + name, __name__)
     if name == "__version__":
         library = importlib.import_module("._library", __name__)
