@@ -5,7 +5,7 @@ module gracecg_cli_history
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
-        history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
+        movement_words, history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_joint, only: show_offset
@@ -93,6 +93,8 @@ contains
             call console%warn('the calibrations differ by more than the random walk explains: chi square '// &
                               rounded_text(history%statistic, 4)//' for '//integer_text(history%degrees)// &
                               ' degrees of freedom; masses that were moved belong into --changes, or --walk-um is too small')
+        if (history%movement%kind /= 'none') call console%warn('not expected: '//trim(movement_words(history%movement))// &
+                                                               '; masses that were moved belong into --changes')
         call show(history, settings, console)
         call publish(page, out, history, settings, console, error)
         if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
@@ -266,6 +268,16 @@ contains
         call results%member('chi_square', history%statistic)
         call results%member('degrees_of_freedom', history%degrees)
         call results%member('probability', history%probability)
+        call results%begin('movement')
+        call results%member('kind', trim(history%movement%kind))
+        if (history%movement%kind /= 'none') then
+            call results%member('from_utc', utc_text(history%movement%from))
+            call results%member('to_utc', utc_text(history%movement%to))
+            call results%member('change_mm', history%movement%change/MILLIMETRE)
+            call results%member('sigma_mm', history%movement%sigma/MILLIMETRE)
+            call results%member('probability', history%movement%probability)
+        end if
+        call results%end()
         call results%begin('today')
         call results%member('time_utc', utc_text(history%today%time))
         call results%member('offset_mm', history%today%filtered/MILLIMETRE)

@@ -11,7 +11,8 @@ module gracecg_level1_command_estimate
     use gracecg_level1_leakage, only: LEAKAGE_CHOICES
     use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
+    use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event, &
+        write_offsets
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
     use gracecg_cli_calibration_json, only: put_action
@@ -50,6 +51,7 @@ contains
         call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (with the a-priori sigma '// &
                                   'where the data do not decide), or prior', choices=LEAKAGE_CHOICES, default='estimate')
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots (takes Python)')
+        call arguments%add_option('--offsets', 'FILE.csv', 'writes the offset by each span, as gracecg history reads it')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
         call add_format_option(arguments)
@@ -65,6 +67,8 @@ contains
         call arguments%add_option('--spans', 'FILE', 'sub-manoeuvres: an SOE file, or lines of start (GPS seconds past '// &
                                   '2000-01-01 12:00) and duration (s)')
         call arguments%add_option('--span', 'START DURATION', 'a single sub-manoeuvre, likewise')
+        call arguments%add_option('--every', 'SECONDS', 'rods are driven all the time: the whole of the files, in spans of '// &
+                                  'about so many seconds (a revolution takes 5640 s)')
         call arguments%add_option('--field', 'FIELD', 'of the Earth: model, or magnetometer: corrected for bias and rods by '// &
                                   'the model', choices=FIELDS, default='model')
     end subroutine declare_data_options
@@ -89,6 +93,7 @@ contains
 
         character(:), allocatable :: setup_file, satellite, day, spans_file, field
         real(dp), allocatable :: span(:, :)
+        real(dp) :: every
 
         call arguments%get('--setup', setup_file, misuse)
         call arguments%get('--satellite', satellite, misuse)
@@ -97,13 +102,17 @@ contains
         allocate (span(2, merge(1, 0, arguments%has('--span'))), source=1.0_dp)
         if (arguments%has('--span')) call arguments%get('--span', span(:, 1), misuse)
         call refuse_if(any(span(2, :) <= 0), '--span: the duration has to be positive', misuse)
-        call refuse_if(size(span) > 0 .and. spans_file /= '', '--span and --spans exclude each other', misuse)
+        every = 0
+        if (arguments%has('--every')) call arguments%get('--every', every, misuse)
+        call refuse_if(arguments%has('--every') .and. .not. every >= 60, '--every: at least 60 s', misuse)
+        call refuse_if(count([size(span) > 0, spans_file /= '', every > 0]) > 1, '--span, --spans and --every exclude each '// &
+                       'other', misuse)
         call arguments%get('--field', field, misuse)
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
         if (allocated(error)) return
         call gather_calibration(padded(arguments%words), setup, satellite, spans_file, span, field, calibration, error, &
-                                day)
+                                day, every)
     end subroutine take_calibration
 
     !> The work of `gracecg level1 estimate`.
@@ -115,12 +124,13 @@ contains
         type(level1_setup_t) :: setup
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        character(:), allocatable :: leakage, page, vcm, soe
+        character(:), allocatable :: leakage, page, vcm, soe, offsets
 
         call arguments%get('--leakage', leakage, misuse)
         call arguments%get('--report', page, misuse)
         call arguments%get('--vcm', vcm, misuse)
         call arguments%get('--soe', soe, misuse)
+        call arguments%get('--offsets', offsets, misuse)
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(page, error)
@@ -134,6 +144,8 @@ contains
         call publish(page, calibration, setup, estimate, console, error)
         if (allocated(error)) return
         if (page /= '') call console%line('written: '//page)
+        if (offsets /= '') call write_offsets(offsets, calibration, estimate%solutions(1), error)
+        if (allocated(error)) return
         if (estimate%flag > 1 .and. vcm//soe /= '') then
             if (vcm == '') vcm = soe
             call fail(error, vcm//': not written, for the offset is not to be used (flag 2)')
@@ -422,9 +434,9 @@ contains
                     call results%member('samples', size(span%time))
                     call results%member('firings', span%firings_inside)
                     call results%member('field_nt', span%mean_field/NANOTESLA)
-                    if (first%span_sigma(1, i) > 0) then
+                    if (first%span_covariance(1, 1, i) > 0) then
                         call results%member('offset_mm', first%span_offset(:, i)/MILLIMETRE)
-                        call results%member('sigma_mm', first%span_sigma(:, i)/MILLIMETRE)
+                        call results%member('sigma_mm', sigma_of(first, i)/MILLIMETRE)
                     end if
                     call put_level1_span(calibration, estimate, i, results)
                     call results%end()

@@ -72,7 +72,7 @@ contains
             call results%member('rod_frequency_hz', lines%frequency)
             call results%member('rod_amplitude_ma', lines%amplitude)
             call results%member('rod_phase_deg', lines%phase)
-            if (estimate%solutions(1)%span_sigma(1, number) > 0) &
+            if (estimate%solutions(1)%span_covariance(1, 1, number) > 0) &
                 call results%member('residual_rms_m_s2', estimate%solutions(1)%span_rms(:, number))
         end associate
     end subroutine put_level1_span

@@ -3,11 +3,12 @@ module gracecg_level1_calibration
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_text, only: string_t, append
+    use gracecg_environment_time, only: utc_t, utc_of_gps
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t
-    public :: SPAN_MARGIN, keep_samples, leave_out, note, middle_of, field_sigma
+    public :: SPAN_MARGIN, keep_samples, leave_out, note, middle_of, middle_of_span, field_sigma
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
@@ -53,6 +54,7 @@ module gracecg_level1_calibration
         character(10) :: date = ''                      !! Of the epoch, GPS
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
         character(24) :: spans_from = ''                !! Where the spans come from
+        logical :: all_day = .false.                    !! Rods are driven all the time: spans are cut into arcs, of means of samples
         type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
@@ -80,6 +82,16 @@ contains
         time = real(calibration%epoch, dp) + (calibration%spans(1)%start + &
                                               calibration%spans(size(calibration%spans))%stop)/2
     end function middle_of
+
+    !> The middle of a span.
+    type(utc_t) function middle_of_span(calibration, number) result(time)
+        type(level1_calibration_t), intent(in) :: calibration
+        integer, intent(in) :: number       !! Of the span
+
+        associate (middle => (calibration%spans(number)%start + calibration%spans(number)%stop)/2)
+            time = utc_of_gps(calibration%epoch + floor(middle, i8), middle - floor(middle))
+        end associate
+    end function middle_of_span
 
     !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
     !> magnetometer is closer to the model: PLACES and LEAST are fitted to the simulated sets four60 and dirty, where that

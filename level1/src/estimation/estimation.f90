@@ -1,5 +1,6 @@
 !> The estimate of the offset from Level-1 data, and a judgement that names what is wrong.
 module gracecg_level1_estimation
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
@@ -55,6 +56,7 @@ contains
         type(level1_setup_t), intent(in) :: setup
         logical, intent(out) :: driven(3)
 
+        real(dp), parameter :: LEAST = 0.5_dp       ! mA, of rods that are driven all day: some steps of the telemetry's 0.05 mA
         logical :: inside(size(calibration%current_time))
         integer :: i, k
 
@@ -65,7 +67,7 @@ contains
                 inside = calibration%current_time >= span%start .and. calibration%current_time <= span%stop
                 do k = 1, 3
                     driven(k) = driven(k) .or. maxval(calibration%current(k, :), mask=inside) - &
-                        minval(calibration%current(k, :), mask=inside) > setup%excitation_current
+                        minval(calibration%current(k, :), mask=inside) > merge(LEAST, setup%excitation_current, calibration%all_day)
                 end do
             end associate
         end do

@@ -6,7 +6,7 @@ module gracecg_level1_fit
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_text, only: append
     use gracecg_observations_parameters
-    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs
+    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
@@ -62,6 +62,7 @@ contains
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
         real(dp) :: seen, delay
+        logical :: held                             ! currents and samples show steps
         integer :: i
 
         known = setup
@@ -75,15 +76,17 @@ contains
         else if (setup%currents == 'auto') then
             call append(estimate%remarks, 'currents are taken as smooth: without angular channels nothing tells')
         end if
-        choice = chosen(setup, estimate%rods%driven, calibration%has_angular, axes%known, estimate%steps)
-        if (estimate%steps) known%accelerometer_delay = delay - setup%torque_delay
-        call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error)
+        held = estimate%steps .and. .not. calibration%all_day       ! means of samples do not show steps
+        choice = chosen(setup, estimate%rods%driven, calibration%has_angular, axes%known, held)
+        if (held) known%accelerometer_delay = delay - setup%torque_delay
+        call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error, &
+                           with_unsure=calibration%all_day, of_means=calibration%all_day)
         if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
         if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
                                                        choice%own, fit, error, stated_sigmas(), without)
         if (allocated(error)) return
         call take_rods(setup, known, choice, fit, estimate)
-        if (estimate%steps) then
+        if (held) then
             estimate%accelerometer_delay = delay - estimate%rods%delay
             estimate%accelerometer_delay_sigma = hypot(estimate%rods%delay_sigma, SAMPLE/sqrt(12.0_dp*size(estimate%arcs)))
         end if
@@ -280,6 +283,7 @@ contains
         integer, intent(in) :: span_of(:)           !! The span of each arc
         type(level1_solution_t), intent(inout) :: solution
 
+        type(error_t), allocatable :: error     ! a span alone does not tell
         integer :: i, k, r, axis
 
         solution%offset = fit%value(:3)
@@ -301,16 +305,12 @@ contains
         end do
         allocate (solution%span_offset(3, size(calibration%spans)), solution%span_rms(3, size(calibration%spans)), &
                   source=0.0_dp)
-        allocate (solution%span_sigma(3, size(calibration%spans)), source=-1.0_dp)
+        allocate (solution%span_covariance(3, 3, size(calibration%spans)), source=0.0_dp)
         do i = 1, size(calibration%spans)
             if (any(span_of == i)) solution%spans = solution%spans + 1
-            if (count(span_of == i) /= 1) cycle     ! none, or cut by a firing
-            associate (arc => findloc(span_of, i, 1))
-                if (allocated(fit%arc_rms)) solution%span_rms(:, i) = fit%arc_rms(:, arc)
-                if (.not. fit%arc_covariance(1, 1, arc) > 0) cycle      ! the arc alone does not tell
-                solution%span_offset(:, i) = fit%arc_offset(:, arc)
-                solution%span_sigma(:, i) = [(sqrt(fit%arc_covariance(k, k, arc)), k=1, 3)]
-            end associate
+            if (allocated(fit%arc_rms)) solution%span_rms(:, i) = sqrt(sum(fit%arc_rms**2, 2, mask=spread(span_of == i, 1, 3))/ &
+                                                                       max(1, count(span_of == i)))
+            call offset_of(fit, span_of == i, solution%span_offset(:, i), solution%span_covariance(:, :, i), error)
         end do
     end subroutine take
 end module gracecg_level1_fit

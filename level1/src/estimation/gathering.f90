@@ -22,7 +22,7 @@ module gracecg_level1_gathering
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
     use gracecg_level1_product_reading, only: find_files
     use gracecg_level1_series, only: interpolate
-    use gracecg_level1_spans, only: said_spans, choose_spans
+    use gracecg_level1_spans, only: said_spans, choose_spans, equal_spans
     use gracecg_level1_strays, only: find_strays
     implicit none
     private
@@ -34,7 +34,8 @@ module gracecg_level1_gathering
 contains
 
     !> Gathers a calibration. Fails when a file that is needed is missing or broken, and when there is no manoeuvre.
-    subroutine gather_calibration(places, setup, satellite, spans_file, given_span, field_choice, calibration, error, day)
+    subroutine gather_calibration(places, setup, satellite, spans_file, given_span, field_choice, calibration, error, day, &
+                                  every)
         character(*), intent(in) :: places(:)       !! Of the Level-1 files: folders, bundles, files
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
@@ -45,6 +46,8 @@ contains
         type(level1_calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: day   !! That has part of the manoeuvre, YYYY-MM-DD; absent or empty: all files
+        real(dp), intent(in), optional :: every     !! Rods are driven all the time: spans of so many seconds in place of others;
+                                                    !! absent or 0: a manoeuvre
 
         type(level1_folder_t) :: paths
         type(level1_records_t) :: records
@@ -60,10 +63,19 @@ contains
         allocate (calibration%notes(0))
         call open_files(places, satellite, wanted, paths, calibration, error)
         if (.not. allocated(error)) call make_clock(paths, calibration, clock, error)
-        if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
-        if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
-        if (.not. allocated(error)) call choose_spans(said, wanted, setup, calibration, spans, error)
-        if (allocated(error)) return
+        if (present(every)) calibration%all_day = every > 0
+        if (calibration%all_day) then
+            said = reshape([0.0_dp, huge(1.0_dp)/2], [2, 1])
+            if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
+            if (allocated(error)) return
+            spans = equal_spans(calibration%current_time, every)
+            calibration%spans_from = 'the whole of the files'
+        else
+            if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
+            if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
+            if (.not. allocated(error)) call choose_spans(said, wanted, setup, calibration, spans, error)
+            if (allocated(error)) return
+        end if
         if (size(paths%days) > 1) then
             date = gps_date_text(calibration%epoch + floor(spans(1, 1), i8), 0.0_dp)
             calibration%date = date(:len(calibration%date))
@@ -72,7 +84,8 @@ contains
         do i = 1, size(spans, 2)
             calibration%spans(i)%start = spans(1, i)
             calibration%spans(i)%stop = spans(2, i)
-            if (spans(2, i) - spans(1, i) > LONGEST_SPAN) call leave_out(calibration%spans(i), 'longer than '// &
+            if (spans(2, i) - spans(1, i) > LONGEST_SPAN .and. .not. calibration%all_day) &
+                call leave_out(calibration%spans(i), 'longer than '// &
                 integer_text(nint(LONGEST_SPAN))//' s: give its sub-manoeuvres')
         end do
         windows = spans + real(calibration%epoch, dp)
@@ -332,6 +345,7 @@ contains
                 call keep_samples(span, .not. (stray .or. also))
                 deallocate (stray, also)
                 if (.not. span%used) cycle
+                if (calibration%all_day) cycle      ! arcs without them are none
                 if (size(span%time) < setup%least_share*span%expected) then
                     call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &
                                    ' samples')

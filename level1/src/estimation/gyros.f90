@@ -2,6 +2,7 @@
 module gracecg_level1_gyros
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
     use gracecg_base_statistics, only: median_of
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
@@ -83,7 +84,7 @@ contains
 
         integer, parameter :: FEWEST = 20
         integer, allocatable :: wanted(:)
-        real(dp), allocatable :: angles(:, :)
+        real(dp), allocatable :: angles(:, :), sampled(:, :)
         real(dp) :: first, last, angle(1)
         integer :: i, j, k
 
@@ -99,9 +100,9 @@ contains
                 angles(:3, :) = span%angle(:, wanted)
                 do j = 1, size(list)
                     associate (gyro => span%gyros(list(j)))
+                        sampled = reshape(gyro%angle, [1, size(gyro%angle)])
                         do k = 1, size(wanted)
-                            call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), &
-                                             span%attitude_time(wanted(k)), angle)
+                            call interpolate(gyro%time, sampled, span%attitude_time(wanted(k)), angle)
                             angles(3 + j, k) = angle(1)
                         end do
                     end associate
@@ -118,28 +119,33 @@ contains
         end do
     end subroutine common_angles
 
-    !> The rotation of the satellite by the gyros in a span, least squares at the times of the first.
-    subroutine gyro_attitude(span, axes, times, angles)
+    !> The rotation of the satellite by the gyros in a part of a span, least squares at the times of the first.
+    subroutine gyro_attitude(span, axes, from, to, times, angles)
         type(level1_span_t), intent(in) :: span
         type(gyro_axes_t), intent(in) :: axes
+        real(dp), intent(in) :: from, to                !! The part, s
         real(dp), allocatable, intent(out) :: times(:)    !! s
         real(dp), allocatable, intent(out) :: angles(:, :)      !! (3, n), rad
 
-        real(dp) :: inverse(3, 3), seen(size(axes%gyro)), angle(1)
-        integer :: i, k
+        real(dp), allocatable :: seen(:, :), sampled(:, :)
+        integer :: i, k, first, last
 
-        inverse = inverse_3x3(matmul(axes%axis, transpose(axes%axis)))
-        times = span%gyros(axes%gyro(1))%time
-        times = times(3:size(times) - 2)
-        allocate (angles(3, size(times)))
-        do i = 1, size(times)
-            do k = 1, size(axes%gyro)
-                associate (gyro => span%gyros(axes%gyro(k)))
-                    call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), times(i), angle)
-                    seen(k) = angle(1) - gyro%angle(1)
-                end associate
-            end do
-            angles(:, i) = matmul(inverse, matmul(axes%axis, seen))
+        associate (all => span%gyros(axes%gyro(1))%time)
+            first = max(3, last_not_after(all, from))
+            if (all(first) < from) first = first + 1
+            last = min(size(all) - 2, last_not_after(all, to))
+            times = all(first:last)
+        end associate
+        allocate (seen(size(axes%gyro), size(times)))
+        do k = 1, size(axes%gyro)
+            associate (gyro => span%gyros(axes%gyro(k)))
+                sampled = reshape(gyro%angle, [1, size(gyro%angle)])
+                do i = 1, size(times)
+                    call interpolate(gyro%time, sampled, times(i), seen(k:k, i))
+                end do
+                seen(k, :) = seen(k, :) - gyro%angle(1)
+            end associate
         end do
+        angles = matmul(inverse_3x3(matmul(axes%axis, transpose(axes%axis))), matmul(axes%axis, seen))
     end subroutine gyro_attitude
 end module gracecg_level1_gyros

@@ -24,11 +24,12 @@ contains
         type(rod_lines_t), intent(out) :: lines
 
         integer, parameter :: FEWEST = 12
+        real(dp), parameter :: LONGEST = 900        ! s: of a longer span that much
         real(dp), allocatable :: times(:), left(:)
         logical :: inside(size(calibration%current_time))
         integer :: rod
 
-        inside = calibration%current_time >= span%start .and. calibration%current_time <= span%stop
+        inside = calibration%current_time >= span%start .and. calibration%current_time <= min(span%stop, span%start + LONGEST)
         if (count(inside) < FEWEST) return
         times = pack(calibration%current_time, inside)
         do rod = 1, 3

@@ -6,7 +6,6 @@
 !> about every tenth epoch, whose noise is nearly white (docs/theory.md, 18.9), and the moments are smoothed likewise.
 module gracecg_level1_preparation
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text
     use gracecg_base_vectors, only: cross
@@ -18,6 +17,7 @@ module gracecg_level1_preparation
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
     use gracecg_level1_held_currents, only: rod_acceleration
+    use gracecg_level1_means, only: mean_weights, find_means, APART
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_to_observations, only: arcs_of_spans
     implicit none
@@ -26,8 +26,8 @@ module gracecg_level1_preparation
 
     real(dp), parameter :: MOMENT_STEP = 0.1_dp     !! Of the moments, s
     real(dp), parameter :: MOMENT_MARGIN = 1        !! Before and behind the arc, s
-    integer, parameter :: HALF = 6                  !! A mean has so many samples on either side,
-    integer, parameter :: APART = 10                !! and the next one is of that many samples later: their noise is independent
+    integer, parameter :: HALF = 6                  !! A mean has so many samples on either side: less than apart, their noise is
+                                                    !! independent
     integer, parameter :: FEWEST = 30               !! Means, or the samples stay as they are
 
 contains
@@ -95,7 +95,7 @@ contains
                     end associate
                 end do
             end if
-            weights = mean_weights()
+            weights = mean_weights(HALF)
             call take_means(estimate, weights, observations, begin)
             associate (measured => knowledge%rods%measured%time, n_measured => size(knowledge%rods%measured%time))
                 ! as far as the series goes on by itself: a spacing beyond its ends
@@ -147,22 +147,6 @@ contains
         end function smooth_moments
     end subroutine prepare_observations
 
-    !> Weights (a + b k**2) (1 + cos(pi k/7)) of a mean that keeps polynomials of the third degree as they are.
-    pure function mean_weights() result(weights)
-        real(dp) :: weights(-HALF:HALF)
-
-        real(dp) :: k(-HALF:HALF), a, b
-        integer :: i
-
-        k = [(real(i, dp), i=-HALF, HALF)]
-        weights = 1 + cos(TWO_PI*k/(2*HALF + 2))
-        associate (zero => sum(weights), second => sum(weights*k**2), fourth => sum(weights*k**4))
-            a = fourth/(zero*fourth - second**2)
-            b = -second/(zero*fourth - second**2)
-        end associate
-        weights = (a + b*k**2)*weights
-    end function mean_weights
-
     !> Means in place of the samples, with the noise that the same means of what the estimate leaves have. Where too many
     !> miss a sample, samples stay as they are.
     subroutine take_means(estimate, weights, observations, begin)
@@ -205,31 +189,4 @@ contains
             observations%knowledge%accelerometer_noise%level = 2*interval*max(QUIETEST**2/APART, squares/free)
         end associate
     end subroutine take_means
-
-    !> Means of samples, every tenth that misses none.
-    pure subroutine find_means(epochs, samples, weights, centres, means)
-        integer, intent(in) :: epochs(:)            !! Rising
-        real(dp), intent(in) :: samples(:, :)       !! (3, epochs)
-        real(dp), intent(in) :: weights(-HALF:)
-        integer, allocatable, intent(out) :: centres(:)     !! Epochs of the means
-        real(dp), allocatable, intent(out) :: means(:, :)   !! (3, centres)
-
-        integer :: i, n
-
-        allocate (centres(size(epochs)), means(3, size(epochs)))
-        n = 0
-        i = 1 + HALF
-        do while (i + HALF <= size(epochs))
-            if (epochs(i + HALF) - epochs(i - HALF) == 2*HALF) then
-                n = n + 1
-                centres(n) = epochs(i)
-                means(:, n) = matmul(samples(:, i - HALF:i + HALF), weights)
-                i = i + APART
-            else
-                i = i + 1
-            end if
-        end do
-        centres = centres(:n)
-        means = means(:, :n)
-    end subroutine find_means
 end module gracecg_level1_preparation

@@ -1,7 +1,7 @@
 !> What is filed of an estimate from Level-1 data: the VCM1B record, the line of the SOE file, the trim commands.
 module gracecg_level1_results
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES
+    use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_files_file, only: output_file_t
@@ -9,11 +9,13 @@ module gracecg_level1_results
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_writer, only: level1_writer_t
-    use gracecg_level1_calibration, only: level1_calibration_t, middle_of
+    use gracecg_environment_time, only: utc_text
+    use gracecg_level1_calibration, only: level1_calibration_t, middle_of, middle_of_span
     use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_solution, only: level1_solution_t, sigma_of
     implicit none
     private
-    public :: trim_command_t, trim_commands, write_vcm, write_event
+    public :: trim_command_t, trim_commands, write_vcm, write_event, write_offsets
 
     type :: trim_command_t
         !! One command to a trim mass
@@ -99,4 +101,31 @@ contains
         end associate
         call file%commit(error)
     end subroutine write_event
+
+    !> Writes the offset by each span that determines it, as CSV: the middle of the span, d and its standard deviations.
+    subroutine write_offsets(path, calibration, solution, error)
+        character(*), intent(in) :: path    !! Of the file
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_solution_t), intent(in) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(:), allocatable :: line
+        real(dp) :: values(6)
+        integer :: i, k
+
+        call file%open(path, error)
+        if (allocated(error)) return
+        call file%line('time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm')
+        do i = 1, size(calibration%spans)
+            if (.not. solution%span_covariance(1, 1, i) > 0) cycle
+            line = trim(utc_text(middle_of_span(calibration, i)))
+            values = [solution%span_offset(:, i), sigma_of(solution, i)]/MILLIMETRE
+            do k = 1, size(values)
+                line = line//','//real_text(values(k))
+            end do
+            call file%line(line)
+        end do
+        call file%commit(error)
+    end subroutine write_offsets
 end module gracecg_level1_results

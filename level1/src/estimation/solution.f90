@@ -22,7 +22,7 @@ module gracecg_level1_solution
         real(dp) :: rms(3) = 0                          !! Of the accelerometer's noise, m/s^2
         integer :: samples = 0, spans = 0    !! That are used
         real(dp), allocatable :: span_offset(:, :)      !! By each span alone with the leakage of all, m
-        real(dp), allocatable :: span_sigma(:, :)       !! m; negative: not determined
+        real(dp), allocatable :: span_covariance(:, :, :)   !! (3, 3, spans), m^2; 0: not determined
         real(dp), allocatable :: span_rms(:, :)         !! Likewise, of each span
         real(dp) :: chi_square = 0                      !! Of the spans about the combined offset
         integer :: degrees = 0                          !! Of freedom of it
@@ -34,12 +34,17 @@ module gracecg_level1_solution
 contains
 
     !> Standard deviations of the offset.
-    pure function sigma_of(solution) result(sigma)
+    pure function sigma_of(solution, span) result(sigma)
         type(level1_solution_t), intent(in) :: solution
+        integer, intent(in), optional :: span   !! By that alone; 0: it does not determine it. Absent: of all
         real(dp) :: sigma(3)                    !! m
 
         integer :: k
 
-        sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+        if (present(span)) then
+            sigma = sqrt([(solution%span_covariance(k, k, span), k=1, 3)])
+        else
+            sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+        end if
     end function sigma_of
 end module gracecg_level1_solution

@@ -10,10 +10,10 @@ module gracecg_level1_spans
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: gps_date_text
-    use gracecg_level1_calibration, only: level1_calibration_t, note
+    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN
     implicit none
     private
-    public :: said_spans, choose_spans, find_spans, strongest_line
+    public :: said_spans, choose_spans, find_spans, equal_spans, strongest_line
 
     real(dp), parameter :: WINDOW = 20, SHIFT = 4           !! s
     real(dp), parameter :: SLOWEST = 2/60.0_dp, FASTEST = 25/60.0_dp    !! Of lines, Hz
@@ -93,6 +93,24 @@ contains
             call choose_manoeuvre(calibration, day, spans, error)
         end if
     end subroutine choose_spans
+
+    !> Spans of equal length throughout the currents, as long as wanted or a little less; where attitude may be missing, at the
+    !> ends, there is none.
+    pure function equal_spans(times, length) result(spans)
+        real(dp), intent(in) :: times(:)        !! Of the currents, s
+        real(dp), intent(in) :: length          !! s
+        real(dp), allocatable :: spans(:, :)    !! (2, n): begin and end, s
+
+        real(dp) :: first, last
+        integer :: i, n
+
+        first = times(1) + SPAN_MARGIN
+        last = times(size(times)) - SPAN_MARGIN
+        n = max(1, ceiling((last - first)/length))
+        allocate (spans(2, n))
+        spans(1, :) = [(first + (i - 1)*(last - first)/n, i=1, n)]
+        spans(2, :) = spans(1, :) + (last - first)/n
+    end function equal_spans
 
     !> The spans of one manoeuvre: half a day without a span parts two, between which the masses may have been moved.
     !> Fails when there are several, and the day does not tell which is meant.

@@ -7,13 +7,14 @@ module gracecg_level1_to_observations
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_statistics, only: median_of, sort
     use gracecg_base_text, only: integer_text
-    use gracecg_environment_time, only: utc_of_gps
+    use gracecg_environment_time, only: utc_of_gps, utc_plus
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_estimation_physical_model, only: turned_by
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, field_sigma
     use gracecg_level1_gyros, only: gyro_axes_t, gyro_attitude
+    use gracecg_level1_means, only: mean_weights, find_means, APART
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
@@ -27,13 +28,18 @@ module gracecg_level1_to_observations
     real(dp), parameter :: BEFORE = 0.3_dp, AFTER = 1.0_dp
     real(dp), parameter :: SAMPLE = 0.1_dp          !! Of the accelerometer, nominally, s
     real(dp), parameter :: UNSURE_DELAY = 4e-3_dp   !! By which delays may be off, s: two or three of their sigmas
+    real(dp), parameter :: LONGEST = 300            !! Of an arc where rods are driven all day, s: the polynomials of its torques and
+                                                    !! forces, chosen for spans of one to some minutes, follow no more of what is slow
+    integer, parameter :: HALF = 12                 !! Samples on either side of a mean: tones of 0.1 Hz stay within 0.1 %, and what
+                                                    !! is beyond 1 Hz, where means of 1 Hz would show it near the tones, goes
+    real(dp), parameter :: AROUND = 20              !! Currents are taken so long before and behind an arc, s
     real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s: some samples
 
 contains
 
     !> The arcs of all spans that are used; a firing inside, or the edge of the Earth's shadow, cuts a span in two. Fails as
     !> moments of rods do.
-    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error, with_unsure)
+    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error, with_unsure, of_means)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes       !! Of the gyros
@@ -42,33 +48,105 @@ contains
         integer, allocatable, intent(out) :: span_of(:)     !! The span of each arc
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: with_unsure        !! Samples near steps of held currents stay; absent: they do not
+        logical, intent(in), optional :: of_means           !! Means, one a second, stand in for the samples; absent: they do not
 
-        type(observation_set_t) :: set
-        real(dp), allocatable :: cuts(:)
-        logical :: unsure_stay
+        real(dp), allocatable :: cuts(:), pieces(:, :)
+        logical :: unsure_stay, thinned
         integer :: i, k
 
         unsure_stay = .not. held
         if (present(with_unsure)) unsure_stay = unsure_stay .or. with_unsure
-        allocate (sets(0), span_of(0))
+        thinned = .false.
+        if (present(of_means)) thinned = of_means
+        allocate (pieces(2, 0), span_of(0))
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 if (.not. span%used) cycle
                 cuts = [span%start + ENDS - AFTER, pack(span%firings, span%firings > span%start .and. &
                                                         span%firings < span%stop), span%shadow_edges, span%stop - ENDS + BEFORE]
                 call sort(cuts)
+                if (calibration%all_day) cuts = shortened(cuts)
                 do k = 1, size(cuts) - 1
                     if (cuts(k + 1) - cuts(k) < SHORTEST) cycle
-                    call make_arc(calibration, setup, axes, held, unsure_stay, span, cuts(k) + AFTER, cuts(k + 1) - BEFORE, &
-                                  set, error)
-                    call add_context(error, 'span '//integer_text(i))
-                    if (allocated(error)) return
-                    sets = [sets, set]
-                    span_of = [span_of, i]
+                    pieces = reshape([pieces, cuts(k) + AFTER, cuts(k + 1) - BEFORE], [2, size(pieces, 2) + 1])
+                    if (calibration%all_day) then
+                        if (.not. suffices(setup, span, pieces(:, size(pieces, 2)))) pieces = pieces(:, :size(pieces, 2) - 1)
+                    end if
+                    if (size(pieces, 2) > size(span_of)) span_of = [span_of, i]
                 end do
             end associate
         end do
+        allocate (sets(size(span_of)))
+        do k = 1, size(sets)
+            call make_arc(calibration, setup, axes, held, unsure_stay, calibration%spans(span_of(k)), pieces(1, k), pieces(2, k), &
+                          sets(k), error)
+            call add_context(error, 'span '//integer_text(span_of(k)))
+            if (allocated(error)) return
+            if (thinned) call take_means(sets(k))
+        end do
     end subroutine arcs_of_spans
+
+    !> Cuts with others between them: arcs of the same length, none longer than LONGEST.
+    pure function shortened(cuts) result(more)
+        real(dp), intent(in) :: cuts(:)             !! s, rising
+        real(dp), allocatable :: more(:)
+
+        integer :: i, k, parts
+
+        more = cuts(:1)
+        do k = 2, size(cuts)
+            parts = max(1, ceiling((cuts(k) - cuts(k - 1))/LONGEST))
+            more = [more, (cuts(k - 1) + i*(cuts(k) - cuts(k - 1))/parts, i=1, parts)]
+        end do
+    end function shortened
+
+    !> Whether samples and attitudes of an arc suffice.
+    pure logical function suffices(setup, span, arc)
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_span_t), intent(in) :: span
+        real(dp), intent(in) :: arc(2)              !! From and to, s
+
+        real(dp) :: samples
+        real(dp), allocatable :: attitude(:)
+
+        samples = real(last_not_after(span%time, arc(2)) - last_not_after(span%time, arc(1)), dp)
+        attitude = [arc(1), pack(span%attitude_time, span%attitude_time > arc(1) .and. span%attitude_time < arc(2)), arc(2)]
+        suffices = samples*SAMPLE > setup%least_share*(arc(2) - arc(1)) .and. &
+                   maxval(attitude(2:) - attitude(:size(attitude) - 1)) < setup%longest_attitude_gap
+    end function suffices
+
+    !> Takes means in place of the accelerometer's samples; time 0 stays that of the first sample, from where their epochs count.
+    subroutine take_means(set)
+        type(observation_set_t), intent(inout) :: set
+
+        integer, allocatable :: epochs(:), centres(:)
+        real(dp), allocatable :: means(:, :)
+        real(dp) :: first
+
+        associate (knowledge => set%knowledge)
+            epochs = nint(set%accelerometer_time/knowledge%accelerometer_interval)
+            call find_means(epochs, set%acceleration, mean_weights(HALF), centres, means, .true.)
+            first = centres(1)*knowledge%accelerometer_interval
+            set%acceleration = means
+            if (allocated(set%angular_acceleration)) then
+                call find_means(epochs, set%angular_acceleration, mean_weights(HALF), centres, means, .true.)
+                set%angular_acceleration = means
+            end if
+            set%accelerometer_time = (centres - centres(1))*knowledge%accelerometer_interval
+            knowledge%accelerometer_interval = APART*knowledge%accelerometer_interval
+            knowledge%duration = set%accelerometer_time(size(centres))
+            knowledge%epoch = utc_plus(knowledge%epoch, first)
+            knowledge%rods%measured%time = knowledge%rods%measured%time - first
+        end associate
+        set%magnetometer_time = set%magnetometer_time - first
+        set%orbit_time = set%orbit_time - first
+        set%star_camera_time = set%star_camera_time - first
+        associate (inside => set%star_camera_time >= 0 .and. set%star_camera_time <= set%knowledge%duration)
+            set%quaternion = reshape(pack(set%quaternion, spread(inside, 1, 4)), [4, count(inside)])
+            set%star_camera_head = pack(set%star_camera_head, inside)
+            set%star_camera_time = pack(set%star_camera_time, inside)
+        end associate
+    end subroutine take_means
 
     subroutine make_arc(calibration, setup, axes, held, unsure_stay, span, from, to, set, error)
         type(level1_calibration_t), intent(in) :: calibration
@@ -82,12 +160,12 @@ contains
 
         real(dp), parameter :: NO_TURN(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
         type(moment_series_t) :: moments
-        real(dp), allocatable :: times(:), moment(:, :)
-        integer, allocatable :: wanted(:)
+        real(dp), allocatable :: times(:), attitude(:), moment(:, :)
+        integer, allocatable :: wanted(:), near(:)
         real(dp) :: zero, interval
-        integer :: k
+        integer :: k, first
 
-        wanted = pack([(k, k=1, size(span%time))], span%time >= from .and. span%time <= to)
+        wanted = [(k, k=last_not_after(span%time, from) + 1, last_not_after(span%time, to))]
         if (.not. unsure_stay) wanted = pack(wanted, .not. unsure(calibration, setup, span%time(wanted)))
         times = span%time(wanted)
         zero = times(1)
@@ -96,6 +174,8 @@ contains
         set%accelerometer_time = nint((times - zero)/interval)*interval
         set%acceleration = span%linear(:, wanted)
         if (calibration%has_angular) set%angular_acceleration = span%angular(:, wanted)
+        near = [(k, k=max(1, last_not_after(span%attitude_time, from - AROUND)), last_not_after(span%attitude_time, to + AROUND))]
+        attitude = span%attitude_time(near)
         associate (knowledge => set%knowledge)
             knowledge%name = 'GRACE-'//calibration%satellite//' '//calibration%date
             knowledge%epoch = utc_of_gps(calibration%epoch + floor(zero, i8), zero - floor(zero))
@@ -103,8 +183,10 @@ contains
             knowledge%mass = setup%mass
             knowledge%inertia = setup%inertia
             knowledge%accelerometer_interval = interval
-            knowledge%star_camera_interval = median_of(span%attitude_time(2:) - span%attitude_time(:size(span%attitude_time) - 1))
-            knowledge%magnetometer_interval = maxval(span%attitude_time(2:) - span%attitude_time(:size(span%attitude_time) - 1))
+            associate (steps => attitude(2:) - attitude(:size(attitude) - 1))
+                knowledge%star_camera_interval = median_of(steps)
+                knowledge%magnetometer_interval = maxval(steps)
+            end associate
             knowledge%mounting = spread(NO_TURN, 2, size(knowledge%mounting, 2))
             knowledge%camera = 0
             knowledge%accelerometer_noise%sides = ONE_SIDED
@@ -113,8 +195,9 @@ contains
             knowledge%a_priori%sigma_inertia = setup%inertia_sigma
             knowledge%a_priori%signs_known = setup%signs_known .or. all(calibration%follows == 1)
             knowledge%a_priori%sigma_torque = 1e-4_dp       ! a line of torque is the arc's own, of any size
-            wanted = pack([(k, k=1, size(calibration%current_time))], &
-                          calibration%current_time >= span%start .and. calibration%current_time <= span%stop)
+            first = max(1, last_not_after(calibration%current_time, max(span%start, from - AROUND)))
+            if (calibration%current_time(first) < span%start) first = first + 1
+            wanted = [(k, k=first, last_not_after(calibration%current_time, min(span%stop, to + AROUND)))]
             moment = spread(setup%rod_gain*setup%rod_sign, 2, size(wanted))*calibration%current(:, wanted)
             call new_moment_series(moments, calibration%current_time(wanted) - zero, moment, error, held)
             if (allocated(error)) return
@@ -126,8 +209,8 @@ contains
                       span%attitude_time <= to + set%knowledge%star_camera_interval)
         set%magnetometer_time = span%attitude_time(wanted) - zero
         set%field = span%field(:, wanted)
-        set%orbit_time = span%attitude_time - zero
-        set%orbit_position = span%position
+        set%orbit_time = attitude - zero
+        set%orbit_position = span%position(:, near)
         wanted = pack(wanted, span%attitude_time(wanted) >= from .and. span%attitude_time(wanted) <= to)
         call take_heads(span, axes, wanted, zero, from, to, set)
     end subroutine make_arc
@@ -166,23 +249,22 @@ contains
         type(observation_set_t), intent(inout) :: set
 
         real(dp), allocatable :: gyro_time(:), angle(:, :), quaternion(:, :), q(:, :), time(:)
-        integer, allocatable :: inside(:), head(:)
+        integer, allocatable :: head(:)
         integer :: i, k, n, m
 
         n = size(wanted)
         m = 0
         if (axes%known) then
-            call gyro_attitude(span, axes, gyro_time, angle)
-            inside = pack([(k, k=1, size(gyro_time))], gyro_time >= max(from, span%attitude_time(wanted(1))) .and. gyro_time <= to)
-            m = size(inside)
+            call gyro_attitude(span, axes, max(from, span%attitude_time(wanted(1))), to, gyro_time, angle)
+            m = size(gyro_time)
         end if
         allocate (quaternion(4, m))
         do k = 1, m
             if (k == 1) then
-                quaternion(:, 1) = turned_by((gyro_time(inside(1)) - span%attitude_time(wanted(1)))*span%rate(:, wanted(1)), &
+                quaternion(:, 1) = turned_by((gyro_time(1) - span%attitude_time(wanted(1)))*span%rate(:, wanted(1)), &
                                              span%quaternion(:, wanted(1)))
             else
-                quaternion(:, k) = turned_by(angle(:, inside(k)) - angle(:, inside(k - 1)), quaternion(:, k - 1))
+                quaternion(:, k) = turned_by(angle(:, k) - angle(:, k - 1), quaternion(:, k - 1))
             end if
         end do
         allocate (time(n + m), head(n + m), q(4, n + m))
@@ -194,14 +276,14 @@ contains
             else if (i > n) then
                 head(i + k - 1) = 2
             else
-                head(i + k - 1) = merge(1, 2, span%attitude_time(wanted(i)) <= gyro_time(inside(k)))
+                head(i + k - 1) = merge(1, 2, span%attitude_time(wanted(i)) <= gyro_time(k))
             end if
             if (head(i + k - 1) == 1) then
                 time(i + k - 1) = span%attitude_time(wanted(i)) - zero
                 q(:, i + k - 1) = span%quaternion(:, wanted(i))
                 i = i + 1
             else
-                time(i + k - 1) = gyro_time(inside(k)) - zero
+                time(i + k - 1) = gyro_time(k) - zero
                 q(:, i + k - 1) = quaternion(:, k)
                 k = k + 1
             end if

@@ -1,9 +1,10 @@
 !> The dynamics of a day with calibration manoeuvres: what currents, thrusters and a controller do to a satellite beside
 !> all that gracecg_simulation_dynamics has.
 !>
-!> In a span the currents are those of the manoeuvre, else slow ones of science mode. Between the spans a controller
-!> keeps the satellite near the attitude that is held (gracecg_simulation_attitude_control, its torque given as it is
-!> wanted); it lets go, smoothly, well before each of them and takes over well after it. Thrusters fire in pairs.
+!> In a span the currents are those of the manoeuvre, else slow ones of science mode and, where wanted, tones that go on all
+!> day (a whisper). Between the spans a controller keeps the satellite near the attitude that is held
+!> (gracecg_simulation_attitude_control): by a torque as it is wanted, or by currents and thrusters. It lets go, smoothly, well
+!> before each span and takes over well after it. Thrusters fire in pairs.
 module gracecg_level1_day_dynamics
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI
@@ -46,6 +47,8 @@ module gracecg_level1_day_dynamics
         real(dp) :: gain(3) = 0             !! kappa of the rods, A m^2/mA
         real(dp) :: science_current = 0     !! Largest of science mode, mA
         real(dp) :: science(3, 3) = 0       !! Two phases and a mean, parts of 1, by rod
+        real(dp) :: whisper(3) = 0, whisper_frequency(3) = 0, whisper_phase(3) = 0  !! Tones of the rods, mA, Hz, rad
+        logical :: rod_control = .false.    !! The controller acts by currents
         type(firing_t), allocatable :: firings(:)       !! In order of time
         real(dp) :: window = 0
         !! Of which firings take a share: that of a sample of the accelerometer, s; 0: an instant
@@ -54,7 +57,8 @@ module gracecg_level1_day_dynamics
         procedure :: next_edge              !! When one of them jumps next
         procedure :: thrust                 !! Force that thrusters leave over
         procedure :: flowing_current        !! The currents that flow at a time
-        procedure :: tagged_current         !! The currents that a tag names
+        procedure :: tagged_current         !! The currents that a tag names, but for the controller's
+        procedure :: control_current        !! The controller's
     end type day_dynamics_t
 
 contains
@@ -66,18 +70,34 @@ contains
         real(dp), intent(in) :: y(STATE_SIZE)       !! State
         type(loads_t), intent(inout) :: acting      !! With the field
 
-        real(dp) :: share
+        real(dp) :: share, along(3)
         integer :: i
 
         acting%torque_magnetic = cross(self%gain*self%flowing_current(t), acting%field)
         acting%torque_thrusters = 0
+        share = control_share(self, t)
+        if (self%rod_control .and. share > 0) then
+            call self%control%act(y, self%inertia, acting%field, acting%control_moment, along)
+            acting%control_moment = share*acting%control_moment
+            acting%torque_magnetic = acting%torque_magnetic + cross(acting%control_moment, acting%field)
+            acting%torque_thrusters = share*along
+        else if (share > 0) then
+            acting%torque_thrusters = share*self%control%wanted_torque(y, self%inertia)
+        end if
         do i = 1, size(self%firings)
             acting%torque_thrusters = acting%torque_thrusters + &
                                       share_of(self%firings(i)%time, t, self%window)*TORQUES(:, self%firings(i)%pair)
         end do
-        share = control_share(self, t)
-        if (share > 0) acting%torque_thrusters = acting%torque_thrusters + share*self%control%wanted_torque(y, self%inertia)
     end subroutine actuate
+
+    !> The controller's currents where these loads act; 0 if it acts without.
+    pure function control_current(self, acting) result(current)
+        class(day_dynamics_t), intent(in) :: self
+        type(loads_t), intent(in) :: acting !! Of the time and state
+        real(dp) :: current(3)              !! mA
+
+        current = acting%control_moment/self%gain
+    end function control_current
 
     !> How much of a window about a time a firing fills; of an instant 1 or 0.
     pure real(dp) function share_of(begin, t, window) result(share)
@@ -184,7 +204,7 @@ contains
         current = self%tagged_current(told)
     end function flowing_current
 
-    !> Sines or squares in a span, slow currents between.
+    !> Sines or squares in a span, slow currents and tones between.
     pure function tagged_current(self, t) result(current)
         class(day_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t           !! Of the tag, s
@@ -196,7 +216,8 @@ contains
         if (number == 0) then
             current = self%science_current*(PARTS(1)*sin(TWO_PI*(t/SLOWEST(1) + self%science(1, :))) + &
                                             PARTS(2)*sin(TWO_PI*(t/SLOWEST(2) + self%science(2, :))) + &
-                                            PARTS(3)*(2*self%science(3, :) - 1))
+                                            PARTS(3)*(2*self%science(3, :) - 1)) + &
+                      self%whisper*sin(TWO_PI*self%whisper_frequency*t + self%whisper_phase)
             return
         end if
         associate (span => self%spans(number))

@@ -224,7 +224,7 @@ contains
         call measure_field(truth, field)
         do k = 1, n
             current(:, k) = in_quanta(truth%settings%current_quantum, &
-                                      truth%dynamics%tagged_current(truth%gps_of_obc((k - 1)*HOLD + FIRST_TAG)))
+                                      truth%tagged_current(truth%gps_of_obc((k - 1)*HOLD + FIRST_TAG)))
         end do
         if (truth%settings%fault == 'rod-sign') current(2, :) = -current(2, :)
         sign_b = merge(-1, 1, folder%grace_fo .neqv. truth%settings%fault == 'b-sign')

@@ -76,6 +76,8 @@ module gracecg_level1_simulated_truth
     contains
         procedure :: stream                 !! Random numbers of a source
         procedure :: at                     !! Everything at an instant
+        procedure :: tagged_current         !! The currents that a tag names
+        procedure :: offset_at              !! d
         procedure :: obc_of_gps             !! Time of the on-board computer
         procedure :: gps_of_obc             !! And back
     end type level1_truth_t
@@ -189,6 +191,10 @@ contains
             flight%square = settings%waveform == 'square'
             flight%staircase = settings%staircase
             flight%torque_delay = settings%torque_delay
+            flight%whisper = settings%whisper
+            flight%whisper_frequency = settings%whisper_frequency
+            flight%whisper_phase = settings%whisper_phase
+            flight%rod_control = settings%rod_control
             random = truth%stream(GAINS)
             call random%normals(normal)
             flight%gain = settings%rod_gain*(1 + settings%rod_gain_error*normal)
@@ -280,8 +286,6 @@ contains
         type(level1_truth_t), intent(inout) :: truth
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: BANDWIDTH = 0.02_dp
-        ! of the controller, rad/s: slow beside the rods' lines, and back within the minutes between spans
         real(dp), parameter :: FARTHEST = 0.1_dp            ! rad: far beyond the degree that a manoeuvre is allowed
         type(random_stream_t) :: random
         real(dp) :: attitude(3, 3), state(STATE_SIZE)
@@ -292,7 +296,7 @@ contains
             if (allocated(error)) return
             random = truth%stream(FIELD)
             call disturb_field(truth%settings%field_error, random, flight%field)
-            flight%control%frequency = BANDWIDTH/TWO_PI
+            flight%control%frequency = truth%settings%control_frequency
             attitude = identity(3)
             if (case%satellite%place() == 1) attitude(:2, :) = -attitude(:2, :)
             flight%control%body_from_orbit = matmul(rotation_matrix(quaternion_from_axis_angle( &
@@ -341,13 +345,39 @@ contains
         associate (flight => self%dynamics, acting => point%acting, rate => point%state(OMEGA))
             call flight%loads(time, point%state, acting)
             point%acceleration = flight%angular_acceleration(rate, acting)
-            point%current = flight%flowing_current(time)
+            point%current = flight%flowing_current(time) + flight%control_current(acting)
             point%current_rate = (flight%flowing_current(time + SAMPLE/2) - flight%flowing_current(time - SAMPLE/2))/SAMPLE
             force = acting%drag + acting%srp + acting%erp
             force(2) = force(2) + flight%thrust(time)/flight%mass
-            sensed = pmc_acceleration(rate, point%acceleration, self%case%satellite%offset, acting%vertical, EARTH_GM, &
+            sensed = pmc_acceleration(rate, point%acceleration, self%offset_at(time), acting%vertical, EARTH_GM, &
                                       norm2(point%state(POSITION)), force)
         end associate
         point%sensed = sensed%total
     end subroutine at
+
+    !> The currents that a tag names: those that flow later by the delay.
+    pure function tagged_current(self, time) result(current)
+        class(level1_truth_t), intent(in) :: self
+        real(dp), intent(in) :: time        !! Of the tag, s
+        real(dp) :: current(3)              !! mA
+
+        type(loads_t) :: acting
+
+        current = self%dynamics%tagged_current(time)
+        if (.not. self%dynamics%rod_control) return
+        associate (t => time + self%dynamics%torque_delay)
+            call self%dynamics%loads(t, self%arc%state_at(t), acting)
+        end associate
+        current = current + self%dynamics%control_current(acting)
+    end function tagged_current
+
+    !> The offset at a time, body axes.
+    pure function offset_at(self, time) result(offset)
+        class(level1_truth_t), intent(in) :: self
+        real(dp), intent(in) :: time        !! s
+        real(dp) :: offset(3)               !! m
+
+        offset = self%case%satellite%offset
+        if (self%settings%moved_at > 0 .and. time >= self%settings%moved_at) offset = offset + self%settings%moved
+    end function offset_at
 end module gracecg_level1_simulated_truth

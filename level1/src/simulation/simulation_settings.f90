@@ -3,7 +3,7 @@
 !> C and D of 2023 and GRACE A and B of 2003, where nothing else is said.
 module gracecg_level1_simulation_settings
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: ARCSECOND, DEGREE, NANOTESLA
+    use gracecg_base_constants, only: ARCSECOND, DEGREE, MICROMETRE, NANOTESLA, TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_t, parse_utc
@@ -45,6 +45,15 @@ module gracecg_level1_simulation_settings
         character(8) :: waveform = 'sine'           !! Of the currents
         logical :: staircase = .false.              !! Currents are held from tag to tag, 0.5 s
         real(dp) :: science_current = 4             !! Largest between the spans, mA
+        real(dp) :: whisper(3) = 0                  !! Amplitudes of tones that rods have all the time between the spans, mA
+        real(dp) :: whisper_frequency(3) = [0.08_dp, 0.1_dp, 0.12_dp]   !! Of them, Hz
+        real(dp) :: whisper_phase(3) = 0            !! At the beginning of the files, rad
+        logical :: rod_control = .false.            !! Rods hold the attitude between the spans, and thrusters what is along the
+                                                    !! field; else a torque without currents does
+        real(dp) :: control_frequency = 0.02_dp/TWO_PI
+        !! Of the controller as an oscillator, Hz: slow beside the rods' lines, and back within the minutes between spans
+        real(dp) :: moved_at = 0                    !! When the centre of mass jumps, s; 0: it does not
+        real(dp) :: moved(3) = 0                    !! By which d is another from then on, m
         real(dp) :: pitch = 0.75_dp*DEGREE          !! Of body x towards the other satellite, downwards, rad
         real(dp) :: rod_gain(3) = USUAL_ROD_GAIN           !! As said, A m^2/mA
         real(dp) :: rod_gain_error = 0.02_dp        !! Relative, sigma: the true one is said times 1 + error
@@ -207,6 +216,20 @@ contains
         call settings%logical_value('staircase', level1%staircase, 'currents are held for 0.5 s, from tag to tag')
         call settings%real_value('science_ma', level1%science_current, 0.0_dp, 100.0_dp, 'mA, largest between the spans', &
                                  unit='mA')
+        call settings%real_values('whisper_ma', level1%whisper, 0.0_dp, 1000.0_dp, 'mA, of rods x, y, z all the time '// &
+                                  'between the spans', unit='mA')
+        call settings%real_values('whisper_hz', level1%whisper_frequency, 1e-3_dp, 0.5_dp, 'Hz, of these tones', unit='Hz')
+        call settings%real_values('whisper_phase_deg', level1%whisper_phase, -360.0_dp, 360.0_dp, 'deg, at the beginning', &
+                                  DEGREE, 'deg')
+        call settings%logical_value('rod_control', level1%rod_control, 'rods hold the attitude between the spans')
+        if (level1%rod_control .and. level1%staircase) &
+            call settings%reject('rod_control', 'goes with smooth currents: set staircase = .false.')
+        call settings%real_value('control_hz', level1%control_frequency, 1e-5_dp, 1e-2_dp, 'Hz, of the controller as an '// &
+                                 'oscillator', unit='Hz')
+        call settings%real_value('moved_at', level1%moved_at, 0.0_dp, 864000.0_dp, 's, when the centre of mass jumps; 0: '// &
+                                 'it does not', unit='s')
+        call settings%real_values('moved_um', level1%moved, -1000.0_dp, 1000.0_dp, 'um, by which d is another then', &
+                                  MICROMETRE, 'um')
         call settings%real_value('pitch_deg', level1%pitch, -5.0_dp, 5.0_dp, 'deg', DEGREE, 'deg')
         call settings%real_values('rod_gain', level1%rod_gain, 1e-6_dp, 1e3_dp, 'A m^2/mA, x, y, z, as said', unit='A m^2/mA')
         call settings%real_value('rod_gain_error', level1%rod_gain_error, 0.0_dp, 1.0_dp, 'relative, sigma')

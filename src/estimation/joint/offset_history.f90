@@ -4,23 +4,27 @@
 !> With y = d less the known part of the tanks: y(t + dt) = y(t) + w, w ~ N(0, Q dt); at a movement y grows by the
 !> change, its covariance by that of the change; a calibration observes y. The information of the calibrations up to a time
 !> gives the offset from what was known then, and with that of all later ones, gathered backwards, the offset from all
-!> calibrations (D. C. Fraser, J. E. Potter, IEEE Trans. Automat. Contr. 14 (1969) 387-390). When it will leave its limits
-!> is found from many futures that are drawn.
+!> calibrations (D. C. Fraser, J. E. Potter, IEEE Trans. Automat. Contr. 14 (1969) 387-390). Between two calibrations the
+!> offset by those before and by those behind are independent: their difference is a jump that nobody knows of, or chance
+!> (A. S. Willsky, H. L. Jones, IEEE Trans. Automat. Contr. 21 (1976) 108-112). When it will leave its limits is found from
+!> many futures that are drawn.
 module gracecg_estimation_offset_history
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: JULIAN_YEAR, SECONDS_PER_DAY
+    use gracecg_base_constants, only: JULIAN_YEAR, MICROMETRE, SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_statistics, only: chi_square_tail
+    use gracecg_base_text, only: rounded_text
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, utc_text
-    use gracecg_estimation_information, only: information_t, information_of, no_information
+    use gracecg_estimation_information, only: information_t, information_of, no_information, squares_of
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
     use gracecg_estimation_saved_estimate, only: dated_offset_t
     implicit none
     private
-    public :: history_settings_t, tank_series_t, new_tank_series, offset_history_t, history_point_t, trace_offset
-    public :: LONGEST_FUTURE, DEFAULT_WALK
+    public :: history_settings_t, tank_series_t, movement_t, new_tank_series, offset_history_t, history_point_t, trace_offset
+    public :: LONGEST_FUTURE, DEFAULT_WALK, movement_words
 
     real(dp), parameter :: DEFAULT_WALK = 10e-6_dp
     !! What the offset changes by in a year for reasons that nobody knows, standard deviation of each axis, m: in half a
@@ -36,7 +40,7 @@ module gracecg_estimation_offset_history
         real(dp) :: limit = 0.1e-3_dp           !! Of every component, m: CSR-TM-00-01 section 1.2, per half year
         real(dp) :: risk = 0.05_dp              !! Of having left the limit, that calls for a calibration
         real(dp) :: step = 10*SECONDS_PER_DAY   !! Between the points that are given, s
-        integer :: futures = 2000               !! That are drawn
+        integer :: futures = 2000               !! That are drawn; 0: the future is not asked for
     end type history_settings_t
 
     !> Masses of gas in the two tanks, at times; linear between, the last rate goes on.
@@ -56,6 +60,15 @@ module gracecg_estimation_offset_history
         real(dp) :: filtered_covariance(3, 3) = 0, smoothed_covariance(3, 3) = 0    !! m^2
     end type history_point_t
 
+    !> What the calibrations say of a change that nobody knows of: a jump between two of them, or a drift over all.
+    type :: movement_t
+        character(6) :: kind = 'none'           !! none, jump, drift, or either, where they do not tell which
+        type(utc_t) :: from, to                 !! Calibrations between which it jumps; the first and the last
+        real(dp) :: change(3) = 0, sigma(3) = 0 !! Of d from the one to the other, m
+        real(dp) :: gain = 0                    !! By which it lowers chi square
+        real(dp) :: probability = 1             !! That chance makes so much somewhere
+    end type movement_t
+
     !> The whole history.
     type :: offset_history_t
         type(history_point_t), allocatable :: points(:)     !! From the first calibration to today, in order of time
@@ -64,6 +77,7 @@ module gracecg_estimation_offset_history
         real(dp) :: statistic = 0               !! Chi square of what each calibration brought that was not expected
         integer :: degrees = 0                  !! Of freedom: 3 for each calibration after the first
         real(dp) :: probability = 1             !! That chance makes so much
+        type(movement_t) :: movement            !! That the calibrations show
         logical :: leaves = .false.             !! More than half of the futures leave the limit within 20 years
         type(utc_t) :: leaving(3)               !! When 16, 50, 84 % of the futures have left it; the end of the 20 years: later
         type(utc_t) :: calibrate_by             !! When the risk of having left it is reached; the end of the 20 years: later
@@ -167,9 +181,10 @@ contains
         history%calibrations = size(offsets)
         call lay_out(offsets, changes, start, seconds_between(start, end), settings%step, nodes)
         call filter_and_smooth(offsets, changes, tanks, settings, start, nodes, history, error)
+        if (.not. allocated(error)) call look_for_drift(offsets, changes, tanks, settings, start, nodes, history, error)
         if (allocated(error)) return
         history%today = history%points(size(history%points))
-        call draw_futures(changes, tanks, settings, history)
+        if (settings%futures > 0) call draw_futures(changes, tanks, settings, history)
     end subroutine trace_offset
 
     !> All times of interest in order; a change comes before a calibration of the same time.
@@ -251,7 +266,8 @@ contains
                           history%points(i)%smoothed_sigma)
             if (allocated(error) .or. i == 1) return
             call later%add(seen(i))
-            call pass(i, -1, later)
+            if (nodes(i)%calibration > 0) call look_for_jump(i)
+            if (.not. allocated(error)) call pass(i, -1, later)
             if (allocated(error)) return
         end do
 
@@ -273,6 +289,29 @@ contains
             call information%propagate(step, variance, error)
         end subroutine pass
 
+        !> Whether the offset jumps between a calibration and the one before it: the likeliest place.
+        subroutine look_for_jump(i)
+            integer, intent(in) :: i                ! Node of the calibration
+
+            type(information_t) :: before
+            real(dp), dimension(3) :: from, to
+            real(dp), dimension(3, 3) :: from_covariance, to_covariance
+            real(dp) :: gain
+            integer :: axis
+
+            before = earlier(i - 1)
+            call pass(i, 1, before)
+            if (.not. allocated(error)) call before%solve(from, from_covariance, error, NAMES)
+            if (.not. allocated(error)) call later%solve(to, to_covariance, error, NAMES)
+            if (allocated(error)) return
+            gain = squares_of(to - from, from_covariance + to_covariance)
+            if (gain <= history%movement%gain) return
+            history%movement = movement_t('jump', &
+                history%points(findloc(history%points(:i - 1)%is_calibration, .true., 1, back=.true.))%time, &
+                history%points(i)%time, to - from, sqrt([(from_covariance(axis, axis) + to_covariance(axis, axis), axis=1, 3)]), &
+                gain, min(1.0_dp, (size(offsets) - 1)*chi_square_tail(gain, 3)))
+        end subroutine look_for_jump
+
         !> d at the node whose tanks' part is `shift`.
         subroutine estimate(information, offset, covariance, sigma)
             type(information_t), intent(in) :: information
@@ -285,6 +324,112 @@ contains
             sigma = [(sqrt(covariance(axis, axis)), axis=1, 3)]
         end subroutine estimate
     end subroutine filter_and_smooth
+
+    !> Whether a drift explains the calibrations, or explains them better than the likeliest jump. What is not expected is a
+    !> parabola of the rate.
+    subroutine look_for_drift(offsets, changes, tanks, settings, start, nodes, history, error)
+        type(dated_offset_t), intent(in) :: offsets(:)
+        type(offset_change_t), intent(in) :: changes(:)
+        type(tank_series_t), intent(in) :: tanks
+        type(history_settings_t), intent(in) :: settings
+        type(utc_t), intent(in) :: start
+        type(node_t), intent(in) :: nodes(:)
+        type(offset_history_t), intent(inout) :: history    !! With the likeliest jump
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LEVEL = 0.01_dp      ! Of chance, beyond which something is told
+        real(dp), parameter :: CLEARLY = 9          ! Of chi square, by which one explains more than the other: 1 of 100
+        real(dp), parameter :: UNIT = 10e-6_dp      ! m: of the change over all
+        integer, parameter :: FEWEST = 4            ! Calibrations: of three a drift is a jump
+        type(movement_t) :: drift
+        real(dp) :: matrix(3, 3), covariance(3, 3), rhs(3), alone(3), length, condition
+        integer :: i, k
+
+        if (size(offsets) < FEWEST) then
+            history%movement = movement_t()
+            return
+        end if
+        length = maxval(nodes%t, mask=nodes%calibration > 0)
+        do i = 1, 3
+            alone(i) = without(unit_change(i))
+            rhs(i) = (without(-unit_change(i)) - alone(i))/4
+            matrix(i, i) = alone(i) + 2*rhs(i) - history%statistic
+        end do
+        do i = 1, 3
+            do k = 1, i - 1
+                matrix(i, k) = (without(unit_change(i) + unit_change(k)) - alone(i) - alone(k) + history%statistic)/2
+                matrix(k, i) = matrix(i, k)
+            end do
+        end do
+        if (.not. allocated(error)) &
+            call solve_normal_equations(matrix, rhs, drift%change, covariance, condition, error, NAMES)
+        if (allocated(error)) return
+        drift%kind = 'drift'
+        drift%from = start
+        drift%to = utc_plus(start, length)
+        drift%gain = dot_product(drift%change, rhs)
+        drift%change = UNIT*drift%change
+        drift%sigma = UNIT*sqrt([(covariance(i, i), i=1, 3)])
+        drift%probability = chi_square_tail(drift%gain, 3)
+        associate (jump => history%movement)
+            if (min(jump%probability, drift%probability) > LEVEL) then
+                history%movement = movement_t()
+            else if (abs(jump%gain - drift%gain) < CLEARLY) then
+                jump%kind = 'either'
+            else if (drift%gain > jump%gain) then
+                history%movement = drift
+            end if
+        end associate
+
+    contains
+
+        pure function unit_change(axis) result(change)
+            integer, intent(in) :: axis
+            real(dp) :: change(3)
+
+            change = 0
+            change(axis) = UNIT
+        end function unit_change
+
+        !> What is not expected of the offsets less a drift.
+        real(dp) function without(change) result(statistic)
+            real(dp), intent(in) :: change(3)       ! Over all, m
+
+            type(offset_history_t) :: other
+            type(dated_offset_t) :: straight(size(offsets))
+            integer :: node
+
+            statistic = 0
+            if (allocated(error)) return
+            straight = offsets
+            do node = 1, size(nodes)
+                if (nodes(node)%calibration == 0) cycle
+                associate (offset => straight(nodes(node)%calibration)%offset)
+                    offset = offset - nodes(node)%t/length*change
+                end associate
+            end do
+            call filter_and_smooth(straight, changes, tanks, settings, start, nodes, other, error)
+            statistic = other%statistic
+        end function without
+    end subroutine look_for_drift
+
+    !> A movement for people, with blanks behind it: what changed, and when.
+    pure function movement_words(movement) result(text)
+        type(movement_t), intent(in) :: movement    !! Not none
+        character(240) :: text
+
+        character(:), allocatable :: change
+        integer :: axis
+
+        change = ''
+        do axis = 1, 3
+            change = change//', '//trim(rounded_text(movement%change(axis)/MICROMETRE, 3))//' +/- '// &
+                     trim(rounded_text(movement%sigma(axis)/MICROMETRE, 2))
+        end do
+        text = 'd '//trim(merge('drifts', 'jumps ', movement%kind == 'drift'))//' by '//change(3:)//' um from '// &
+               trim(utc_text(movement%from))//' to '//trim(utc_text(movement%to))
+        if (movement%kind == 'either') text = trim(text)//', or drifts: the estimates do not tell which'
+    end function movement_words
 
     !> Draws futures from today on, and asks when each first leaves the limit.
     subroutine draw_futures(changes, tanks, settings, history)

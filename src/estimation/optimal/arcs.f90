@@ -30,7 +30,7 @@ module gracecg_estimation_arcs
     use gracecg_estimation_whitened_problem, only: prepare_calibration
     implicit none
     private
-    public :: arcs_fit_t, arc_residuals_t, estimate_arcs, combine_arcs
+    public :: arcs_fit_t, arc_residuals_t, estimate_arcs, combine_arcs, offset_of
 
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
     integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
@@ -484,8 +484,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(error_t), allocatable :: singular
-        type(information_t) :: all, alone
-        real(dp) :: step(size(prior)), change(3), covariance(3, 3)
+        type(information_t) :: all
+        real(dp) :: step(size(prior)), change(3)
         integer :: i, k
 
         all = no_information(size(prior))
@@ -506,15 +506,37 @@ contains
         fit%chi_square = 0
         fit%degrees = -3
         do i = 1, size(fit%arcs)
-            alone%matrix = fit%arcs(i)%matrix(:3, :3)
-            alone%rhs = fit%arcs(i)%rhs(:3) - matmul(fit%arcs(i)%matrix(:3, :), step)
-            call alone%solve(change, covariance, singular)
+            call offset_of(fit, [(k == i, k=1, size(fit%arcs))], fit%arc_offset(:, i), fit%arc_covariance(:, :, i), singular)
             if (allocated(singular)) cycle
-            fit%arc_offset(:, i) = fit%value(:3) + change
-            fit%arc_covariance(:, :, i) = covariance
-            fit%chi_square = fit%chi_square + dot_product(change, matmul(alone%matrix, change))
+            change = fit%arc_offset(:, i) - fit%value(:3)
+            fit%chi_square = fit%chi_square + dot_product(change, matmul(fit%arcs(i)%matrix(:3, :3), change))
             fit%degrees = fit%degrees + 3
         end do
         fit%degrees = max(0, fit%degrees)
     end subroutine combine_arcs
+
+    !> The offset by some arcs alone, with the other shared values of all. Fails where they do not determine it, which is then
+    !> that of all.
+    subroutine offset_of(fit, which, offset, covariance, error)
+        type(arcs_fit_t), intent(in) :: fit         !! With its values
+        logical, intent(in) :: which(:)             !! Of the arcs
+        real(dp), intent(out) :: offset(3)          !! m
+        real(dp), intent(out) :: covariance(3, 3)   !! m^2; 0 where they do not tell
+        type(error_t), allocatable, intent(out) :: error
+
+        type(information_t) :: alone
+        real(dp) :: change(3)
+        integer :: i
+
+        alone = no_information(3)
+        do i = 1, size(fit%arcs)
+            if (.not. which(i)) cycle
+            alone%matrix = alone%matrix + fit%arcs(i)%matrix(:3, :3)
+            alone%rhs = alone%rhs + fit%arcs(i)%rhs(:3) - matmul(fit%arcs(i)%matrix(:3, :), fit%value - fit%at)
+        end do
+        offset = fit%value(:3)
+        covariance = 0
+        call alone%solve(change, covariance, error)
+        if (.not. allocated(error)) offset = offset + change
+    end subroutine offset_of
 end module gracecg_estimation_arcs
