@@ -54,7 +54,7 @@ module gracecg_level1_calibration
         character(10) :: date = ''                      !! Of the epoch, GPS
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
         character(24) :: spans_from = ''                !! Where the spans come from
-        logical :: all_day = .false.                    !! Rods are driven all the time: spans are cut into arcs, of means of samples
+        logical :: all_day = .false.                    !! Rods are driven all the time: spans are cut into arcs of means
         type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA

@@ -28,10 +28,12 @@ module gracecg_level1_to_observations
     real(dp), parameter :: BEFORE = 0.3_dp, AFTER = 1.0_dp
     real(dp), parameter :: SAMPLE = 0.1_dp          !! Of the accelerometer, nominally, s
     real(dp), parameter :: UNSURE_DELAY = 4e-3_dp   !! By which delays may be off, s: two or three of their sigmas
-    real(dp), parameter :: LONGEST = 300            !! Of an arc where rods are driven all day, s: the polynomials of its torques and
-                                                    !! forces, chosen for spans of one to some minutes, follow no more of what is slow
-    integer, parameter :: HALF = 12                 !! Samples on either side of a mean: tones of 0.1 Hz stay within 0.1 %, and what
-                                                    !! is beyond 1 Hz, where means of 1 Hz would show it near the tones, goes
+    !> Of an arc where rods are driven all day, s: the polynomials of its torques and forces, chosen for spans of one to some
+    !> minutes, follow no more of what is slow
+    real(dp), parameter :: LONGEST = 300
+    !> Samples on either side of a mean: tones of 0.1 Hz stay within 0.1 %, and what is near 1 Hz, which means of 1 Hz would show
+    !> near the tones, goes
+    integer, parameter :: HALF = 12
     real(dp), parameter :: AROUND = 20              !! Currents are taken so long before and behind an arc, s
     real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s: some samples
 
