@@ -1,10 +1,11 @@
 !> Several calibrations together: the joint estimate against the stacked batch, its statistics, its tests of
 !> agreement; and the history of offsets.
 module test_joint
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, YEAR => JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
+    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
@@ -47,7 +48,8 @@ contains
                     new_unittest('history-by-hand', test_history), &
                     new_unittest('history-of-tanks', test_tanks), &
                     new_unittest('history-of-level1', test_level1_offset), &
-                    new_unittest('when-the-limit-is-left', test_leaving)]
+                    new_unittest('when-the-limit-is-left', test_leaving), &
+                    new_unittest('jump-or-drift', test_movement)]
     end subroutine collect_joint
 
     !> What is eliminated leaves the covariance of the others; a change by chance adds its variances, a known one moves the
@@ -551,4 +553,58 @@ contains
         call check_passes(error, message_of(failure))
         call check(error, history%left_in_the_end <= 0 .and. .not. history%leaves, 'a limit out of reach')
     end subroutine test_leaving
+
+    !> A day of 16 revolutions: of 200 without a movement at most 2 in 100 tell one (each of two tests one in 100, and five
+    !> sigma of that count), a jump and a drift of 30 um (y: 8 sigma and more) are told by their names, where and by how much.
+    subroutine test_movement(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: REVOLUTIONS = 16, RUNS = 200, NONE = 0, JUMP = 1, DRIFT = 2
+        real(dp), parameter :: SIGMA(3) = [9e-6_dp, 3e-6_dp, 4e-6_dp], CHANGE(3) = [0.0_dp, 30e-6_dp, 0.0_dp]
+        type(dated_offset_t) :: offsets(REVOLUTIONS)
+        type(offset_change_t) :: not_known(0)
+        type(tank_series_t) :: no_tanks
+        type(history_settings_t) :: settings
+        type(offset_history_t) :: history
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: normal(3)
+        integer :: told(NONE:DRIFT), placed, kind, run, i, k
+
+        settings%futures = 0
+        stream = new_stream(1_i8, 1, 1, 1, 77)
+        told = 0
+        placed = 0
+        do run = 1, RUNS
+            do kind = NONE, DRIFT
+                do i = 1, REVOLUTIONS
+                    offsets(i)%time = utc_t(58880, 5640.0_dp*i)
+                    offsets(i)%covariance = 0
+                    do k = 1, 3
+                        offsets(i)%covariance(k, k) = SIGMA(k)**2
+                    end do
+                    call stream%normals(normal)
+                    offsets(i)%offset = SIGMA*normal
+                    if (kind == JUMP .and. i > 6) offsets(i)%offset = offsets(i)%offset + CHANGE
+                    if (kind == DRIFT) offsets(i)%offset = offsets(i)%offset + CHANGE*(i - 1)/(REVOLUTIONS - 1.0_dp)
+                end do
+                call trace_offset(offsets, not_known, no_tanks, settings, history, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                associate (found => history%movement)
+                    select case (found%kind)
+                    case ('jump', 'either')
+                        told(kind) = told(kind) + merge(1, 0, kind == NONE .or. kind == JUMP .and. found%kind == 'jump')
+                    case ('drift')
+                        told(kind) = told(kind) + merge(1, 0, kind /= JUMP)
+                    end select
+                    if (kind == JUMP) placed = placed + merge(1, 0, abs(seconds_between(offsets(6)%time, found%from)) < 1 .and. &
+                                                              abs(found%change(2) - CHANGE(2)) < 5*found%sigma(2))
+                end associate
+            end do
+        end do
+        call check(error, told(NONE) <= 14, 'false alarms')
+        call check(error, told(JUMP) >= 0.95*RUNS .and. placed >= 0.95*RUNS, 'jumps')
+        call check(error, told(DRIFT) >= 0.95*RUNS, 'drifts')
+    end subroutine test_movement
 end module test_joint
