@@ -14,6 +14,7 @@ module test_level1_round_trip
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_preparation, only: prepare_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations
     use gracecg_observations_observation_set, only: observation_set_t
@@ -41,6 +42,7 @@ contains
                     new_unittest('estimate-of-grace', test_grace), &
                     new_unittest('estimate-of-held-currents', test_held_currents), &
                     new_unittest('edge-of-the-shadow', test_shadow_edge), &
+                    new_unittest('driven-all-day', test_all_day), &
                     new_unittest('a-span-as-observation-set', test_preparation), &
                     new_unittest('in-phase', test_in_phase), &
                     new_unittest('wrong-inertia', test_wrong_inertia), &
@@ -84,13 +86,14 @@ contains
     end subroutine test_preparation
 
     !> Gathers and estimates from a folder with what its operator says.
-    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact)
+    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact, every)
         character(*), intent(in) :: path
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: more_xy       !! Product of inertia that is said besides, kg m^2
         logical, intent(in), optional :: exact          !! Leakage, scales, gains and the air's force have sigma 0
+        real(dp), intent(in), optional :: every         !! Rods are driven all the time: spans of so many seconds
 
         type(level1_setup_t) :: setup
 
@@ -106,7 +109,7 @@ contains
             setup%gain_sigma = 0
             setup%lift_sigma = 0
         end if
-        call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
+        call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error, every=every)
         if (allocated(error)) return
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_folder
@@ -153,6 +156,56 @@ contains
         settings%first_start = 1460     ! the light comes between 1484 and 1494 s
         call check_estimate(settings, 'l1s_edge', .false., 3, error)
     end subroutine test_shadow_edge
+
+    !> Tones of 1 A m^2 for 50 minutes, with a controller that acts by the rods and firings every two minutes or so, from which no
+    !> manoeuvre could be found: d within 4 sigma, also by each of five spans, and sigma below 50 um. Then the same with a d that
+    !> jumps by 0.3 mm about y (five sigma of the spans and more) in the middle: it is told, and not to be used.
+    subroutine test_all_day(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: JUMP = 300*MICROMETRE, EVERY = 600
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        integer :: i, attempt
+
+        settings%spans = 0
+        settings%duration = 3000
+        settings%whisper = 4
+        settings%rod_control = .true.
+        settings%control_frequency = 8e-4_dp
+        settings%science_current = 0
+        settings%firing_interval = [60, 228]
+        do attempt = 1, 2
+            if (attempt == 2) settings%moved_at = 1500
+            settings%moved = [0.0_dp, JUMP, 0.0_dp]
+            call fly(settings, truth, error)
+            call write_files(truth, 'l1s_all_day', path, error)
+            if (allocated(error)) return
+            call estimate_folder(path, calibration, estimate, failure)
+            call check(error, index(message_of(failure), 'no manoeuvre found') > 0, 'no manoeuvre')
+            call estimate_folder(path, calibration, estimate, failure, every=EVERY)
+            if (failed(error, message_of(failure))) return
+            associate (first => estimate%solutions(1), d => truth%case%satellite%offset)
+                call check(error, size(calibration%spans), 5)
+                call check(error, size(estimate%arcs) > 15, 'arcs')
+                if (attempt == 2) then
+                    call check(error, estimate%flag, 2)
+                    call check(error, says(estimate%findings, 'd jumps by'), 'the jump')
+                    cycle
+                end if
+                call check(error, size(estimate%findings), 0)
+                call check(error, all(sigma_of(first) < 50*MICROMETRE), 'sigma')
+                call check(error, all(abs(first%offset - d) < 4*sigma_of(first)), 'offset')
+                do i = 1, size(calibration%spans)
+                    call check(error, all(abs(first%span_offset(:, i) - first%offset) < 4*sigma_of(first, i)), 'by span')
+                end do
+            end associate
+        end do
+    end subroutine test_all_day
 
     !> By all and without some instruments within 4 sigma + 3 um; gains within 0.5 % (what is said of the inertia goes with them),
     !> delays within 10 ms or what is said; nothing found wrong.
