@@ -35,6 +35,13 @@ SCENARIOS = {
     "grace-held": ("satellite = 'A', staircase = .true., accelerometer_delay = 0.1", "", 0.0, 0.1),
     "grace-fo-d": ("satellite = 'D'", "", 0.0, 0.0),
 }
+# Days on which rods are driven all the time, with the controller's currents and some 600 firings; taken when asked for
+WHISPER = ("spans = 0, duration = 86400, whisper_ma = 4, 4, 4, rod_control = .true., control_hz = 8e-4, science_ma = 0, "
+           "firing_interval = 60, 228")
+LONG_SCENARIOS = {
+    "whisper": (WHISPER, "", 0.0, 0.0),
+    "whisper-trim": (WHISPER + ", moved_at = 43200, moved_um = 20, 0, 0", "", 0.0, 0.0),
+}
 SOURCES = ["optimal", "no-gyros", "no-channels"]
 
 
@@ -146,12 +153,13 @@ def study_faults(options):
     return missed
 
 
-def one(program, case, settings, spans, seed, folder, binary):
+def one(program, case, settings, spans, seed, folder, binary, *how):
     """Simulates a seed and estimates; the errors of all that was estimated."""
     day = simulate(program, case, settings, spans, seed, folder, binary)
     with open(os.path.join(day, "truth.nml")) as file:
         truth = file.read()
-    document = json.loads(run(program, "level1", "estimate", day, "--setup", os.path.join(day, "setup.nml"), "--format", "json"))
+    document = json.loads(run(program, "level1", "estimate", day, "--setup", os.path.join(day, "setup.nml"), "--format", "json",
+                              *how))
     for name in os.listdir(day):
         os.remove(os.path.join(day, name))
     return truth, document
@@ -162,7 +170,7 @@ def main():
     parser.add_argument("--gracecg", default="gracecg")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--scenario", nargs="*", default=list(SCENARIOS), choices=list(SCENARIOS))
+    parser.add_argument("--scenario", nargs="*", default=list(SCENARIOS), choices=[*SCENARIOS, *LONG_SCENARIOS])
     parser.add_argument("--case", default="front-1")
     parser.add_argument("--binary", action="store_true")
     parser.add_argument("--out", help="a CSV file with all errors")
@@ -175,13 +183,17 @@ def main():
         return 1 if missed else 0
     rows, missed = [], []
     for name in options.scenario:
-        settings, spans, torque_delay, accelerometer_delay = SCENARIOS[name]
+        settings, spans, torque_delay, accelerometer_delay = {**SCENARIOS, **LONG_SCENARIOS}[name]
+        how = ["--every", "5640"] if name in LONG_SCENARIOS else []
         errors = {source: [] for source in SOURCES}
         gains, torque_delays, accelerometer_delays = [], [], []
         for seed in range(options.first_seed, options.first_seed + options.seeds):
             with tempfile.TemporaryDirectory() as folder:
-                truth, document = one(options.gracecg, options.case, settings, spans, seed, folder, options.binary)
+                truth, document = one(options.gracecg, options.case, settings, spans, seed, folder, options.binary, *how)
             offset = number(truth, "offset_mm")
+            if how:
+                print(f"  seed {seed}:", {**document["movement"], "in_the_end_mm": document["offset_in_the_end_mm"],
+                                          "sigma_in_the_end_mm": document["sigma_in_the_end_mm"]}, flush=True)
             said = number(truth, "inertia_said")[0]
             true_gain = [said*g for g in number(truth, "rod_gain")[:3]]
             for source, solution in zip(document["sources"], document["results"]):

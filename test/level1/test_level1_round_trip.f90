@@ -195,6 +195,11 @@ contains
                 if (attempt == 2) then
                     call check(error, estimate%flag, 2)
                     call check(error, says(estimate%findings, 'd jumps by'), 'the jump')
+                    associate (moved => estimate%movement)
+                        call check(error, all(abs(moved%change - settings%moved) < 4*moved%sigma), 'by how much')
+                        call check(error, all(abs(moved%offset - d - settings%moved) < &
+                                              4*sqrt([(moved%covariance(i, i), i=1, 3)])), 'd in the end')
+                    end associate
                     cycle
                 end if
                 call check(error, size(estimate%findings), 0)

@@ -15,7 +15,7 @@ module gracecg_level1_command_estimate
         write_offsets
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
-    use gracecg_cli_calibration_json, only: put_action
+    use gracecg_cli_calibration_json, only: put_action, put_movement
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_work
@@ -419,6 +419,12 @@ contains
             call results%member('chi_square', first%chi_square)
             call results%member('degrees', first%degrees)
             call results%member('flag', first%flag)
+            if (calibration%all_day) then
+                call put_movement(estimate%movement, results)
+                call results%member('offset_in_the_end_mm', estimate%movement%offset/MILLIMETRE)
+                call results%member('sigma_in_the_end_mm', sqrt([(estimate%movement%covariance(k, k), k=1, 3)])/MILLIMETRE)
+                call results%member('disturbed_arcs', count(estimate%disturbed))
+            end if
             do i = 1, size(estimate%solutions)
                 if (allocated(estimate%solutions(i)%beliefs)) call put_beliefs(estimate%solutions(i)%beliefs, results)
             end do
