@@ -67,8 +67,8 @@ contains
         call arguments%add_option('--spans', 'FILE', 'sub-manoeuvres: an SOE file, or lines of start (GPS seconds past '// &
                                   '2000-01-01 12:00) and duration (s)')
         call arguments%add_option('--span', 'START DURATION', 'a single sub-manoeuvre, likewise')
-        call arguments%add_option('--every', 'SECONDS', 'rods are driven all the time: the whole of the files, in spans of '// &
-                                  'about so many seconds (a revolution takes 5640 s)')
+        call arguments%add_option('--every', 'SECONDS', 'rods are driven all the time: the whole of the files, or the part '// &
+                                  'that --span says, in spans of about so many seconds (a revolution takes 5640 s)')
         call arguments%add_option('--field', 'FIELD', 'of the Earth: model, or magnetometer: corrected for bias and rods by '// &
                                   'the model', choices=FIELDS, default='model')
     end subroutine declare_data_options
@@ -105,8 +105,7 @@ contains
         every = 0
         if (arguments%has('--every')) call arguments%get('--every', every, misuse)
         call refuse_if(arguments%has('--every') .and. .not. every >= 60, '--every: at least 60 s', misuse)
-        call refuse_if(count([size(span) > 0, spans_file /= '', every > 0]) > 1, '--span, --spans and --every exclude each '// &
-                       'other', misuse)
+        call refuse_if(spans_file /= '' .and. (size(span) > 0 .or. every > 0), '--spans excludes --span and --every', misuse)
         call arguments%get('--field', field, misuse)
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
