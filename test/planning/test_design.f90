@@ -16,6 +16,7 @@ module test_design
     use gracecg_planning_planner
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use test_site, only: site_tests, stand, three_rods
+    use test_whisper, only: whisper_tests
     use fixture, only: check, check_fails, check_passes, make_file, FOLDER
     use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
@@ -31,6 +32,7 @@ contains
 
         testsuite = [ &
                     site_tests(), &
+                    whisper_tests(), &
                     new_unittest('ten-micrometres-in-all-cases', test_all_cases), &
                     new_unittest('ten-micrometres-everywhere', test_everywhere), &
                     new_unittest('limits-are-kept', test_limits), &

@@ -16,6 +16,7 @@ module gracecg_cli_design
     use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: quoted_word
+    use gracecg_cli_design_whisper, only: declare_whisper, run_whisper
     use gracecg_cli_plan_results, only: rods_table, add_leakage
     use gracecg_cli_work
     implicit none
@@ -74,6 +75,7 @@ contains
         call arguments%add_option('--step', 'S', 'whole seconds from place to place of the map', default='60')
         call arguments%add_option('--out', 'FILE', 'the case with the best manoeuvre')
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
+        call declare_whisper(arguments)
         call add_study_options(arguments, '--threads --format --options')
     end subroutine declare_design
 
@@ -89,6 +91,10 @@ contains
         type(map_point_t), allocatable :: points(:)
         type(results_t) :: results
 
+        if (arguments%has('--whisper')) then
+            call run_whisper(arguments, console, misuse, error)
+            return
+        end if
         call read_request(arguments, request, misuse)
         call take_cases(arguments, request, calibration, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return

@@ -4,7 +4,7 @@ module gracecg_level1_outcome
     use gracecg_base_text, only: string_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_action, only: action_t
-    use gracecg_estimation_arcs, only: arc_residuals_t
+    use gracecg_estimation_arc_problem, only: arc_residuals_t
     use gracecg_estimation_offset_movement, only: movement_t
     use gracecg_level1_solution, only: level1_solution_t
     implicit none

@@ -72,6 +72,7 @@ module gracecg_estimation_whitened_problem
         real(dp), allocatable, private :: known_sigma(:)
     contains
         procedure :: linearise => linearise_calibration
+        procedure :: predict                           !! Rotation and accelerations, with partials that are not whitened
         procedure :: compare => compare_calibration    !! Residuals alone, which cost less
         procedure :: correct => correct_calibration
         procedure :: describe_residuals => residuals_of_calibration
@@ -275,11 +276,9 @@ contains
 
         weights = 1
         partials = 0
-        call integrate_trajectory(self%model, self%state, self%trajectory)
+        call self%predict()
         call linearise_stars(self, partials)
         first = self%star_rows
-        call predict_accelerations(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, &
-                                   self%acceleration_residual, self%acceleration_partials)
         do axis = 1, 3
             associate (rows => partials(:, first + axis:first + self%acceleration_rows:3))
                 rows = self%acceleration_partials(:, axis, :)
@@ -290,6 +289,15 @@ contains
         call know_beforehand(self, partials)
         call whiten_residuals(self, self%trajectory, residuals)
     end subroutine linearise_calibration
+
+    !> Rotation and accelerations at the state: self%acceleration_residual holds what is predicted.
+    subroutine predict(self)
+        class(whitened_problem_t), intent(inout) :: self
+
+        call integrate_trajectory(self%model, self%state, self%trajectory)
+        call predict_accelerations(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, &
+                                   self%acceleration_residual, self%acceleration_partials)
+    end subroutine predict
 
     !> Partials of the angular channels, whitened.
     subroutine linearise_channels(self, partials)

@@ -17,8 +17,8 @@ module gracecg_estimation_arcs
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
-    use gracecg_estimation_arc_problem, only: arc_t, prepare_arc, take_noise, find_disturbed, reduce_arc, refresh_and_edit, &
-        covariance_of, LEAST_ANGLE
+    use gracecg_estimation_arc_problem, only: arc_t, arc_residuals_t, prepare_arc, open_arc, first_noise, find_disturbed, &
+        reduce_arc, refresh_and_edit, covariance_of, LEAST_ANGLE
     use gracecg_estimation_information, only: information_t, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
@@ -26,11 +26,11 @@ module gracecg_estimation_arcs
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
         OF_VALUE
     use gracecg_estimation_belief_tests, only: test_values
-    use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_whitened_problem, only: prepare_calibration
+    use gracecg_estimation_model_state, only: physical_model_t, correct_state
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t
     implicit none
     private
-    public :: arcs_fit_t, arc_residuals_t, estimate_arcs, combine_arcs, offset_of
+    public :: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
 
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
     integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
@@ -42,13 +42,6 @@ module gracecg_estimation_arcs
     real(dp), parameter :: LEAST_LINEAR = 1e-12_dp, LEAST_ANGULAR = 1e-10_dp
     !! Noise of the accelerometer, m/s^2 and rad/s^2: samples without noise weigh no more
     integer, parameter :: MOST_TRIED = 6            !! Beliefs that may explain what is contradicted
-
-    !> What the fit leaves of an arc's samples of the accelerometer, every epoch.
-    type :: arc_residuals_t
-        real(dp), allocatable :: linear(:, :)       !! (3, epochs), m/s^2
-        real(dp), allocatable :: angular(:, :)      !! (3, epochs), rad/s^2; of size 0 without angular channels
-        logical, allocatable :: kept(:)             !! False: missing, or left out
-    end type arc_residuals_t
 
     !> The result.
     type :: arcs_fit_t
@@ -100,15 +93,16 @@ contains
         believed = sets
         moved = 0
         before = huge(before)
-        allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)), result%residuals(size(sets)))
+        allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)))
+        result%linear_noise = first_noise(of_channels=.false.)
+        result%angular_noise = first_noise(of_channels=.true.)
         do round = 1, MOST_ROUNDS
             do i = 1, size(arcs)
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
                 call add_context(error, 'arc '//integer_text(i))
                 if (allocated(error)) return
-                if (round > 1) call take_noise(arcs(i), result%linear_noise, result%angular_noise)
             end do
-            call fit(arcs, prior, moved, result, settled, error)
+            call fit(believed, options, arcs, prior, moved, result, settled, error)
             if (allocated(error)) return
             call move_delays(arcs, result, before, believed, moved)
             if (result%converged) exit
@@ -116,33 +110,34 @@ contains
         result%converged = result%converged .and. settled
         result%disturbed = [(any(arcs(i)%excess > 1), i=1, size(arcs))]
         do i = 1, size(arcs)
-            associate (p => arcs(i)%problem)
-                result%samples = result%samples + count(p%acceleration_kept)/3
-                result%arc_rms(:, i) = [(rms_of(pack(p%acceleration_residual(axis, :), p%acceleration_kept(axis, :))), axis=1, 3)]
-                result%residuals(i)%linear = p%acceleration_residual
-                result%residuals(i)%angular = p%channel_residual
-                result%residuals(i)%kept = p%acceleration_kept(1, :)
-                result%head_sigma = p%noise%star_camera_sigma
+            associate (left => arcs(i)%residuals)
+                result%samples = result%samples + count(left%kept)
+                result%arc_rms(:, i) = [(rms_of(pack(left%linear(axis, :), left%kept)), axis=1, 3)]
             end associate
         end do
+        result%head_sigma = arcs(size(arcs))%point%noise%star_camera_sigma
         if (present(without)) then
-            if (any([(arcs(i)%problem%data%stars%head == 2, i=1, size(arcs))])) &
-                call leave_out(arcs, prior, result, .true., without(1), error)
-            if (all([(arcs(i)%problem%channel_rows > 0, i=1, size(arcs))]) .and. .not. allocated(error)) &
-                call leave_out(arcs, prior, result, .false., without(2), error)
+            if (any(arcs%head_samples(2) > 0)) &
+                call leave_out(believed, options, arcs, prior, result, .true., without(1), error)
+            if (all([(size(arcs(i)%residuals%angular) > 0, i=1, size(arcs))]) .and. .not. allocated(error)) &
+                call leave_out(believed, options, arcs, prior, result, .false., without(2), error)
             if (allocated(error)) return
         end if
         if (present(stated)) call test_arcs(believed, options, arcs, prior, stated, result, error)
+        result%residuals = arcs%residuals
     end subroutine estimate_arcs
 
     !> Fits with the beliefs as they are: steps of Gauss and Newton, noise, editing.
-    subroutine fit(arcs, prior, moved, result, settled, error)
+    subroutine fit(believed, options, arcs, prior, moved, result, settled, error)
+        type(observation_set_t), intent(in) :: believed(:)
+        type(estimation_options_t), intent(in) :: options
         type(arc_t), intent(inout) :: arcs(:)
         real(dp), intent(in) :: prior(:), moved(:)
         type(arcs_fit_t), intent(inout) :: result
         logical, intent(out) :: settled             !! The last steps became small
         type(error_t), allocatable, intent(out) :: error
 
+        type(whitened_problem_t) :: problem
         real(dp) :: largest
         integer :: round, step, i
         real(dp) :: sigma(3), before(3)
@@ -153,7 +148,8 @@ contains
         do round = 1, NOISE_ROUNDS
             do step = 1, MOST_STEPS
                 do i = 1, size(arcs)
-                    call reduce_arc(arcs(i), size(prior), error)
+                    call open_arc(arcs(i), believed(i), options, result%linear_noise, result%angular_noise, problem)
+                    call reduce_arc(arcs(i), problem, size(prior), error)
                     if (allocated(error)) return
                 end do
                 call step_all(arcs, prior, moved, result, largest, error)
@@ -163,13 +159,14 @@ contains
             end do
             changed = .false.
             do i = 1, size(arcs)
-                call refresh_and_edit(arcs(i)%problem, changed)
+                call open_arc(arcs(i), believed(i), options, result%linear_noise, result%angular_noise, problem)
+                call refresh_and_edit(arcs(i), problem, changed)
             end do
             sigma = [(sqrt(result%covariance(i, i)), i=1, 3)]
             if (.not. changed .and. all(abs(sigma - before) <= SAME_SIGMA*sigma)) exit
             before = sigma
             call find_disturbed(arcs)
-            call find_noise(arcs, result)
+            call find_noise(believed, options, arcs, result)
         end do
     end subroutine fit
 
@@ -182,10 +179,9 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: step(size(prior))
-        real(dp), allocatable :: correction(:)
         integer :: i, k
 
-        result%at = arcs(1)%problem%state%value(result%shared) + moved
+        result%at = arcs(1)%point%state%value(result%shared) + moved
         do i = 1, size(arcs)
             result%arcs(i) = arcs(i)%information
         end do
@@ -194,54 +190,66 @@ contains
         step = result%value - result%at
         largest = maxval([(abs(step(k))/sqrt(result%covariance(k, k)), k=1, size(step))])
         do i = 1, size(arcs)
-            correction = [step, arcs(i)%eliminated%value_at(step)]
-            call arcs(i)%problem%correct(correction)
+            call correct_state(physical_model_t(estimated=arcs(i)%point%estimated), [step, arcs(i)%eliminated%value_at(step)], &
+                               arcs(i)%point%state)
         end do
     end subroutine step_all
 
     !> The noise of all arcs together.
-    subroutine find_noise(arcs, result)
+    subroutine find_noise(believed, options, arcs, result)
+        type(observation_set_t), intent(in) :: believed(:)
+        type(estimation_options_t), intent(in) :: options
         type(arc_t), intent(inout) :: arcs(:)
         type(arcs_fit_t), intent(inout) :: result
 
         type(autocovariances_t) :: linear(3), angular(3)
         type(bridge_t) :: bridge                    ! Over the samples of an arc that are left out
+        type(whitened_problem_t) :: problem
         real(dp), allocatable :: partials(:, :)
         real(dp) :: first_head(3), second_head(3)
         logical :: found_before     ! Errors of the fit are those by the noise, not by a first guess
         integer :: axis, i
 
-        found_before = result%linear_noise(1)%order > 0
+        found_before = result%linear_noise(1)%order == ORDER
         do axis = 1, 3
             call linear(axis)%begin(ORDER)
             call angular(axis)%begin(ORDER)
-            do i = 1, size(arcs)
-                associate (p => arcs(i)%problem, excess => arcs(i)%excess)
-                    bridge = new_bridge(p%whiteners(axis)%bridge%model, p%acceleration_kept(axis, :))
-                    if (.not. excess(axis) > 1) call add_series(p%acceleration_residual(axis, :), linear(axis))
-                    if (found_before .and. .not. excess(axis) > 1) then
-                        partials = p%acceleration_partials(:, axis, :)
-                        call bridge%fill(partials)
-                        call linear(axis)%add_errors(partials, covariance_of(arcs(i), result%covariance))
+        end do
+        do i = 1, size(arcs)
+            if (found_before .and. .not. all(arcs(i)%excess(:3) > 1)) then
+                call open_arc(arcs(i), believed(i), options, result%linear_noise, result%angular_noise, problem)
+                call problem%predict()
+            end if
+            associate (left => arcs(i)%residuals, excess => arcs(i)%excess)
+                do axis = 1, 3
+                    if (.not. excess(axis) > 1) then
+                        bridge = new_bridge(result%linear_noise(axis), left%kept)
+                        call add_series(left%linear(axis, :), linear(axis))
+                        if (found_before) then
+                            partials = problem%acceleration_partials(:, axis, :)
+                            call bridge%fill(partials)
+                            call linear(axis)%add_errors(partials, covariance_of(arcs(i), result%covariance))
+                        end if
                     end if
-                    if (p%channel_rows == 0 .or. excess(3 + axis) > 1) cycle
-                    bridge = new_bridge(p%channel_whiteners(axis)%bridge%model, p%acceleration_kept(axis, :))
-                    call add_series(p%channel_residual(axis, :), angular(axis))
-                end associate
-            end do
+                    if (size(left%angular) == 0 .or. excess(3 + axis) > 1) cycle
+                    bridge = new_bridge(result%angular_noise(axis), left%kept)
+                    call add_series(left%angular(axis, :), angular(axis))
+                end do
+            end associate
+        end do
+        do axis = 1, 3
             linear(axis)%sums(0) = linear(axis)%sums(0) + linear(axis)%count*LEAST_LINEAR**2
             angular(axis)%sums(0) = angular(axis)%sums(0) + angular(axis)%count*LEAST_ANGULAR**2
             result%linear_noise(axis) = predictors_of(linear(axis), real(linear(axis)%count, dp))
             result%rms(axis) = result%linear_noise(axis)%deviation(0)
             result%angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - &
-                3.0_dp*count([(.not. arcs(i)%excess(3 + axis) > 1, i=1, size(arcs))]))
+                                                       3.0_dp*count([(.not. arcs(i)%excess(3 + axis) > 1, i=1, size(arcs))]))
             first_head(axis) = max(LEAST_ANGLE, sigma_of_head(1, axis))
             second_head(axis) = max(LEAST_ANGLE, sigma_of_head(2, axis))
         end do
         do i = 1, size(arcs)
-            arcs(i)%problem%noise%star_camera_sigma = first_head
-            arcs(i)%problem%noise%second_head_sigma = second_head
-            call take_noise(arcs(i), result%linear_noise, result%angular_noise)
+            arcs(i)%point%noise%star_camera_sigma = first_head
+            arcs(i)%point%noise%second_head_sigma = second_head
         end do
 
     contains
@@ -271,13 +279,11 @@ contains
             squares = 0
             free = 0
             do k = 1, size(arcs)
-                associate (p => arcs(k)%problem)
-                    if (count(p%star_kept .and. p%data%stars%head == head) == 0) cycle
-                    own = count(is_rotational(arcs(k)%own) .and. KIND_OF(arcs(k)%own) /= OF_FIELD_BIAS)/3
-                    if (head == 2) own = 2
-                    squares = squares + sum(p%star_angles(about, :)**2, mask=p%star_kept .and. p%data%stars%head == head)
-                    free = free + count(p%star_kept .and. p%data%stars%head == head) - own
-                end associate
+                if (arcs(k)%head_samples(head) == 0) cycle
+                own = count(is_rotational(arcs(k)%own) .and. KIND_OF(arcs(k)%own) /= OF_FIELD_BIAS)/3
+                if (head == 2) own = 2
+                squares = squares + arcs(k)%head_squares(about, head)
+                free = free + arcs(k)%head_samples(head) - own
             end do
             sigma = 0
             if (free > 0) sigma = sqrt(squares/free)
@@ -303,7 +309,7 @@ contains
 
         n = size(prior)
         places = [result%shared, pack(BELIEFS, [(.not. any([result%shared, arcs(1)%own] == BELIEFS(k)), k=1, size(BELIEFS))])]
-        call gather_arcs(sets, options, arcs, places, all, error)
+        call gather_arcs(sets, options, arcs, places, result, all, error)
         if (allocated(error)) return
         do k = 1, n
             call all%expect(k, prior(k))
@@ -383,34 +389,25 @@ contains
     end subroutine test_arcs
 
     !> What all arcs say of shared parameters at the fit, their own eliminated.
-    subroutine gather_arcs(sets, options, arcs, places, all, error)
+    subroutine gather_arcs(sets, options, arcs, places, fit, all, error)
         type(observation_set_t), intent(in) :: sets(:)
         type(estimation_options_t), intent(in) :: options
         type(arc_t), intent(in) :: arcs(:)
         integer, intent(in) :: places(:)            !! Of the parameters
+        type(arcs_fit_t), intent(in) :: fit         !! Knows the noise
         type(information_t), intent(out) :: all
         type(error_t), allocatable, intent(out) :: error
 
         type(arc_t) :: wider
-        type(fitting_data_t) :: data
+        type(whitened_problem_t) :: problem
         integer :: i
 
         all = no_information(size(places))
         do i = 1, size(arcs)
-            associate (fitted => arcs(i)%problem)
-                data = fitted%data
-                wider%own = arcs(i)%own
-                wider%held = arcs(i)%held
-                call prepare_calibration(sets(i)%knowledge, options, data, [places, wider%own], wider%problem)
-                call wider%problem%forget_prior(size(places))
-                wider%problem%state = fitted%state
-                wider%problem%noise = fitted%noise
-                wider%problem%star_kept = fitted%star_kept
-                wider%problem%acceleration_kept = fitted%acceleration_kept
-                wider%problem%whiteners = fitted%whiteners
-                wider%problem%channel_whiteners = fitted%channel_whiteners
-            end associate
-            call reduce_arc(wider, size(places), error)
+            wider%own = arcs(i)%own
+            wider%held = arcs(i)%held
+            call open_arc(arcs(i), sets(i), options, fit%linear_noise, fit%angular_noise, problem, places)
+            call reduce_arc(wider, problem, size(places), error)
             if (allocated(error)) return
             call all%add(wider%information)
         end do
@@ -418,7 +415,9 @@ contains
 
     !> The estimate without the second head, or without the angular channels: from the same samples by a step of Gauss and
     !> Newton from the fit of all.
-    subroutine leave_out(arcs, prior, all, second_head, result, error)
+    subroutine leave_out(believed, options, arcs, prior, all, second_head, result, error)
+        type(observation_set_t), intent(in) :: believed(:)
+        type(estimation_options_t), intent(in) :: options
         type(arc_t), intent(in) :: arcs(:)
         real(dp), intent(in) :: prior(:)
         type(arcs_fit_t), intent(in) :: all
@@ -427,6 +426,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(arc_t) :: arc
+        type(whitened_problem_t) :: problem
         integer :: i
 
         result%shared = all%shared
@@ -434,8 +434,9 @@ contains
         allocate (result%arcs(size(arcs)))
         do i = 1, size(arcs)
             arc = arcs(i)
-            if (second_head) arc%problem%star_kept = arc%problem%star_kept .and. arc%problem%data%stars%head /= 2
-            call reduce_arc(arc, size(prior), error, channels=second_head)
+            call open_arc(arc, believed(i), options, all%linear_noise, all%angular_noise, problem)
+            if (second_head) problem%star_kept = problem%star_kept .and. problem%data%stars%head /= 2
+            call reduce_arc(arc, problem, size(prior), error, channels=second_head)
             if (allocated(error)) return
             result%arcs(i) = arc%information
         end do
@@ -462,12 +463,12 @@ contains
         do k = 1, size(result%shared)
             place = result%shared(k)
             if (.not. any(place == [ALL_RODS_DELAY, SAMPLING_DELAY])) cycle
-            value = arcs(1)%problem%state%value(place)
+            value = arcs(1)%point%state%value(place)
             if (abs(value) < max(SAME_DELAY, SAME_SHARE*sqrt(result%covariance(k, k)))) cycle
             result%converged = .false.
             moved(k) = moved(k) + value
             do i = 1, size(arcs)
-                arcs(i)%problem%state%value(place) = 0
+                arcs(i)%point%state%value(place) = 0
                 associate (knowledge => believed(i)%knowledge)
                     if (place == SAMPLING_DELAY) then
                         knowledge%accelerometer_delay = knowledge%accelerometer_delay + value

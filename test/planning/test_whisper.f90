@@ -1,0 +1,101 @@
+!> Weak tones all the time: what they reach, against the flown rotation and the whitened samples of arcs along the orbit.
+module test_whisper
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MICROMETRE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_site
+    use gracecg_planning_whisper, only: whisper_limits_t, whisper_plan_t, plan_whisper
+    use fixture, only: check, check_passes, check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type
+    implicit none
+    private
+    public :: whisper_tests
+
+contains
+
+    !> Of the suite `design`.
+    function whisper_tests() result(tests)
+        type(unittest_type), allocatable :: tests(:)
+
+        tests = [ &
+                new_unittest('tones-all-the-time-against-flown-arcs', test_reached), &
+                new_unittest('tones-keep-their-limits', test_limits)]
+    end function whisper_tests
+
+    !> By the noise alone: arcs of 300 s over a revolution, flown and whitened, together. After n times as long it is 1/sqrt(n) of
+    !> that; the leakage makes it larger.
+    subroutine test_reached(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ARCS = 19
+        type(case_t) :: case
+        type(whisper_plan_t) :: plan
+        type(planned_arc_t) :: arc
+        type(nominal_orbit_t) :: orbit
+        type(manoeuvre_site_t) :: site
+        type(manoeuvre_quality_t) :: quality
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+        real(dp) :: information(3, 3), covariance(3, 3), sigma(3)
+        integer :: i, k
+
+        call report_case('front-3', case, failure)
+        if (.not. allocated(failure)) call plan_whisper(case, whisper_limits_t(), plan, failure)
+        case%duration = 300
+        if (.not. allocated(failure)) call new_planned_arc(case, arc, failure)
+        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
+        if (.not. allocated(failure)) call new_torque_rods(rods, [(rod_activation_t(k, plan%tones(k)%moment, &
+            plan%tones(k)%frequency, 0.0_dp, 0.0_dp, case%duration), k=1, 3)], failure)
+        information = 0
+        do i = 1, ARCS
+            if (.not. allocated(failure)) call new_manoeuvre_site(arc, orbit, (i - 1)*orbit%revolution/ARCS, site, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call evaluate_manoeuvre(arc, site, rods, quality)
+            information = information + inverse_3x3(quality%covariance)
+        end do
+        covariance = inverse_3x3(information)*ARCS*case%duration/orbit%revolution
+        sigma = [(sqrt(covariance(k, k)), k=1, 3)]
+        call check(error, maxval(abs(plan%sigma_alone(:, 1)/sigma - 1)) < 0.05_dp, 'a revolution')
+        call check(error, maxval(abs(plan%sigma_alone(:, 3)/plan%sigma_alone(:, 2)*sqrt(7.0_dp) - 1)) < 1e-9_dp, 'a week')
+        call check(error, all(plan%sigma > plan%sigma_alone) .and. all(plan%sigma(:, 3) < plan%sigma(:, 2)), 'leakage')
+        call check(error, all(plan%sigma(:, 2) < 10*MICROMETRE), 'a day')
+    end subroutine test_reached
+
+    !> Moment, turn and range keep their limits, and one of them is reached; the band is kept, or refused.
+    subroutine test_limits(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(whisper_plan_t) :: plan, tight
+        type(whisper_limits_t) :: limits
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        if (.not. allocated(failure)) call plan_whisper(case, limits, plan, failure)
+        if (.not. allocated(failure)) then
+            limits%range = plan%range/10
+            call plan_whisper(case, limits, tight, failure)
+        end if
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        associate (f => plan%tones%frequency)
+            call check(error, all(f >= limits%band(1)) .and. all(f < limits%band(2) + 1e-9_dp), 'band')
+            call check(error, min(abs(f(1) - f(2)), abs(f(2) - f(3)), abs(f(1) - f(3))) > 0.01_dp - 1e-9_dp, 'apart')
+        end associate
+        call check(error, maxval(plan%tones%moment), limits%moment, thr=1e-12_dp, more='moment')
+        call check(error, plan%range < 1e-9_dp .and. tight%range < limits%range*(1 + 1e-9_dp), 'range')
+        call check(error, all(tight%sigma(:, 2) > plan%sigma(:, 2)), 'less moment tells less')
+        limits%band = [0.1_dp, 0.11_dp]
+        call plan_whisper(case, limits, plan, failure)
+        call check_fails(error, message_of(failure), ['three tones need'])
+        limits%band = [0.1_dp, 6.0_dp]
+        call plan_whisper(case, limits, plan, failure)
+        call check_fails(error, message_of(failure), ['half of the sampling'])
+    end subroutine test_limits
+end module test_whisper
