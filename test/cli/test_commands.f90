@@ -11,6 +11,7 @@ module test_commands
     use gracecg_cli_console, only: console_t, console_width
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_level1_commands, only: level1_commands
+    use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use command_fixture, only: run, succeeds, refused
     use testdrive, only: unittest_type, error_type, new_unittest
     use fixture, only: check, FOLDER, make_file, make_folder, read_content, check_passes
@@ -37,6 +38,7 @@ contains
                     new_unittest('verify', test_verify), &
                     new_unittest('timing', test_timing), &
                     new_unittest('design', test_design_command), &
+                    new_unittest('design-whisper', test_whisper_command), &
                     new_unittest('unwritable', test_unwritable), &
                     new_unittest('json', test_json), &
                     new_unittest('help-command', test_help_command), &
@@ -304,6 +306,28 @@ contains
                                                                         'at most 0.06 deg/s'])
         call refused(error, QUICK//'--out '//FOLDER//'no/such.nml', STATUS_FAILED, [character(W) :: 'no folder'])
     end subroutine test_design_command
+
+    !> Tones all the time: a table of what they reach, members of JSON, a file that `level1 simulate` reads with what was printed.
+    subroutine test_whisper_command(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: level1
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output
+
+        call make_folder(error)
+        call succeeds(error, 'design front-3 --whisper --amplitude 0.5 --out '//FOLDER//'tones.nml', output)
+        call check(error, index(output, 'week') > 0 .and. index(output, 'next: gracecg level1 simulate front-3') > 0, output)
+        if (allocated(error)) return
+        call read_level1_settings(FOLDER//'tones.nml', level1, failure)
+        call check(error, .not. allocated(failure), message_of(failure))
+        call check(error, all(abs(level1%whisper - 2) < 1e-6_dp) .and. level1%rod_control .and. level1%spans == 0, 'settings')
+        call check(error, all(level1%whisper_frequency >= 0.05_dp .and. level1%whisper_frequency <= 0.15_dp), 'frequencies')
+        call succeeds(error, 'design front-3 --whisper --format json', output)
+        call check(error, index(output, '"tones": [') > 0 .and. index(output, '"range_m": ') > 0, output)
+        call refused(error, 'design --whisper --at 3', STATUS_MISUSED, [character(W) :: '--at is of a manoeuvre'])
+        call refused(error, 'design --whisper --frequencies 0.1 0.11', STATUS_FAILED, [character(W) :: 'three tones need'])
+    end subroutine test_whisper_command
 
     !> The file's angular acceleration is what its field gives: rods y and z at 30 A m^2, opposed when
     !> B_y and B_z have one sign, on the inertia of CSR-TM-00-01 section 5.2.

@@ -128,7 +128,8 @@ contains
         call file%open(path, error)
         if (allocated(error)) return
         call file%line('&level1_simulation   ! by gracecg design '//name//' --whisper')
-        call file%line('    spans = 0, duration = 86400, rod_control = .true., science_ma = 0')
+        call file%line('    spans = 0, duration = 86400, rod_control = .true., control_hz = 8e-4, science_ma = 0,')
+        call file%line('    firing_interval = 60, 228')
         write (line, '(4x, a, 2(f0.5, ", "), f0.5)') 'whisper_ma = ', plan%tones%moment/USUAL_ROD_GAIN
         call file%line(trim(line))
         write (line, '(4x, a, 2(f0.5, ", "), f0.5)') 'whisper_hz = ', plan%tones%frequency
