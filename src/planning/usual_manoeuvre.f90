@@ -1,4 +1,5 @@
-!> The manoeuvre by which places are compared: that of a case's own rods, with the signs that its rule gives the rods there.
+!> The manoeuvre by which places are compared: that of a case's own rods, with the signs that its rule gives the rods there;
+!> of torquers that of the case.
 module gracecg_planning_usual_manoeuvre
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
@@ -36,6 +37,13 @@ contains
         type(rod_activation_t) :: activations(3)
         type(torque_rods_t) :: driven
 
+        if (rods%direct) then
+            manoeuvre = rods
+            manoeuvre%activations%start = from + rods%activations%start
+            manoeuvre%activations%stop = from + rods%activations%stop
+            if (has_moments(rods%measured)) manoeuvre%measured%time = from + rods%measured%time
+            return
+        end if
         activations = rod_activation_t(frequency=ROD_FREQUENCY, stop=duration)
         if (rods%count > 0) activations = rods%activations(maxloc(abs(rods%activations(:rods%count)%amplitude), 1))
         activations%axis = [1, 2, 3]

@@ -57,8 +57,8 @@ contains
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
         call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them', default='xyz')
-        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2, up to largest_moment of the case''s &rods '// &
-                                  '(default: as the case drives its rods)')
+        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2 (of torquers N m), up to largest_moment of the '// &
+                                  'case''s &rods (default: as the case drives its rods)')
         call arguments%add_option('--frequencies', 'LOW HIGH', 'Hz, allowed', default=real_text(USUAL%lowest_frequency)//' '// &
                                   real_text(USUAL%highest_frequency))
         call arguments%add_option('--waveforms', 'LIST', 'allowed: of sine, cosine, tapered, square', choices=WAVEFORM_NAMES, &
@@ -289,6 +289,7 @@ contains
 
         type(leakage_pair_t) :: pair
 
+        if (plan%arc%knowledge%rods%direct) return      ! it leaks nothing that turns with the field
         call find_pair(plan%arc, plan%orbit, plan%sites(1), plan%design%rods, pair, error)
         if (.not. allocated(error)) call add_leakage(pair, plan%calibration%case, console, results)
     end subroutine add_pair
