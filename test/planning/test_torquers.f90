@@ -15,6 +15,7 @@ module test_torquers
     use gracecg_simulation_case, only: case_t, case_from_text, case_text
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, measure_rods
     use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
@@ -39,6 +40,7 @@ contains
                     new_unittest('torque-of-rods-and-torquers', test_torque), &
                     new_unittest('bound-by-independent-least-squares', test_bound), &
                     new_unittest('hundred-seeds-at-the-bound', test_seeds), &
+                    new_unittest('gains-of-a-swing', test_gains), &
                     new_unittest('history-beside-the-observations', test_history), &
                     new_unittest('history-as-a-case', test_torque_file), &
                     new_unittest('case-files', test_case_files), &
@@ -315,6 +317,43 @@ contains
             end do
         end do
     end subroutine test_seeds
+
+    !> A swing whose torques are believed up to 30 % wrong: the estimate, with all its checks and the record of the fit, finds the
+    !> gains that are true, and contradicts nothing.
+    subroutine test_gains(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(10), parameter :: NAMES(3) = ['rod_gain_x', 'rod_gain_y', 'rod_gain_z']
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(fit_record_t) :: record
+        type(error_t), allocatable :: failure
+        real(dp) :: found
+        integer :: i, k
+
+        call take_example(error, EXAMPLES(2), .false., calibration)
+        if (allocated(error)) return
+        calibration%options%covariance = .true.
+        call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure)
+        if (.not. allocated(failure)) &
+            call estimate_offset('optimal', observations, calibration%options, solution, failure, record)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, solution%converged .and. size(record%epoch) > 300, 'converged, with a record')
+        call check(error, .not. solution%beliefs%has_contradiction(), 'nothing is contradicted')
+        associate (gain => observations%knowledge%rods%gain)
+            call check(error, maxval(abs(gain - 1)) > 0.1_dp, 'the beliefs are wrong')
+            do i = 1, 3
+                k = findloc(solution%parameters%name, NAMES(i), 1)
+                found = gain(i)*(1 + solution%parameters(k)%value)
+                call check(error, found, 1.0_dp, thr=0.02_dp, message=NAMES(i))
+                call check(error, abs(solution%offset(i) - calibration%case%satellite%offset(i)) < &
+                           4*sqrt(solution%covariance(i, i)), 'offset')
+            end do
+        end associate
+    end subroutine test_gains
 
     !> A set with torque.csv gives the estimate of the set with waveforms, though gain and delay lie behind the command and the
     !> magnetometer is lost. Files that contradict the setup, or are damaged, are refused by name.

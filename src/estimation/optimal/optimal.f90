@@ -92,6 +92,7 @@ contains
         allocate (moved(size(named)), source=0.0_dp)
         believed = observations
         do move = 0, MOST_MOVES
+            if (present(record)) record = fit_record_t()
             call estimate_as_believed(believed, options, solution, error, record, problem, once)
             if (allocated(error)) return
             places = [(findloc(solution%parameters%name, parameter_names(named(i)), 1), i=1, size(named))]
