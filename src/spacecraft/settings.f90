@@ -82,7 +82,7 @@ contains
             call settings%real_value('largest_moment', rods%largest_moment, 1e-3_dp, 1e4_dp, 'A m^2, that each rod bears', &
                                      unit='A m^2')
             call describe_errors('x rod about y and z, of the y rod about z and x, of the z rod about x and y', 'moment')
-            call describe_activations(settings, 'rod', 'Magnetic moment', 'A m^2', rods)
+            call describe_activations(settings, rods)
             return
         end if
         call settings%group('torquers', 'What turns the satellite in place of rods, about x, y, z: torque = gain commanded torque')
@@ -90,7 +90,7 @@ contains
             'stands beside a group &rods or &rod: a satellite is turned by torquers or by rods; leave one of them out')
         call settings%real_value('largest_torque', rods%largest_moment, 1e-12_dp, 1e4_dp, 'N m, about each axis', unit='N m')
         call describe_errors('x torque about y and z, of the y torque about z and x, of the z torque about x and y', 'torque')
-        call describe_activations(settings, 'excitation', 'Torque', 'N m', rods)
+        call describe_activations(settings, rods)
 
     contains
 
@@ -128,29 +128,37 @@ contains
     end subroutine describe_history
 
     !> What rods or torquers are driven through: one group for each activation.
-    subroutine describe_activations(settings, group, quantity, unit, rods)
+    subroutine describe_activations(settings, rods)
         class(settings_t), intent(inout) :: settings
-        character(*), intent(in) :: group, quantity, unit   !! Of the amplitudes
         type(torque_rods_t), intent(inout) :: rods
 
         type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
         type(torque_rods_t) :: driven
         type(error_t), allocatable :: problem
         character(len(WAVEFORM_NAMES)) :: waveform
+        character(10) :: group
+        character(5) :: unit
         integer :: n, i
 
+        group = merge('excitation', 'rod       ', rods%direct)
+        unit = merge('N m  ', 'A m^2', rods%direct)
         n = rods%count
         activations = rods%activations
-        call settings%count(group, n)
+        call settings%count(trim(group), n)
         if (n > MAX_ACTIVATIONS) then
-            call settings%group(group, '', MAX_ACTIVATIONS + 1)
-            call settings%reject('axis', 'at most 16 groups &'//group//' are allowed')
+            call settings%group(trim(group), '', MAX_ACTIVATIONS + 1)
+            call settings%reject('axis', 'at most 16 groups &'//trim(group)//' are allowed')
             return
         end if
         do i = 1, n
-            call settings%group(group, quantity//' amplitude w(2 pi frequency (t - start) + phase)', i)
+            if (rods%direct) then
+                call settings%group('excitation', 'Torque amplitude w(2 pi frequency (t - start) + phase)', i)
+            else
+                call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
+            end if
             call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
-            call settings%real_value('amplitude', activations(i)%amplitude, -1e4_dp, 1e4_dp, unit, unit=unit, required=.true.)
+            call settings%real_value('amplitude', activations(i)%amplitude, -1e4_dp, 1e4_dp, trim(unit), unit=trim(unit), &
+                                     required=.true.)
             call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
                                      unit='Hz', required=.true.)
             call settings%real_value('phase_deg', activations(i)%phase, -360.0_dp, 360.0_dp, 'deg', &
