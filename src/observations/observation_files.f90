@@ -239,9 +239,9 @@ contains
         call read_setup(path_of(folder, SETUP_FILE), observations%knowledge, error)
         if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
         if (.not. allocated(error)) call read_orbit(folder, observations, error)
+        if (.not. allocated(error)) call read_rods(folder, observations%knowledge, error)
         if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
         if (.not. allocated(error)) call read_star_camera(folder, observations, error)
-        if (.not. allocated(error)) call read_rods(folder, observations%knowledge, error)
         if (allocated(error)) return
         call check_observations(observations, error)
         call add_context(error, trim(folder))
