@@ -393,6 +393,10 @@ contains
                        4*sqrt(solution%covariance(k, k)), 'truth')
         end do
 
+        calibration%options%covariance = .true.         ! twice the torque that is believed: refused
+        again%knowledge%rods%gain = again%knowledge%rods%gain/2
+        call estimate_offset('optimal', again, calibration%options, other, failure)
+        call check_fails(error, message_of(failure), [character(24) :: 'torque of the torquers', 'setup and command'])
         call read_content(error, SET//'/torque.csv', good)
         call read_content(error, SET//'/setup.nml', setup)
         call make_file(error, 'torquers/torque.csv', good(:len(good) - 30)//'nan'//new_line('a'))
