@@ -2,7 +2,7 @@
 !> 100 seeds, torque histories, and what is refused.
 module test_torquers
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_constants, only: TWO_PI, DEGREE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
@@ -42,6 +42,7 @@ contains
                     new_unittest('bound-by-independent-least-squares', test_bound), &
                     new_unittest('hundred-seeds-at-the-bound', test_seeds), &
                     new_unittest('gains-of-a-swing', test_gains), &
+                    new_unittest('wrong-beliefs-are-named', test_beliefs), &
                     new_unittest('history-beside-the-observations', test_history), &
                     new_unittest('history-as-a-case', test_torque_file), &
                     new_unittest('case-files', test_case_files), &
@@ -352,6 +353,42 @@ contains
             end do
         end do
     end subroutine test_gains
+
+    !> A delay, a gain and a direction of the torquers that are believed wrongly contradict the data, and the warning names what is
+    !> right, and the offset with it.
+    subroutine test_beliefs(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of rod y is ', 'the gain of rod y is 0.98', &
+                                                'the direction of rod x about y is ']
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations, wrong
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i, k
+        logical :: found
+
+        call take_example(error, EXAMPLES(2), .true., calibration)
+        if (allocated(error)) return
+        calibration%options%covariance = .true.
+        call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
+        do i = 1, 3
+            wrong = observations
+            if (i == 1) wrong%knowledge%rods%delay(2) = 0.5_dp
+            if (i == 2) wrong%knowledge%rods%gain(2) = 1.02_dp
+            if (i == 3) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
+            if (.not. allocated(failure)) call estimate_offset('optimal', wrong, calibration%options, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            found = .false.
+            do k = 1, size(solution%warnings)
+                found = found .or. index(solution%warnings(k)%text, trim(NAMED(i))) > 0 .and. &
+                        index(solution%warnings(k)%text, 'd would be -0.19 0.6') > 0
+            end do
+            call check(error, found .and. solution%beliefs%has_contradiction(), NAMED(i))
+        end do
+    end subroutine test_beliefs
 
     !> A set with torque.csv gives the estimate of the set with waveforms, though gain and delay lie behind the command and the
     !> magnetometer is lost. Files that contradict the setup, or are damaged, are refused by name.
