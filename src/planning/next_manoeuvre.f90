@@ -13,7 +13,7 @@ module gracecg_planning_next_manoeuvre
     use gracecg_planning_observed_case, only: case_of_observations
     use gracecg_planning_planner, only: plan_request_t, plan_t, prepare_plan
     use gracecg_planning_site, only: manoeuvre_quality_t, evaluate_manoeuvre
-    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
     implicit none
     private
     public :: say_next_manoeuvre
@@ -36,6 +36,7 @@ contains
         text = ''
         if (observations%knowledge%rods%count == 0) return
         request%settings%amplitude = usual_amplitude(observations%knowledge%rods)
+        request%settings%share = usual_shares(observations%knowledge%rods)
         call case_of_observations(observations, calibration%case, failure)
         if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)
         if (allocated(failure)) return
