@@ -45,7 +45,8 @@ contains
         if (.not. quality%is_seen() .or. exceeds_limits(plan%arc%knowledge%limits, quality%motion)) return
         text = 'with rods x, y and z at '//rounded_text(rods%activations(1)%frequency, 3)//', '// &
             rounded_text(rods%activations(2)%frequency, 3)//' and '//rounded_text(rods%activations(3)%frequency, 3)// &
-            ' Hz, '//rounded_text(request%settings%amplitude, 3)//' A m^2, for '// &
+            ' Hz, '//rounded_text(request%settings%amplitude, 3)// &
+            trim(merge(' N m  ', ' A m^2', observations%knowledge%rods%direct))//', for '// &
             integer_text(nint(calibration%case%duration))//' s at the next passage here ('// &
             utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma would be '// &
             rounded_text(quality%sigma(1)/MILLIMETRE, 2)//', '//rounded_text(quality%sigma(2)/MILLIMETRE, 2)//', '// &
