@@ -23,6 +23,7 @@ program tester
     use test_plates, only: collect_plates
     use test_surface_loads, only: collect_surface_loads
     use test_torque_rods, only: collect_torque_rods
+    use test_torquers, only: collect_torquers
     use test_models, only: collect_models
     use test_geopotential, only: collect_geopotential
     use test_geomagnetic_field, only: collect_geomagnetic_field
@@ -140,7 +141,8 @@ program tester
                                            'calibration-page/no-convergence', 'calibration-page/refused-fit', &
                                            'commands/lines-fit', 'case-commands/what-is-next-works-as-typed', &
                                            'level1-round-trip/changed-files', 'level1-round-trip/exactly-known', &
-                                           'level1-round-trip/edge-of-the-shadow', 'level1-estimate/held-currents-and-lag']
+                                           'level1-round-trip/edge-of-the-shadow', 'level1-estimate/held-currents-and-lag', &
+                                           'torquers/hundred-seeds-at-the-bound']
 
     interface
         integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
@@ -238,6 +240,7 @@ program tester
              new_testsuite('arcs', collect_arcs), &
              new_testsuite('arc-chain', collect_arc_chain), &
              new_testsuite('bound', collect_bound), &
+             new_testsuite('torquers', collect_torquers), &
              new_testsuite('programme', collect_programme), &
              new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &

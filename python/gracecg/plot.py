@@ -173,17 +173,18 @@ def ellipses(result: Result) -> Figure:
 
 @_figure
 def manoeuvre(result: Result) -> Figure:
-    """Dipole moment of the rods, where it is known, and the angular acceleration of the fit over time."""
+    """Dipole moment of the rods, or torque of torquers, where it is known, and the angular acceleration of the fit over time."""
     table = _table(result, "manoeuvre")
-    both = "mx_a_m2" in table
+    driven = next((form for form in ("m{}_a_m2", "t{}_n_m") if form.format("x") in table), None)
+    both = driven is not None
     figure, panels = _new(540 if both else 300, rows=1 + both, sharex=True, squeeze=False)
     for k, axis in enumerate(AXES):
         look = {"color": OF_AXIS[k], "linestyle": (0, (4, 4)) if k == 2 else "-"}
         if both:        # the moments of two rods may lie on each other
-            panels[0, 0].plot(table["time_s"], table[f"m{axis}_a_m2"], linewidth=3, **look)
+            panels[0, 0].plot(table["time_s"], table[driven.format(axis)], linewidth=3, **look)
         panels[-1, 0].plot(table["time_s"], 1e6*table[f"wd{axis}_rad_s2"], color=OF_AXIS[k])
     if both:
-        panels[0, 0].set_ylabel("moment, A m²")
+        panels[0, 0].set_ylabel("moment, A m²" if driven.startswith("m") else "torque, N m")
     panels[-1, 0].set(xlabel="time, s", ylabel="dω/dt, µrad/s²", xlim=(0, table["time_s"][-1]))
     _three_axes(figure)
     return figure

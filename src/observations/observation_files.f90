@@ -1,7 +1,7 @@
 !> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv,
-!> orbit.csv, rods.csv, and setup.nml with what the operator knows. A series without samples has no file;
-!> the orbit may be missing, and with an orbit the magnetometer. Measured moments of the rods, where there are
-!> any, stand in for the waveforms of the setup.
+!> orbit.csv, rods.csv or torque.csv, and setup.nml with what the operator knows. A series without samples has no file;
+!> the orbit may be missing, and with an orbit or torquers the magnetometer. Measured moments of the rods, and the history of
+!> torquers, where there are any, stand in for the waveforms of the setup.
 module gracecg_observations_observation_files
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
@@ -12,6 +12,7 @@ module gracecg_observations_observation_files
     use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, has_moments, median_spacing, &
         FEWEST_MOMENTS
+    use gracecg_spacecraft_settings, only: TORQUE_COLUMNS
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_observations_knowledge, only: operator_knowledge_t, describe_satellite, &
@@ -23,12 +24,12 @@ module gracecg_observations_observation_files
     public :: write_observations, observation_writer_t, read_observations, OBSERVATION_FILES, SETUP_FILE
     public :: read_setup, setup_from_text, setup_text
 
-    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5
+    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5, TORQUE = 6
     !> What an operator knows
-    integer, parameter :: TABLE_COUNT = 5, SETUP_FILE = 6
+    integer, parameter :: TABLE_COUNT = 6, SETUP_FILE = 7
     !> The files of an observation set, in its folder
-    character(17), parameter :: OBSERVATION_FILES(6) = [character(17) :: &
-        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'rods.csv', 'setup.nml']
+    character(17), parameter :: OBSERVATION_FILES(7) = [character(17) :: &
+        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'rods.csv', 'torque.csv', 'setup.nml']
 
     character(8), parameter :: ACCELEROMETER_COLUMNS(4) = &
         [character(8) :: 'time_s', 'ax_m_s2', 'ay_m_s2', 'az_m_s2']
@@ -99,6 +100,7 @@ contains
         call open_one(MAGNETOMETER, join(MAGNETOMETER_COLUMNS, ','))
         call open_one(ORBIT, join(ORBIT_COLUMNS, ','))
         call open_one(RODS, join(RODS_COLUMNS, ','))
+        call open_one(TORQUE, join(TORQUE_COLUMNS, ','))
 
     contains
 
@@ -154,12 +156,12 @@ contains
 
         integer :: i, committed
 
-        associate (measured => knowledge%rods%measured)
+        associate (measured => knowledge%rods%measured, number => file_of_moments(knowledge))
             if (has_moments(measured)) then
                 do i = 1, size(measured%time)
-                    call self%tables(RODS)%row([measured%time(i), measured%moment(:, i)])
+                    call self%tables(number)%row([measured%time(i), measured%moment(:, i)])
                 end do
-                self%rows(RODS) = size(measured%time)
+                self%rows(number) = size(measured%time)
             end if
         end associate
         committed = 0
@@ -237,9 +239,9 @@ contains
         call read_setup(path_of(folder, SETUP_FILE), observations%knowledge, error)
         if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
         if (.not. allocated(error)) call read_orbit(folder, observations, error)
+        if (.not. allocated(error)) call read_rods(folder, observations%knowledge, error)
         if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
         if (.not. allocated(error)) call read_star_camera(folder, observations, error)
-        if (.not. allocated(error)) call read_rods(folder, observations%knowledge, error)
         if (allocated(error)) return
         call check_observations(observations, error)
         call add_context(error, trim(folder))
@@ -270,7 +272,7 @@ contains
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. has_orbit(observations)) then
+        if (.not. (has_orbit(observations) .or. observations%knowledge%rods%direct)) then
             associate (knowledge => observations%knowledge)
                 call read_vectors(folder, MAGNETOMETER, MAGNETOMETER_COLUMNS, observations%magnetometer_time, &
                                   observations%field, error, knowledge%magnetometer_interval, knowledge%duration, &
@@ -329,7 +331,14 @@ contains
         observations%quaternion = transpose(series%table(:, 3:6))
     end subroutine read_star_camera
 
-    !> What was measured of the rods takes the place of what they were commanded to.
+    !> Where the moments of rods stand, or the torques of torquers.
+    pure integer function file_of_moments(knowledge) result(number)
+        type(operator_knowledge_t), intent(in) :: knowledge
+
+        number = merge(TORQUE, RODS, knowledge%rods%direct)
+    end function file_of_moments
+
+    !> What was measured of the rods, or the history of torquers, takes the place of the waveforms.
     subroutine read_rods(folder, knowledge, error)
         character(*), intent(in) :: folder
         type(operator_knowledge_t), intent(inout) :: knowledge
@@ -339,9 +348,18 @@ contains
         type(moment_series_t) :: measured
         integer :: i
         real(dp), allocatable :: rows(:, :)     ! without those that are given twice
+        integer :: number
 
-        if (.not. file_exists(path_of(folder, RODS))) return
-        call read_series(path_of(folder, RODS), RODS_COLUMNS, series, error)
+        number = file_of_moments(knowledge)
+        if (file_exists(path_of(folder, RODS + TORQUE - number))) then
+            call fail(error, path_of(folder, RODS + TORQUE - number)//': stands beside a setup.nml '// &
+                      trim(merge('with   ', 'without', knowledge%rods%direct))//' torquers (group &torquers) and would not be '// &
+                      'used: correct the setup, or leave the file out')
+            return
+        end if
+        if (.not. file_exists(path_of(folder, number))) return
+        if (knowledge%rods%direct) call read_series(path_of(folder, number), TORQUE_COLUMNS, series, error)
+        if (.not. knowledge%rods%direct) call read_series(path_of(folder, number), RODS_COLUMNS, series, error)
         if (.not. allocated(error)) call check_times(series, error)
         if (allocated(error)) return
         associate (all_rows => series%table, n => size(series%table, 1))
@@ -350,8 +368,8 @@ contains
         if (size(rows, 1) >= FEWEST_MOMENTS) &
             call check_coverage(series, median_spacing(rows(:, 1)), knowledge%duration, error)
         if (allocated(error)) return
-        call new_moment_series(measured, rows(:, 1), transpose(rows(:, 2:4)), error)
-        call add_context(error, path_of(folder, RODS))
+        call new_moment_series(measured, rows(:, 1), transpose(rows(:, 2:4)), error, direct=knowledge%rods%direct)
+        call add_context(error, path_of(folder, number))
         if (.not. allocated(error)) call take_measured_moments(measured, knowledge%rods)
     end subroutine read_rods
 

@@ -56,7 +56,7 @@ contains
     !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
     !> two different samples of one time, values of another unit, quaternions that are not unit, an
     !> impossible inertia tensor.
-    !> A sample that is given twice, alike, passes. Without a magnetometer there must be an orbit, without a
+    !> A sample that is given twice, alike, passes. Rods without a magnetometer need an orbit; without a
     !> star camera the operator must know the angular velocity.
     subroutine check_observations(observations, error)
         type(observation_set_t), intent(in) :: observations
@@ -168,6 +168,7 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(error_t), allocatable, intent(out) :: error
 
+        if (size(observations%magnetometer_time) < 2 .and. observations%knowledge%rods%direct) return
         if (size(observations%magnetometer_time) < 2 .and. .not. has_orbit(observations)) then
             call fail(error, 'magnetometer: fewer than two samples, and no orbit along which a '// &
                       'field model could stand in')

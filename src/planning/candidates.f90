@@ -20,6 +20,7 @@ module gracecg_planning_candidates
     type :: design_settings_t
         logical :: rod_used(3) = .true.             !! Rods along body x, y, z
         real(dp) :: amplitude = MAX_DIPOLE          !! Of a rod, A m^2
+        real(dp) :: share(3) = 1                    !! Of it that each rod has
         real(dp) :: lowest_frequency = 0.05_dp      !! Hz
         real(dp) :: highest_frequency = 0.2_dp      !! Hz
         logical :: waveform_used(4) = [.true., .false., .true., .true.]
@@ -35,7 +36,7 @@ module gracecg_planning_candidates
         integer :: waveform = SINE                  !! Of all rods
         real(dp) :: cycles(3) = 0                   !! During the arc, of each rod
         real(dp) :: phase(3) = 0                    !! rad
-        real(dp) :: amplitude = 0                   !! A m^2
+        real(dp) :: amplitude = 0                   !! A m^2, before its shares
     end type candidate_t
 
 contains
@@ -207,7 +208,7 @@ contains
             rods%count = rods%count + 1
             associate (rod => rods%activations(rods%count))
                 rod%axis = axis
-                rod%amplitude = candidate%amplitude
+                rod%amplitude = candidate%amplitude*settings%share(axis)
                 rod%frequency = candidate%cycles(axis)/duration
                 rod%phase = candidate%phase(axis)
                 rod%stop = duration

@@ -316,6 +316,7 @@ contains
         do attempt = 0, SCALINGS
             call judge_moments(arc, sites, dipole, most_places, .true., design)
             design%rods = rods_of(settings, arc%duration(), candidate)
+            design%rods%direct = arc%knowledge%rods%direct
             spent = spent + design%evaluations
             if (design%allowed) exit
             ! what the manoeuvre adds to rate and turn is proportional to its amplitude

@@ -5,7 +5,8 @@ module gracecg_planning_map
     use gracecg_base_error, only: error_t, add_context, number_text
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_pattern
+    use gracecg_spacecraft_rod_pattern, only: rod_pattern
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_offset_bound, only: principal_axes
     use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, new_manoeuvre_site, &

@@ -13,7 +13,7 @@ module gracecg_planning_next_manoeuvre
     use gracecg_planning_observed_case, only: case_of_observations
     use gracecg_planning_planner, only: plan_request_t, plan_t, prepare_plan
     use gracecg_planning_site, only: manoeuvre_quality_t, evaluate_manoeuvre
-    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
     implicit none
     private
     public :: say_next_manoeuvre
@@ -36,6 +36,7 @@ contains
         text = ''
         if (observations%knowledge%rods%count == 0) return
         request%settings%amplitude = usual_amplitude(observations%knowledge%rods)
+        request%settings%share = usual_shares(observations%knowledge%rods)
         call case_of_observations(observations, calibration%case, failure)
         if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)
         if (allocated(failure)) return
@@ -44,7 +45,8 @@ contains
         if (.not. quality%is_seen() .or. exceeds_limits(plan%arc%knowledge%limits, quality%motion)) return
         text = 'with rods x, y and z at '//rounded_text(rods%activations(1)%frequency, 3)//', '// &
             rounded_text(rods%activations(2)%frequency, 3)//' and '//rounded_text(rods%activations(3)%frequency, 3)// &
-            ' Hz, '//rounded_text(request%settings%amplitude, 3)//' A m^2, for '// &
+            ' Hz, '//rounded_text(request%settings%amplitude, 3)// &
+            trim(merge(' N m  ', ' A m^2', observations%knowledge%rods%direct))//', for '// &
             integer_text(nint(calibration%case%duration))//' s at the next passage here ('// &
             utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma would be '// &
             rounded_text(quality%sigma(1)/MILLIMETRE, 2)//', '//rounded_text(quality%sigma(2)/MILLIMETRE, 2)//', '// &

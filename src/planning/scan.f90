@@ -7,8 +7,9 @@ module gracecg_planning_scan
     use gracecg_base_text, only: integer_text
     use gracecg_base_progress, only: progress_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_base_vectors, only: cross, inverse_3x3
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_pattern
+    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_spacecraft_rod_pattern, only: rod_pattern
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, torque_of
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -107,8 +108,8 @@ contains
             place%field = acting%field
             place%pattern = rod_pattern(case%pattern_rule, place%field)
             place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
-                                            cross(usual_amplitude(knowledge%rods)*knowledge%rods%gain*place%pattern, &
-                                                  place%field)))
+                                            torque_of(knowledge%rods, usual_amplitude(knowledge%rods)* &
+                                                      knowledge%rods%gain*place%pattern, place%field)))
             call usual_manoeuvre(knowledge%rods, place%pattern, real(time, dp), knowledge%duration, rods, error)
             if (.not. allocated(error)) &
                 call predict_sigma(knowledge, self%options, case%angular_velocity, &
@@ -167,8 +168,8 @@ contains
             t = j*knowledge%accelerometer_interval/2
             i = min(int(t/knowledge%magnetometer_interval), ubound(field, 2) - 1)
             fraction = t/knowledge%magnetometer_interval - i
-            torque(:, j + 1) = cross(dipole_moment(rods, start + t), &
-                                     (1 - fraction)*field(:, i) + fraction*field(:, i + 1))
+            torque(:, j + 1) = torque_of(rods, dipole_moment(rods, start + t), &
+                                         (1 - fraction)*field(:, i) + fraction*field(:, i + 1))
         end do
     end function magnetic_torque
 

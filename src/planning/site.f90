@@ -314,14 +314,21 @@ contains
     pure subroutine fly_moments(arc, site, dipole, omega, omega_dot, theta, motion)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
-        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  ! every half interval, body axes, A m^2
+        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  ! every half interval, body axes, A m^2; torquers': N m
         real(dp), intent(out), dimension(3, arc%samples) :: omega, omega_dot, theta
         type(attitude_motion_t), intent(out) :: motion
 
         real(dp) :: inertia(3, 3), inverse_inertia(3, 3), nominal(3), h, fastest, furthest, square
         real(dp), dimension(6) :: y, slope_1, slope_2, slope_3, slope_4
+        real(dp), dimension(3, 0:2*arc%samples) :: torque, moment       ! that do not hang on the field, and that do
         integer :: k
 
+        torque = spread(site%torque, 2, size(torque, 2))
+        moment = dipole
+        if (arc%knowledge%rods%direct) then
+            torque = torque + dipole
+            moment = 0
+        end if
         h = arc%interval
         inertia = arc%knowledge%inertia
         inverse_inertia = inverse_3x3(inertia)
@@ -331,7 +338,7 @@ contains
         fastest = 0
         furthest = 0
         do k = 0, arc%samples
-            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k), site%field(:, 2*k), &
+            call rate_of_flight(inertia, inverse_inertia, nominal, torque(:, 2*k), moment(:, 2*k), site%field(:, 2*k), &
                                 y, slope_1)
             square = y(1)**2 + y(2)**2 + y(3)**2
             if (.not. square <= fastest) then
@@ -349,11 +356,11 @@ contains
                 theta(:, k) = y(4:6)
             end if
             if (k == arc%samples) exit
-            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k + 1), &
+            call rate_of_flight(inertia, inverse_inertia, nominal, torque(:, 2*k + 1), moment(:, 2*k + 1), &
                                 site%field(:, 2*k + 1), y + h/2*slope_1, slope_2)
-            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k + 1), &
+            call rate_of_flight(inertia, inverse_inertia, nominal, torque(:, 2*k + 1), moment(:, 2*k + 1), &
                                 site%field(:, 2*k + 1), y + h/2*slope_2, slope_3)
-            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k + 2), &
+            call rate_of_flight(inertia, inverse_inertia, nominal, torque(:, 2*k + 2), moment(:, 2*k + 2), &
                                 site%field(:, 2*k + 2), y + h*slope_3, slope_4)
             y = y + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
         end do

@@ -1,4 +1,5 @@
-!> The manoeuvre by which places are compared: that of a case's own rods, with the signs that its rule gives the rods there.
+!> The manoeuvre by which places are compared: that of a case's own rods, with the signs that its rule gives the rods there;
+!> of torquers that of the case.
 module gracecg_planning_usual_manoeuvre
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
@@ -8,7 +9,7 @@ module gracecg_planning_usual_manoeuvre
     use gracecg_simulation_report_cases, only: ROD_FREQUENCY
     implicit none
     private
-    public :: usual_amplitude, usual_manoeuvre
+    public :: usual_amplitude, usual_shares, usual_manoeuvre
 
 contains
 
@@ -24,6 +25,24 @@ contains
         if (.not. amplitude > 0) amplitude = rods%largest_moment
     end function usual_amplitude
 
+    !> What each rod has of that amplitude: all of it; torquers, which turn moments of inertia of their own, as much as the case
+    !> drives them, where it does.
+    pure function usual_shares(rods) result(share)
+        type(torque_rods_t), intent(in) :: rods
+        real(dp) :: share(3)
+
+        integer :: i
+
+        share = 1
+        if (.not. rods%direct .or. rods%count == 0) return
+        share = 0
+        do i = 1, rods%count
+            share(rods%activations(i)%axis) = max(share(rods%activations(i)%axis), amplitude_at_start(rods, i))
+        end do
+        share = share/usual_amplitude(rods)
+        where (.not. share > 0) share = 1
+    end function usual_shares
+
     !> That amplitude on the rods of a pattern, in the waveform, at the frequency and for as long as the strongest activation
     !> of the rods; where nothing is commanded, the report's sine over the whole arc. Fails as `new_torque_rods` does.
     subroutine usual_manoeuvre(rods, pattern, from, duration, manoeuvre, error)
@@ -36,6 +55,13 @@ contains
         type(rod_activation_t) :: activations(3)
         type(torque_rods_t) :: driven
 
+        if (rods%direct) then
+            manoeuvre = rods
+            manoeuvre%activations%start = from + rods%activations%start
+            manoeuvre%activations%stop = from + rods%activations%stop
+            if (has_moments(rods%measured)) manoeuvre%measured%time = from + rods%measured%time
+            return
+        end if
         activations = rod_activation_t(frequency=ROD_FREQUENCY, stop=duration)
         if (rods%count > 0) activations = rods%activations(maxloc(abs(rods%activations(:rods%count)%amplitude), 1))
         activations%axis = [1, 2, 3]

@@ -5,7 +5,8 @@
 !> with an error of h^4/384 times its fourth derivative, h the spacing (a sine of 0.1 Hz: 4e-8 of its
 !> amplitude at 10 samples a second, 7e-4 at one).
 !>
-!> Moments may be held from sample to sample, too: then they are steps.
+!> Moments may be held from sample to sample, too: then they are steps. Of torquers, which stand in for rods, the samples are
+!> torques in N m.
 module gracecg_spacecraft_moment_series
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
@@ -27,6 +28,7 @@ module gracecg_spacecraft_moment_series
         real(dp), allocatable :: time(:)        !! (n), increasing, s from the epoch
         real(dp), allocatable :: moment(:, :)   !! (3, n), along the rods x, y, z, A m^2
         logical :: held = .false.               !! From sample to sample; else smooth
+        logical :: direct = .false.             !! Torques, N m
         real(dp), allocatable, private :: slope(:, :)   !! (3, n), A m^2/s
     end type moment_series_t
 
@@ -34,16 +36,18 @@ contains
 
     !> A series of samples, smooth or held. Fails when there are too few, when times do not increase or leave a gap, and when
     !> a number is not finite or too large for a moment in A m^2.
-    subroutine new_moment_series(self, time, moment, error, held)
+    subroutine new_moment_series(self, time, moment, error, held, direct)
         type(moment_series_t), intent(out) :: self
         real(dp), intent(in) :: time(:)         !! s
         real(dp), intent(in) :: moment(:, :)    !! (3, size(time)), A m^2
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: held   !! From sample to sample; absent: smooth
+        logical, intent(in), optional :: direct !! Torques, N m; absent: moments of rods
 
         integer :: i
 
-        call check_samples(time, moment, error)
+        if (present(direct)) self%direct = direct
+        call check_samples(name_of(self), time, moment, error)
         if (allocated(error)) return
         if (present(held)) self%held = held
         self%time = time
@@ -79,6 +83,7 @@ contains
         first = max(1, interval_before(self%time, from - reach) - FEWEST_MOMENTS)
         last = min(size(self%time), interval_before(self%time, to + reach) + 1 + FEWEST_MOMENTS)
         part%held = self%held
+        part%direct = self%direct
         part%time = self%time(first:last) - from
         part%moment = self%moment(:, first:last)
         part%slope = self%slope(:, first:last)
@@ -92,33 +97,45 @@ contains
         low = max(1, min(size(time) - 1, last_not_after(time, t)))
     end function interval_before
 
-    subroutine check_samples(time, moment, error)
+    !> What a series is of, for messages.
+    pure function name_of(self) result(name)
+        type(moment_series_t), intent(in) :: self
+        character(:), allocatable :: name
+
+        name = 'moments of the torque rods: '
+        if (self%direct) name = 'torques: '
+    end function name_of
+
+    subroutine check_samples(name, time, moment, error)
+        character(*), intent(in) :: name
         real(dp), intent(in) :: time(:), moment(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        character(*), parameter :: NAME = 'moments of the torque rods: '
+        character(:), allocatable :: unit
         real(dp) :: spacing
         integer :: i
 
+        unit = ' A m^2'
+        if (name(:7) == 'torques') unit = ' N m'
         if (size(time) /= size(moment, 2)) then
-            call fail(error, NAME//integer_text(size(time))//' time tags, but '//integer_text(size(moment, 2))//' samples')
+            call fail(error, name//integer_text(size(time))//' time tags, but '//integer_text(size(moment, 2))//' samples')
         else if (size(time) < FEWEST_MOMENTS) then
-            call fail(error, NAME//integer_text(size(time))//' samples, at least '//integer_text(FEWEST_MOMENTS)// &
+            call fail(error, name//integer_text(size(time))//' samples, at least '//integer_text(FEWEST_MOMENTS)// &
                       ' are needed')
         end if
         if (allocated(error)) return
         do i = 1, size(time)
             if (.not. abs(time(i)) <= huge(1.0_dp)) then
-                call fail(error, NAME//'time tag '//integer_text(i)//' is NaN or infinite')
+                call fail(error, name//'time tag '//integer_text(i)//' is NaN or infinite')
             else if (.not. all(abs(moment(:, i)) <= huge(1.0_dp))) then
-                call fail(error, NAME//'the sample at '//number_text(time(i))//' s is NaN or infinite')
+                call fail(error, name//'the sample at '//number_text(time(i))//' s is NaN or infinite')
             else if (.not. all(abs(moment(:, i)) <= LARGEST_MOMENT)) then
-                call fail(error, NAME//'the sample at '//number_text(time(i))//' s has a component of '// &
-                          number_text(maxval(abs(moment(:, i))))//' A m^2, more than '//number_text(LARGEST_MOMENT)// &
-                          ' A m^2; samples have to be in A m^2')
+                call fail(error, name//'the sample at '//number_text(time(i))//' s has a component of '// &
+                          number_text(maxval(abs(moment(:, i))))//unit//', more than '//number_text(LARGEST_MOMENT)// &
+                          unit//'; samples have to be in'//unit)
             else if (i > 1) then
                 if (.not. time(i) > time(i - 1)) &
-                    call fail(error, NAME//'time tags must increase, but '//number_text(time(i))//' s follows '// &
+                    call fail(error, name//'time tags must increase, but '//number_text(time(i))//' s follows '// &
                               number_text(time(i - 1))//' s')
             end if
             if (allocated(error)) return
@@ -126,8 +143,8 @@ contains
         spacing = median_spacing(time)
         do i = 2, size(time)
             if (time(i) - time(i - 1) <= LONGEST_GAP*spacing) cycle
-            call fail(error, NAME//'no samples between '//number_text(time(i - 1))//' s and '//number_text(time(i))// &
-                      ' s, where others are '//number_text(spacing)//' s apart: what the rods did there is not known')
+            call fail(error, name//'no samples between '//number_text(time(i - 1))//' s and '//number_text(time(i))// &
+                      ' s, where others are '//number_text(spacing)//' s apart: what was done there is not known')
             return
         end do
     end subroutine check_samples
@@ -210,7 +227,7 @@ contains
         reach = 1.01_dp*median_spacing(self%time)
         associate (first => self%time(1), last => self%time(size(self%time)))
             if (first > reach .or. last < duration - reach) &
-                call fail(error, 'moments of the torque rods: samples from '//number_text(first)//' s to '// &
+                call fail(error, name_of(self)//'samples from '//number_text(first)//' s to '// &
                           number_text(last)//' s do not cover the arc from 0 to '//number_text(duration)//' s')
         end associate
     end subroutine check_moments_cover

@@ -7,11 +7,18 @@ module gracecg_spacecraft_settings
     use gracecg_files_settings, only: settings_t
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
+    use gracecg_spacecraft_rod_pattern, only: PATTERN_RULES
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, take_manoeuvre, &
-        MAX_ACTIVATIONS, WAVEFORM_NAMES, PATTERN_RULES
+        MAX_ACTIVATIONS, WAVEFORM_NAMES
+    use gracecg_spacecraft_moment_series, only: new_moment_series
+    use gracecg_files_table, only: table_file_t, read_csv
     implicit none
     private
-    public :: describe_calibration, describe_mass_properties, describe_manoeuvre, describe_limits
+    public :: describe_calibration, describe_mass_properties, describe_manoeuvre, describe_limits, TORQUE_COLUMNS
+
+    character(8), parameter :: TORQUE_COLUMNS(4) = [character(8) :: 'time_s', 'tx_n_m', 'ty_n_m', 'tz_n_m']
+    !! Of a torque history, body axes
+    real(dp), parameter :: GREATEST_TORQUE = 1      !! Of torquers, unless stated, N m
 
 contains
 
@@ -61,8 +68,67 @@ contains
                            products(3), products(2), moments(3)], [3, 3])
     end subroutine describe_mass_properties
 
-    !> The rods and what they are driven through: group rods, and one group rod for each activation.
+    !> What turns the satellite: rods, groups rods and rod; or, where a file has group torquers or excitation, torquers.
     subroutine describe_manoeuvre(settings, rods)
+        class(settings_t), intent(inout) :: settings
+        type(torque_rods_t), intent(inout) :: rods
+
+        if (settings%holds('torquers') .or. settings%holds('excitation')) then
+            if (.not. rods%direct) rods%largest_moment = GREATEST_TORQUE
+            rods%direct = .true.
+        end if
+        if (.not. rods%direct) then
+            call settings%group('rods', 'The torque rods themselves, x, y, z: moment = gain commanded moment')
+            call settings%real_value('largest_moment', rods%largest_moment, 1e-3_dp, 1e4_dp, 'A m^2, that each rod bears', &
+                                     unit='A m^2')
+            call describe_errors('x rod about y and z, of the y rod about z and x, of the z rod about x and y', 'moment')
+            call describe_activations(settings, rods)
+            return
+        end if
+        call settings%group('torquers', 'What turns the satellite in place of rods, about x, y, z: torque = gain commanded torque')
+        if (settings%holds('rods') .or. settings%holds('rod')) call settings%reject('gain', &
+            'stands beside a group &rods or &rod: a satellite is turned by torquers or by rods; leave one of them out')
+        call settings%real_value('largest_torque', rods%largest_moment, 1e-12_dp, 1e4_dp, 'N m, about each axis', unit='N m')
+        call describe_errors('x torque about y and z, of the y torque about z and x, of the z torque about x and y', 'torque')
+        call describe_activations(settings, rods)
+
+    contains
+
+        !> The rest of the first group: what lies between command and moment.
+        subroutine describe_errors(turns, what)
+            character(*), intent(in) :: turns, what
+
+            call settings%real_values('gain', rods%gain, -10.0_dp, 10.0_dp, &
+                                      trim(merge('of each axis', 'of each rod ', rods%direct)))
+            call settings%real_values('misalignment_deg', rods%misalignment, -180.0_dp, 180.0_dp, 'deg, turns of the '//turns, &
+                                      DEGREE, 'deg')
+            call settings%real_values('delay', rods%delay, -10.0_dp, 10.0_dp, 's, from command to '//what, unit='s')
+            if (rods%direct) call describe_history(settings, rods)
+            call settings%end_group()
+        end subroutine describe_errors
+    end subroutine describe_manoeuvre
+
+    !> A torque history in the place of waveforms: key torque_file, in a case.
+    subroutine describe_history(settings, rods)
+        class(settings_t), intent(inout) :: settings
+        type(torque_rods_t), intent(inout) :: rods
+
+        type(table_file_t) :: file
+        real(dp), allocatable :: rows(:, :)
+        type(error_t), allocatable :: error
+
+        if (rods%torque_file == '' .and. .not. settings%holds('torquers', 'torque_file')) return
+        call settings%text_value('torque_file', rods%torque_file, 'CSV file of the torques that are commanded, in place of '// &
+                                 'groups excitation')
+        if (rods%torque_file == '' .or. allocated(rods%measured%time)) return
+        call read_csv(trim(rods%torque_file), TORQUE_COLUMNS, file, error)
+        if (.not. allocated(error)) call file%get_numbers(TORQUE_COLUMNS, rows, error)
+        if (.not. allocated(error)) call new_moment_series(rods%measured, rows(:, 1), transpose(rows(:, 2:)), error, direct=.true.)
+        if (allocated(error) .and. .not. allocated(settings%failure)) call move_alloc(error, settings%failure)
+    end subroutine describe_history
+
+    !> What rods or torquers are driven through: one group for each activation.
+    subroutine describe_activations(settings, rods)
         class(settings_t), intent(inout) :: settings
         type(torque_rods_t), intent(inout) :: rods
 
@@ -70,30 +136,29 @@ contains
         type(torque_rods_t) :: driven
         type(error_t), allocatable :: problem
         character(len(WAVEFORM_NAMES)) :: waveform
+        character(10) :: group
+        character(5) :: unit
         integer :: n, i
 
-        call settings%group('rods', 'The torque rods themselves, x, y, z: moment = gain commanded moment')
-        call settings%real_value('largest_moment', rods%largest_moment, 1e-3_dp, 1e4_dp, 'A m^2, that each rod bears', &
-                                 unit='A m^2')
-        call settings%real_values('gain', rods%gain, -10.0_dp, 10.0_dp, 'of each rod')
-        call settings%real_values('misalignment_deg', rods%misalignment, -180.0_dp, 180.0_dp, 'deg, turns of the '// &
-                                  'x rod about y and z, of the y rod about z and x, of the z rod about x and y', &
-                                  DEGREE, 'deg')
-        call settings%real_values('delay', rods%delay, -10.0_dp, 10.0_dp, 's, from command to moment', unit='s')
-        call settings%end_group()
+        group = merge('excitation', 'rod       ', rods%direct)
+        unit = merge('N m  ', 'A m^2', rods%direct)
         n = rods%count
         activations = rods%activations
-        call settings%count('rod', n)
+        call settings%count(trim(group), n)
         if (n > MAX_ACTIVATIONS) then
-            call settings%group('rod', '', MAX_ACTIVATIONS + 1)
-            call settings%reject('axis', 'at most 16 groups &rod are allowed')
+            call settings%group(trim(group), '', MAX_ACTIVATIONS + 1)
+            call settings%reject('axis', 'at most 16 groups &'//trim(group)//' are allowed')
             return
         end if
         do i = 1, n
-            call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
+            if (rods%direct) then
+                call settings%group('excitation', 'Torque amplitude w(2 pi frequency (t - start) + phase)', i)
+            else
+                call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
+            end if
             call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
-            call settings%real_value('amplitude', activations(i)%amplitude, -1e4_dp, 1e4_dp, &
-                                     'A m^2', unit='A m^2', required=.true.)
+            call settings%real_value('amplitude', activations(i)%amplitude, -1e4_dp, 1e4_dp, trim(unit), unit=trim(unit), &
+                                     required=.true.)
             call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
                                      unit='Hz', required=.true.)
             call settings%real_value('phase_deg', activations(i)%phase, -360.0_dp, 360.0_dp, 'deg', &
@@ -109,12 +174,13 @@ contains
             call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
                                      's, of each edge of a square wave', unit='s')
             if (allocated(settings%failure)) return
-            call new_torque_rods(driven, activations(:i), problem, rods%largest_moment)
+            call new_torque_rods(driven, activations(:i), problem, rods%largest_moment, rods%direct)
             if (allocated(problem)) call settings%reject('amplitude', problem%message)
             call settings%end_group()
         end do
+        driven%measured = rods%measured
         call take_manoeuvre(driven, rods)
-    end subroutine describe_manoeuvre
+    end subroutine describe_activations
 
     !> What a manoeuvre may do: group limits.
     subroutine describe_limits(settings, limits)

@@ -1,10 +1,14 @@
 !> Magnetic torque rods and the manoeuvre they are driven through.
+!>
+!> Where a satellite is turned by other means (thrusters, wheels), torquers stand in for the rods: the same commands, errors and
+!> measured series, but what acts along them is a torque in N m, whatever the field.
 module gracecg_spacecraft_torque_rods
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
+    use gracecg_base_vectors, only: cross
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, interchange_series, &
         part_of_series
@@ -14,9 +18,7 @@ module gracecg_spacecraft_torque_rods
     public :: dipole_moment, rod_moments, rod_direction, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
     public :: moves_rods, check_rods_fire, check_total_moment, amplitude_at_start, check_rod_sampling, next_rod_edge, dipole_moments
 
-    character(8), parameter :: PATTERN_RULES(2) = [character(8) :: 'y-z', 'general']
-    !! The rules of section 4.2 by name: the y and z rods as in the report, or the general one
-    public :: rod_pattern, PATTERN_RULES, MAX_ACTIVATIONS, MAX_DIPOLE, SINE, COSINE, TAPERED, SQUARE, WAVEFORM_NAMES
+    public :: torque_of, MAX_ACTIVATIONS, MAX_DIPOLE, SINE, COSINE, TAPERED, SQUARE, WAVEFORM_NAMES
 
     integer, parameter :: MAX_ACTIVATIONS = 16          !! Of a manoeuvre
     real(dp), parameter :: MAX_DIPOLE = 30.0_dp
@@ -50,6 +52,7 @@ module gracecg_spacecraft_torque_rods
     !> Rods and the manoeuvre that they are commanded to; only the first `count` activations exist. Those of
     !> one rod add up. By default a rod does what it is told.
     type :: torque_rods_t
+        logical :: direct = .false.     !! Torquers: all that is in A m^2 here is a torque, N m
         integer :: count = 0                                    !! Number of the activations
         type(rod_activation_t) :: activations(MAX_ACTIVATIONS)  !! The first `count` of them
         real(dp) :: largest_moment = MAX_DIPOLE     !! That a rod bears, A m^2
@@ -58,7 +61,9 @@ module gracecg_spacecraft_torque_rods
         !! Turns of the x rod about y and z, of the y rod about z and x, of the z rod about x and y, rad
         real(dp) :: delay(3) = 0        !! From command to moment, s
         type(moment_series_t) :: measured
-        !! What the rods did, where it was measured: it stands in for the activations
+        !! What the rods did, where it was measured: it stands in for the activations. Of torquers a history that was
+        !! commanded: gain and delay lie behind it
+        character(256) :: torque_file = ''      !! The file of that history which a case names; '': none
     end type torque_rods_t
 
 contains
@@ -67,14 +72,16 @@ contains
     !> finite, an axis none of 1, 2, 3, a frequency negative, a stop not after its start, a taper or
     !> an edge too long or missing, or when what is active at one time on one rod could exceed
     !> what it bears.
-    subroutine new_torque_rods(self, activations, error, largest_moment)
+    subroutine new_torque_rods(self, activations, error, largest_moment, direct)
         type(torque_rods_t), intent(out) :: self
         type(rod_activation_t), intent(in) :: activations(:)
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: largest_moment    !! That a rod bears, A m^2; absent: MAX_DIPOLE
+        logical, intent(in), optional :: direct     !! Torquers, N m; absent: rods
 
         integer :: i
 
+        if (present(direct)) self%direct = direct
         if (size(activations) > MAX_ACTIVATIONS) then
             call fail(error, 'torque rods: '//integer_text(size(activations))//' activations given, at most '// &
                       integer_text(MAX_ACTIVATIONS)//' allowed')
@@ -179,15 +186,18 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: total
+        character(6) :: unit
         integer :: i
 
         do i = 1, self%count
             associate (axis => self%activations(i)%axis)
                 total = besides + abs(self%gain(axis))*amplitude_at_start(self, i)
                 if (total <= self%largest_moment) cycle
-                call fail(error, 'torque rod '//integer_text(axis)//': amplitudes add up to '//number_text(total)// &
-                          ' A m^2 at t = '//number_text(self%activations(i)%start)//' s; a rod bears at most '// &
-                          number_text(self%largest_moment)//' A m^2 (largest_moment of &rods)')
+                unit = merge(' N m  ', ' A m^2', self%direct)
+                call fail(error, trim(merge('torquer   ', 'torque rod', self%direct))//' '//integer_text(axis)// &
+                          ': amplitudes add up to '//number_text(total)//trim(unit)//' at t = '// &
+                          number_text(self%activations(i)%start)//' s; it bears at most '//number_text(self%largest_moment)// &
+                          trim(unit)//trim(merge(' (largest_torque of &torquers)', ' (largest_moment of &rods)    ', self%direct)))
                 return
             end associate
         end do
@@ -202,6 +212,17 @@ contains
             total = sum(abs(a%amplitude), mask=a%axis == this%axis .and. a%start <= this%start .and. this%start <= a%stop)
         end associate
     end function amplitude_at_start
+
+    !> The torque of a moment of the rods: m x B (2-25); of torquers the moment is the torque.
+    pure function torque_of(self, moment, field) result(torque)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: moment(3)   !! Body axes, A m^2; of torquers N m
+        real(dp), intent(in) :: field(3)    !! B, body axes, T
+        real(dp) :: torque(3)               !! N m
+
+        torque = moment
+        if (.not. self%direct) torque = cross(moment, field)
+    end function torque_of
 
     !> Dipole moment of all rods at a time, body axes, A m^2.
     pure function dipole_moment(self, time, at_once) result(moment)
@@ -323,12 +344,14 @@ contains
     end function move_alike
 
     !> Takes moments that were measured in place of those commanded. They have the rods' gain and delay in them,
-    !> which lie between command and moment: these become 1 and 0. The rods' directions stay.
+    !> which lie between command and moment: these become 1 and 0. The rods' directions stay. What is known of torquers is a
+    !> command: gain and delay stay, too.
     pure subroutine take_measured_moments(series, rods)
         type(moment_series_t), intent(in) :: series
         type(torque_rods_t), intent(inout) :: rods
 
         rods%measured = series
+        if (rods%direct) return
         rods%gain = 1
         rods%delay = 0
     end subroutine take_measured_moments
@@ -486,9 +509,10 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         if (moves_rods(self, duration)) return
-        call fail(error, 'all torque rods are off from 0 to '//number_text(duration)//' s: without a '// &
-                  'manoeuvre the CG offset cannot be seen; give at least one group &rod with an '// &
-                  'amplitude other than 0 and a start before the end of the arc, or rods.csv with what was measured')
+        call fail(error, trim(merge('no torque acts          ', 'all torque rods are off ', self%direct))//' from 0 to '// &
+                  number_text(duration)//' s: without a manoeuvre the CG offset cannot be seen; give at least one group &'// &
+                  trim(merge('excitation', 'rod       ', self%direct))//' with an amplitude other than 0 and a start before '// &
+                  'the end of the arc, or '//trim(merge('torque.csv', 'rods.csv  ', self%direct))//' with what was measured')
     end subroutine check_rods_fire
 
     !> Fails when samples at equal intervals cannot follow the manoeuvre: a frequency that is not
@@ -566,34 +590,4 @@ contains
         place(:2) = a%start + (place(:2)/2 - a%phase/TWO_PI)/a%frequency
         edge = min(edge, minval(place(:2), mask=place(:2) > t))
     end function next_edge
-
-    !> Which rods to drive, and with what signs, by a rule of CSR-TM-00-01 section 4.2: m_k = 1 (the report leaves the
-    !> common sign free), m_j = -m_k sign(B_j B_k), and the third rod rests; sign(0) = 0. By 'y-z', as the end of that
-    !> section has it, the x rod rests, so that the x torques of both rods add up; all six printed patterns agree. By
-    !> 'general' the rod along the greatest component rests and k is the smallest: near the poles, where the z component
-    !> is the greatest, another pattern than the report's own.
-    !>
-    !> A field that is not finite gives the pattern zero, which new_harmonic_manoeuvre refuses.
-    pure function rod_pattern(rule, field) result(pattern)
-        character(*), intent(in) :: rule    !! One of PATTERN_RULES
-        real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
-        integer :: pattern(3)
-
-        integer :: j, k
-
-        pattern = 0
-        if (.not. all(ieee_is_finite(field))) return
-        k = 3
-        if (rule == 'general') k = minloc(abs(field), 1, back=.true.)      ! the last one, to differ from the greatest in ties
-        j = 2
-        if (rule == 'general') j = 6 - k - maxloc(abs(field), 1)
-        pattern(k) = 1
-        pattern(j) = -signum(field(j))*signum(field(k))
-    end function rod_pattern
-
-    pure integer function signum(x)
-        real(dp), intent(in) :: x
-
-        signum = merge(1, 0, x > 0) - merge(1, 0, x < 0)
-    end function signum
 end module gracecg_spacecraft_torque_rods

@@ -171,7 +171,7 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'there-is-no-such-folder', &
                                           'no such folder'])
         do i = 1, size(OBSERVATION_FILES)
-            if (OBSERVATION_FILES(i) == 'orbit.csv' .or. OBSERVATION_FILES(i) == 'rods.csv') cycle
+            if (any(OBSERVATION_FILES(i) == [character(10) :: 'orbit.csv', 'rods.csv', 'torque.csv'])) cycle
             if (.not. allocated(error)) call write_set(error)
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')

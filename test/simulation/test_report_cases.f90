@@ -6,7 +6,8 @@ module test_report_cases
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: seconds_between, gmst_1982
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_spacecraft_torque_rods, only: rod_pattern, dipole_moment
+    use gracecg_spacecraft_rod_pattern, only: rod_pattern
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY

@@ -5,6 +5,7 @@ module test_torque_rods
     use gracecg_base_constants, only: PI
     use gracecg_base_error, only: error_t, message_of
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, series_moments, check_moments_cover
+    use gracecg_spacecraft_rod_pattern, only: rod_pattern
     use gracecg_spacecraft_torque_rods
     use fixture, only: check, check_fails, check_passes, failed
     use testdrive, only: new_unittest, unittest_type, error_type

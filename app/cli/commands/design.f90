@@ -13,7 +13,7 @@ module gracecg_cli_design
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
-    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: quoted_word
     use gracecg_cli_design_whisper, only: declare_whisper, run_whisper
@@ -58,8 +58,8 @@ contains
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
         call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them', default='xyz')
-        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2, up to largest_moment of the case''s &rods '// &
-                                  '(default: as the case drives its rods)')
+        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2 (of the strongest torquer, N m), up to '// &
+                                  'largest_moment of the case''s &rods (default: as the case drives its rods)')
         call arguments%add_option('--frequencies', 'LOW HIGH', 'Hz, allowed', default=real_text(USUAL%lowest_frequency)//' '// &
                                   real_text(USUAL%highest_frequency))
         call arguments%add_option('--waveforms', 'LIST', 'allowed: of sine, cosine, tapered, square', choices=WAVEFORM_NAMES, &
@@ -100,6 +100,7 @@ contains
         if (allocated(misuse) .or. allocated(error)) return
         if (.not. arguments%has('--amplitude')) &
             request%plan%settings%amplitude = usual_amplitude(calibration%case%satellite%rods)
+        request%plan%settings%share = usual_shares(calibration%case%satellite%rods)
         call check_writable(request%map, error)
         if (allocated(error)) return
 
@@ -295,6 +296,7 @@ contains
 
         type(leakage_pair_t) :: pair
 
+        if (plan%arc%knowledge%rods%direct) return      ! it leaks nothing that turns with the field
         call find_pair(plan%arc, plan%orbit, plan%sites(1), plan%design%rods, pair, error)
         if (.not. allocated(error)) call add_leakage(pair, plan%calibration%case, console, results)
     end subroutine add_pair

@@ -1,7 +1,7 @@
 !> gracecg timing: the best time for a calibration, Figures 6.1 and 6.4 of CSR-TM-00-01.
 module gracecg_cli_timing
     use gracecg_files_value, only: real_from_text
-    use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
+    use gracecg_spacecraft_rod_pattern, only: PATTERN_RULES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
     use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, marked_places_table

@@ -14,7 +14,7 @@ module gracecg_cli_plan_results
 
 contains
 
-    !> The activations of the rods; with an epoch their times in UTC, too.
+    !> The activations of the rods, or of torquers; with an epoch their times in UTC, too.
     function rods_table(rods, epoch) result(table)
         type(torque_rods_t), intent(in) :: rods
         type(utc_t), intent(in), optional :: epoch      !! From which the times count
@@ -24,7 +24,8 @@ contains
 
         call table%column('axis', 'a', 'rod')
         call table%column('waveform', 'a', 'waveform')
-        call table%column('amplitude_a_m2', 'f17.3', 'amplitude, A m^2')
+        if (rods%direct) call table%column('amplitude_n_m', 'es17.3', 'amplitude, N m')
+        if (.not. rods%direct) call table%column('amplitude_a_m2', 'f17.3', 'amplitude, A m^2')
         call table%column('frequency_hz', 'f15.6', 'frequency, Hz')
         call table%column('phase_deg', 'f12.2', 'phase, deg')
         call table%column('start_s', 'f8.2', 'start')

@@ -95,6 +95,7 @@ contains
             if (has_orbit(o)) call put_samples('orbit', 0.0_dp, o%orbit_time, .true.)
             call json%end()
             call json%begin('manoeuvre')
+            if (knowledge%rods%direct) call json%member('torquers', .true.)
             rods = rods_table(knowledge%rods, knowledge%epoch)
             call rods%to_json(json, 'rods', units=.false.)
             if (has_moments(knowledge%rods%measured)) call json%member('measured_moments', size(knowledge%rods%measured%time))
@@ -223,7 +224,11 @@ contains
         call json%begin('tables')
         call json%begin('manoeuvre')
         call json%member('time_s', time)
-        call put_columns(json, 'm', '_a_m2', moment)
+        if (knowledge%rods%direct) then
+            call put_columns(json, 't', '_n_m', moment)
+        else
+            call put_columns(json, 'm', '_a_m2', moment)
+        end if
         call put_columns(json, 'wd', '_rad_s2', record%angular_acceleration)
         call json%end()
         call json%begin('residuals')

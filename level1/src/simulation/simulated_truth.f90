@@ -111,6 +111,10 @@ contains
         truth%satellite = settings%satellite
         if (truth%satellite == '') truth%satellite = merge('C', 'D', case%satellite%place() == 1)
         call span_list(settings, truth%dynamics%spans)
+        if (case%satellite%rods%direct) then
+            call fail(error, 'case '//trim(case%name)//': torquers (groups &torquers, &excitation); Level-1 files know rods alone')
+            return
+        end if
         call choose_time(truth, error)
         if (allocated(error)) return
         call draw_satellite(truth)

@@ -131,11 +131,12 @@ contains
         call estimate_torque_factor(knowledge, data, counted, star_sigma, quaternion, angular_velocity, factor, &
                                     sigma, misfit, error)
         if (allocated(error)) return
-        call judge_torque(factor, sigma, misfit, warnings, error, record)
+        call judge_torque(knowledge%rods%direct, factor, sigma, misfit, warnings, error, record)
     end subroutine check_torque
 
-    !> What a factor of the magnetic torque that was estimated means.
-    subroutine judge_torque(factor, sigma, misfit, warnings, error, record)
+    !> What a factor of the torque that was estimated means.
+    subroutine judge_torque(direct, factor, sigma, misfit, warnings, error, record)
+        logical, intent(in) :: direct       !! Of torquers, not rods
         real(dp), intent(in) :: factor, sigma
         !! Of the rods' torque that fits best, and its standard deviation
         real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
@@ -159,10 +160,11 @@ contains
             doubt = '; '//doubt
         end if
         if (abs(factor - 1) <= max(DOUBTFUL, SIGNIFICANT*sigma)) return
-        found = 'the satellite turned as if the torque of the rods were '//number_text(factor)// &
-            ' (sigma '//number_text(sigma)//') times that of setup and magnetic field'
+        found = 'the satellite turned as if the torque of the '//trim(merge('torquers', 'rods    ', direct))//' were '// &
+            number_text(factor)//' (sigma '//number_text(sigma)//') times that of setup and '// &
+            trim(merge('command       ', 'magnetic field', direct))
         if (abs(factor - 1) > WRONG) then
-            call fail(error, found//': did the rods fire as the setup says?'//doubt)
+            call fail(error, found//': did the '//trim(merge('torquers', 'rods    ', direct))//' fire as the setup says?'//doubt)
         else
             call append(warnings, found//'; the offset may be off by as much')
         end if

@@ -34,12 +34,12 @@ module gracecg_estimation_fitting_data
         type(star_attitude_t) :: stars                  !! Star-camera samples before interpolation
         real(dp) :: guess_quaternion(4) = 0             !! First guess at the epoch, inertial to body
         real(dp) :: guess_angular_velocity(3) = 0       !! The same of the angular velocity, rad/s
-        real(dp), allocatable :: dipole(:, :)           !! m at 0, h/2 ... n h: (3, 2n + 1), A m^2
+        real(dp), allocatable :: dipole(:, :)           !! m at 0, h/2 ... n h: (3, 2n + 1), A m^2; 0 of torquers
         real(dp), allocatable :: field(:, :)            !! B at the same times: (3, 2n + 1), T
         logical :: field_compared = .false.             !! With the geomagnetic model: what follows is known
         real(dp) :: field_seen(3) = 0, field_modelled(3) = 0    !! Means over the arc, body axes, T
         real(dp), allocatable :: torque(:, :)
-        !! m x B, and what is known of other torques, at the same times: (3, 2n + 1), N m
+        !! m x B, or that of torquers, and what is known of other torques, at the same times: (3, 2n + 1), N m
         real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
         real(dp), allocatable :: orbit_position(:, :)   !! (3, positions), inertial J2000, m
         type(string_t), allocatable :: warnings(:)      !! What is wrong with the data and bridged
@@ -204,8 +204,9 @@ contains
         end if
     end subroutine take_attitude
 
-    !> The magnetic torque m x B (2-25) of the manoeuvre at every half step, with the interpolated field
-    !> (4-39), (4-41), (4-43), and the known change of the other torques over the arc, which is 0 in its middle.
+    !> The torque of the manoeuvre at every half step, of rods m x B (2-25) with the interpolated field
+    !> (4-39), (4-41), (4-43), of torquers without one, and the known change of the other torques over the arc, which is 0 in
+    !> its middle.
     subroutine take_torque(observations, data, error)
         type(observation_set_t), intent(in) :: observations
         type(fitting_data_t), intent(inout) :: data
@@ -217,11 +218,18 @@ contains
         integer :: j
 
         late = observations%knowledge%accelerometer_delay
-        call complete_field(observations, data%stars, times, field, data%warnings, error)
+        if (.not. observations%knowledge%rods%direct) &
+            call complete_field(observations, data%stars, times, field, data%warnings, error)
         if (allocated(error)) return
-        allocate (data%dipole(3, 2*data%steps + 1), data%field(3, 2*data%steps + 1), data%torque(3, 2*data%steps + 1))
+        allocate (data%dipole(3, 2*data%steps + 1), data%field(3, 2*data%steps + 1), data%torque(3, 2*data%steps + 1), &
+                  source=0.0_dp)
         do j = 0, 2*data%steps
             t = j*data%interval/2
+            data%torque(:, j + 1) = (j/(2.0_dp*data%steps) - 0.5_dp)*observations%knowledge%torque_change
+            if (observations%knowledge%rods%direct) then
+                data%torque(:, j + 1) = data%torque(:, j + 1) + dipole_moment(observations%knowledge%rods, t)
+                cycle
+            end if
             ! a delay moves the samples beyond the reach of an end: the field there stays
             source = interpolation_at(times, min(max(t, late), data%steps*data%interval + late), &
                                       observations%knowledge%magnetometer_interval)
@@ -233,8 +241,7 @@ contains
             end if
             data%dipole(:, j + 1) = dipole_moment(observations%knowledge%rods, t)
             data%field(:, j + 1) = interpolated(field, source)
-            data%torque(:, j + 1) = cross(data%dipole(:, j + 1), data%field(:, j + 1)) + &
-                                    (j/(2.0_dp*data%steps) - 0.5_dp)*observations%knowledge%torque_change
+            data%torque(:, j + 1) = data%torque(:, j + 1) + cross(data%dipole(:, j + 1), data%field(:, j + 1))
         end do
     end subroutine take_torque
 end module gracecg_estimation_fitting_data

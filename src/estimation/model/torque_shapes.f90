@@ -2,7 +2,7 @@
 module gracecg_estimation_torque_shapes
     use gracecg_base_kinds, only: dp
     use gracecg_base_vectors, only: cross
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit, torque_of
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -140,7 +140,7 @@ contains
             place = findloc(model%shaped, parameter, 1)
             if (place == 0) return
             do j = 0, 2*model%steps
-                model%shape(:, j, place) = model%shape(:, j, place) + moment(j)*cross(direction_of, data%field(:, j + 1))
+                model%shape(:, j, place) = model%shape(:, j, place) + moment(j)*torque_of(rods, direction_of, data%field(:, j + 1))
             end do
         end subroutine add
     end subroutine take_torque_shapes
@@ -189,7 +189,7 @@ contains
         do k = 0, n
             jumps = rod_moments(rods, k*model%interval, .true.) - rod_moments(rods, k*model%interval)
             do rod = 1, 3
-                model%jump_torque(:, rod, k) = jumps(rod)*cross(rod_direction(rods, rod), data%field(:, 2*k + 1))
+                model%jump_torque(:, rod, k) = jumps(rod)*torque_of(rods, rod_direction(rods, rod), data%field(:, 2*k + 1))
             end do
         end do
     end subroutine take_moments

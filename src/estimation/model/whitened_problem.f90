@@ -91,22 +91,17 @@ contains
         integer, allocatable :: estimated(:)
 
         type(optimal_options_t) :: all
-        integer, allocatable :: named(:)
-        character(:), allocatable :: unknown    ! none: the options have been looked at
+        integer, allocatable :: more(:)
         integer :: i
 
         all = asked
         all%estimate_scale_factors = asked%estimate_scale_factors .or. asked%estimate_within_limits
         all%estimate_magnetometer_bias = asked%estimate_magnetometer_bias .or. asked%estimate_within_limits
         estimated = asked_parameters(all)
-        if (asked%estimate_within_limits) then
-            estimated = [estimated, FORCE_SHAPES]
-            if (duration > STEADY) estimated = [estimated, TORQUE_CHANGE]
-        end if
-        call find_parameters(asked%also, named, unknown)
-        do i = 1, size(named)
-            if (.not. any(estimated == named(i))) estimated = [estimated, named(i)]
-        end do
+        if (.not. asked%estimate_within_limits) return
+        more = FORCE_SHAPES
+        if (duration > STEADY) more = [more, TORQUE_CHANGE]
+        estimated = [estimated, pack(more, [(.not. any(estimated == more(i)), i=1, size(more))])]
     end function estimated_parameters
 
     !> The parameters that the options ask for by name.
@@ -114,11 +109,17 @@ contains
         type(optimal_options_t), intent(in) :: asked
         integer, allocatable :: estimated(:)
 
+        integer, allocatable :: named(:)
+        character(:), allocatable :: unknown    ! none: the options have been looked at
+        integer :: i
+
         estimated = ALWAYS_ESTIMATED
         if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
         if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
         if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
         if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
+        call find_parameters(asked%also, named, unknown)
+        estimated = [estimated, pack(named, [(.not. any(estimated == named(i)), i=1, size(named))])]
     end function asked_parameters
 
     !> Sets up the problem from preprocessed data, at the first guess. Call set_noise next.

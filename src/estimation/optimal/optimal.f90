@@ -81,29 +81,42 @@ contains
         integer, parameter :: MOST_MOVES = 8
         real(dp), parameter :: STAYS = 0.02_dp      ! Standard deviations
         type(observation_set_t) :: believed
+        type(estimation_options_t) :: unchecked     ! on the way: a belief that is still wrong must not refuse the fit
         type(estimated_parameter_t), allocatable :: found(:)
         integer, allocatable :: named(:), places(:)
         character(:), allocatable :: unknown        ! none: the options have been looked at
         real(dp), allocatable :: moved(:)
+        logical :: settled, at_rest
         integer :: i, move
 
         call find_parameters(options%optimal%also, named, unknown)
         named = pack(named, acts_in_proportion(named))
         allocate (moved(size(named)), source=0.0_dp)
         believed = observations
+        unchecked = options
+        unchecked%covariance = .false.
+        at_rest = .true.
+        settled = size(named) == 0
         do move = 0, MOST_MOVES
-            call estimate_as_believed(believed, options, solution, error, record, problem, once)
+            if (settled) then
+                call estimate_as_believed(believed, options, solution, error, record, problem, once)
+            else
+                call estimate_as_believed(believed, unchecked, solution, error, once=once)
+            end if
             if (allocated(error)) return
             places = [(findloc(solution%parameters%name, parameter_names(named(i)), 1), i=1, size(named))]
             found = solution%parameters(places)
-            if (move == MOST_MOVES .or. all(abs(found%value) < STAYS*found%sigma)) exit
+            if (settled) exit
+            at_rest = all(abs(found%value) < STAYS*found%sigma)
+            settled = at_rest .or. move == MOST_MOVES - 1
+            if (at_rest) cycle
             do i = 1, size(named)
                 call apply_value(named(i), found(i)%value, believed)
             end do
             moved = moved + found%value
         end do
         solution%parameters(places)%value = solution%parameters(places)%value + moved
-        solution%converged = solution%converged .and. move < MOST_MOVES
+        solution%converged = solution%converged .and. at_rest
     end subroutine estimate_optimal
 
     !> The estimate with the beliefs as they are.

@@ -24,6 +24,7 @@ module gracecg_simulation_case
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
+    use gracecg_spacecraft_moment_series, only: has_moments, check_moments_cover
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_observations_knowledge, only: describe_a_priori, ESTIMATION_GROUPS
     use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
@@ -151,6 +152,8 @@ contains
         if (allocated(error)) return
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         if (.not. allocated(error)) call check_control(case%control, case%satellite%rods, error)
+        if (.not. allocated(error) .and. has_moments(case%satellite%rods%measured)) &
+            call check_moments_cover(case%satellite%rods%measured, case%duration, error)
         call add_context(error, name)
         if (allocated(error)) return
         call find_earth_parameters(case, case%earth_parameters, error)

@@ -43,6 +43,7 @@ contains
             knowledge%mass = satellite%mass*(1 + operator%value(1, MASS))
             knowledge%inertia = believed_inertia(satellite%inertia, operator)
             knowledge%rods = satellite%rods
+            knowledge%rods%torque_file = ''         ! a setup does not depend on other files
             knowledge%rods%gain = satellite%rods%gain*(1 + operator%value(1, COMMON_ROD_GAIN))* &
                                   (1 + errors_of(operator, ROD_GAIN))
             knowledge%rods%misalignment = satellite%rods%misalignment + errors_of(operator, ROD_DIRECTION)

@@ -138,15 +138,18 @@ contains
         call settings%end_group()
     end subroutine describe_control
 
-    !> Fails when the law and a manoeuvre together could ask more of a rod than it bears, or rods are misaligned: the
-    !> law's moment is one of body axes.
+    !> Fails when the law and a manoeuvre together could ask more of a rod than it bears, or rods are misaligned, the
+    !> law's moment being one of body axes, or are no rods.
     subroutine check_control(control, rods, error)
         type(attitude_control_t), intent(in) :: control
         type(torque_rods_t), intent(in) :: rods
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. control%acts) return
-        if (any(abs(rods%misalignment) > 0)) then
+        if (rods%direct) then
+            call fail(error, 'control: it acts by rods, and the case has torquers (groups &torquers, &excitation); leave one out')
+            return
+        else if (any(abs(rods%misalignment) > 0)) then
             call fail(error, 'control: rods with a misalignment are not held by it; set misalignment_deg of &rods to 0')
             return
         end if

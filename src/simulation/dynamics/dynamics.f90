@@ -23,7 +23,7 @@ module gracecg_simulation_dynamics
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
         earth_flux_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, next_rod_edge
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, torque_of, next_rod_edge
     use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     implicit none
@@ -106,7 +106,7 @@ module gracecg_simulation_dynamics
         real(dp) :: torque_aero(3) = 0      !! Torques about the centre of mass, N m
         real(dp) :: torque_solar(3) = 0     !! Of sunlight
         real(dp) :: torque_gravity(3) = 0   !! Of the gravity gradient
-        real(dp) :: torque_magnetic(3) = 0  !! Of the rods in the field
+        real(dp) :: torque_magnetic(3) = 0  !! Of the rods in the field, or of torquers
         real(dp) :: field(3) = 0            !! Magnetic flux density, T
         real(dp) :: control_moment(3) = 0   !! Of the rods for the attitude, A m^2
         real(dp) :: torque_thrusters(3) = 0 !! N m
@@ -231,7 +231,7 @@ contains
         end if
     end subroutine add_loads
 
-    !> What rods and thrusters do in the field: the rods' torque is (2-25).
+    !> What rods and thrusters do in the field: the rods' torque is (2-25). Torquers are not there beside a control.
     pure subroutine actuate(self, t, y, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t                   !! s
@@ -240,7 +240,7 @@ contains
 
         if (self%control%acts) &
             call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)
-        acting%torque_magnetic = cross(dipole_moment(self%rods, t) + acting%control_moment, acting%field)
+        acting%torque_magnetic = torque_of(self%rods, dipole_moment(self%rods, t) + acting%control_moment, acting%field)
     end subroutine actuate
 
     !> The first time after t at which a rod's moment begins, ends or has an edge, s; huge(1.0) when there is none.

@@ -34,7 +34,7 @@ module gracecg_simulation_simulation_files
         integer(i8) :: seed = 1                         !! Of the random numbers
         integer :: run = 1                              !! Names them, too
         real(dp) :: rods_interval = 0                   !! s, of the measured moments of the rods; 0: none, or
-        !! at every epoch where the attitude is controlled
+        !! at every epoch where the attitude is controlled, or torquers turn the satellite
         character(100), allocatable :: comments(:)      !! First lines of the setup, and for what tells of the truth
     end type simulation_order_t
 
@@ -95,7 +95,7 @@ contains
         end do
         if (order%rods_interval > 0) then
             call measure_rods(simulator, order%rods_interval, observations, error)
-        else if (order%case%control%acts) then
+        else if (order%case%control%acts .or. order%case%satellite%rods%direct) then
             call measure_rods(simulator, simulator%arc%interval, observations, error)
         end if
         if (.not. allocated(error)) call truth%commit(error)

@@ -12,7 +12,7 @@ module gracecg_simulation_simulator
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: time_tag
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, FEWEST_MOMENTS
-    use gracecg_spacecraft_torque_rods, only: rod_moments, take_measured_moments
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, take_measured_moments
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_accelerometer, only: accelerometer_noise_t, pmc_acceleration_t
@@ -168,7 +168,8 @@ contains
     end subroutine observe_without_noise
 
     !> Tells the operator what the rods truly did, in place of what they were commanded to: their moments at
-    !> equal intervals; where the attitude is controlled, at epochs of the arc. Fails when the intervals are too few.
+    !> equal intervals; of torquers what they were commanded to, as a history; where the attitude is controlled, at epochs of
+    !> the arc. Fails when the intervals are too few.
     subroutine measure_rods(self, interval, observations, error)
         type(simulator_t), intent(in) :: self
         real(dp), intent(in) :: interval
@@ -177,8 +178,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(moment_series_t) :: measured
+        type(torque_rods_t) :: rods
         real(dp), allocatable :: time(:), moment(:, :)
         integer :: n, i, stride
+
+        rods = self%case%satellite%rods
+        if (rods%direct) then
+            rods%gain = 1
+            rods%delay = 0
+        end if
 
         if (allocated(self%rod_moments)) then
             stride = max(1, nint(interval/self%arc%interval))
@@ -199,10 +207,10 @@ contains
             time = [(i*self%case%duration/n, i=0, n)]
             allocate (moment(3, 0:n))
             do i = 0, n
-                moment(:, i) = rod_moments(self%case%satellite%rods, time(i + 1))
+                moment(:, i) = rod_moments(rods, time(i + 1))
             end do
         end if
-        call new_moment_series(measured, time, moment, error)
+        call new_moment_series(measured, time, moment, error, direct=rods%direct)
         if (.not. allocated(error)) call take_measured_moments(measured, observations%knowledge%rods)
     end subroutine measure_rods
 

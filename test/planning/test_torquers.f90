@@ -1,0 +1,561 @@
+!> Satellites that are turned by torques of their own: the examples nggm and taiji-1 against an independent least squares and over
+!> 100 seeds, torque histories, and what is refused.
+module test_torquers
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI, DEGREE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
+    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_files_file, only: remove_file
+    use gracecg_spacecraft_torque_rods
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_files, only: write_observations, read_observations
+    use gracecg_simulation_case, only: case_t, case_from_text, case_text
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, measure_rods
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_planning_candidates, only: design_settings_t
+    use gracecg_planning_design, only: manoeuvre_design_t
+    use gracecg_planning_planner, only: plan_manoeuvre
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
+    use fixture, only: check, check_fails, check_passes, make_file, read_content, FOLDER
+    use testdrive, only: new_unittest, unittest_type, error_type
+    implicit none
+    private
+    public :: collect_torquers
+
+    character(32), parameter :: EXAMPLES(2) = [character(32) :: 'example/cases/nggm.nml', 'example/cases/taiji-1.nml']
+    character(*), parameter :: SET = FOLDER//'torquers'
+
+contains
+
+    subroutine collect_torquers(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('torque-of-rods-and-torquers', test_torque), &
+                    new_unittest('bound-by-independent-least-squares', test_bound), &
+                    new_unittest('hundred-seeds-at-the-bound', test_seeds), &
+                    new_unittest('gains-of-a-swing', test_gains), &
+                    new_unittest('wrong-beliefs-are-named', test_beliefs), &
+                    new_unittest('history-beside-the-observations', test_history), &
+                    new_unittest('history-as-a-case', test_torque_file), &
+                    new_unittest('case-files', test_case_files), &
+                    new_unittest('design', test_design)]
+    end subroutine collect_torquers
+
+    !> The calibration of an example; with everything known exactly but what the noise hides, or as it is.
+    subroutine take_example(error, path, exact, calibration)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: path
+        logical, intent(in) :: exact
+        type(calibration_t), intent(out) :: calibration
+
+        type(error_t), allocatable :: failure
+
+        call find_calibration(path, calibration, failure)
+        call check_passes(error, message_of(failure))
+        calibration%options%covariance = .false.        ! the fit is not checked
+        if (.not. exact) return
+        calibration%case%operator%sigma = 0
+        calibration%options%optimal%estimate_scale_factors = .false.
+        calibration%options%optimal%estimate_rod_gain = .false.
+        calibration%options%optimal%also = ''
+    end subroutine take_example
+
+    !> The torque of rods depends on the field by (2-25), that of torquers does not; a moment in a constant field and a
+    !> torquer driven by the product do the same.
+    subroutine test_torque(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: MOMENT(3) = [1.0_dp, -2.0_dp, 3.0_dp], FIELD(3) = [2e-5_dp, 1e-5_dp, -4e-5_dp]
+        type(torque_rods_t) :: rods, torquers
+
+        torquers%direct = .true.
+        call check(error, norm2(torque_of(rods, MOMENT, FIELD) - cross(MOMENT, FIELD)) <= 0)
+        call check(error, norm2(torque_of(torquers, MOMENT, FIELD) - MOMENT) <= 0)
+        call check(error, norm2(torque_of(torquers, cross(MOMENT, FIELD), -FIELD) - torque_of(rods, MOMENT, FIELD)) <= 0)
+    end subroutine test_torque
+
+    !> The bound of both examples, by numerical partials of simulated samples and a dense covariance of the noise: nothing of
+    !> the estimators is used. With gains and scale factors known exactly, and within their limits.
+    subroutine test_bound(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(case_bound_t) :: bound
+        type(error_t), allocatable :: failure
+        real(dp) :: covariance(3, 3), sigma(3)
+        integer :: i, k, exact
+
+        do i = 1, size(EXAMPLES)
+            do exact = 0, 1
+                call take_example(error, EXAMPLES(i), exact == 1, calibration)
+                if (allocated(error)) return
+                call bound_of_case(calibration%case, calibration%options, bound, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                call least_squares(error, calibration, covariance)
+                sigma = [(sqrt(covariance(k, k)), k=1, 3)]
+                call check(error, all(abs(bound%sigma/sigma - 1) < 0.05_dp), trim(calibration%case%name))
+            end do
+        end do
+    end subroutine test_bound
+
+    !> The covariance of d by least squares of accelerometer and star camera: d, attitude, rate, torque, bias, drift, and
+    !> gains and scale factors where the options ask for them.
+    subroutine least_squares(error, calibration, covariance)
+        type(error_type), allocatable, intent(inout) :: error
+        type(calibration_t), intent(in) :: calibration
+        real(dp), intent(out) :: covariance(3, 3)
+
+        type(observation_set_t) :: base
+        type(case_t) :: case
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: rows(:, :), factor(:, :), normal(:, :), rhs(:), solution(:), inverse(:, :)
+        real(dp) :: condition
+        integer :: n, p, c, k, axis
+
+        call see(calibration%case, base)
+        if (allocated(failure)) return
+        n = size(base%accelerometer_time)
+        p = size(base%star_camera_time)
+        allocate (rows(3*(n + p), 24), source=0.0_dp)
+        c = 0
+        do k = 1, 3
+            case = calibration%case
+            case%satellite%offset(k) = case%satellite%offset(k) + 1e-4_dp
+            call add_column(1e-4_dp)
+        end do
+        do k = 1, 3
+            case = calibration%case
+            case%angular_velocity(k) = case%angular_velocity(k) + 1e-7_dp
+            call add_column(1e-7_dp)
+            case = calibration%case
+            case%quaternion = quaternion_product(quaternion_from_axis_angle(unit_vector(k), 1e-5_dp), case%quaternion)
+            call add_column(1e-5_dp)
+            case = calibration%case
+            associate (rods => case%satellite%rods)
+                rods%count = rods%count + 1
+                rods%activations(rods%count) = rod_activation_t(axis=k, amplitude=1e-7_dp, stop=case%duration, waveform=COSINE)
+            end associate
+            call add_column(1e-7_dp)
+        end do
+        do axis = 1, 3
+            rows(axis:3*n:3, c + axis) = 1
+            rows(axis:3*n:3, c + 3 + axis) = base%accelerometer_time/case%duration
+        end do
+        c = c + 6
+        associate (asked => calibration%options%optimal)
+            if (asked%estimate_rod_gain) then
+                case = calibration%case
+                case%satellite%rods%gain = 1.001_dp
+                call add_column(1e-3_dp)
+            end if
+            do k = 1, merge(3, 0, index(asked%also, 'rod_gain_x') > 0)
+                case = calibration%case
+                case%satellite%rods%gain(k) = 1.001_dp
+                call add_column(1e-3_dp)
+            end do
+            do axis = 1, merge(3, 0, asked%estimate_scale_factors)
+                c = c + 1
+                rows(axis:3*n:3, c) = base%acceleration(axis, :)
+            end do
+        end associate
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        factor = noise_factor(calibration%case, n)
+        do k = 1, c
+            do axis = 1, 3
+                rows(axis:3*n:3, k) = forward(factor, rows(axis:3*n:3, k))
+                rows(3*n + axis::3, k) = rows(3*n + axis::3, k)/base%knowledge%star_camera_sigma(axis)
+            end do
+        end do
+        normal = matmul(transpose(rows(:, :c)), rows(:, :c))
+        associate (asked => calibration%options%optimal, known => calibration%case%operator%a_priori)
+            k = c - merge(3, 0, asked%estimate_scale_factors)
+            do axis = k + 1, c
+                normal(axis, axis) = normal(axis, axis) + 1/known%sigma_scale_factors(axis - k)**2
+            end do
+            if (asked%estimate_rod_gain) normal(k, k) = normal(k, k) + 1/known%sigma_rod_gain**2
+        end associate
+        allocate (rhs(c), source=0.0_dp)
+        allocate (solution(c), inverse(c, c))
+        call solve_normal_equations(normal, rhs, solution, inverse, condition, failure)
+        call check_passes(error, message_of(failure))
+        covariance = inverse(:3, :3)
+
+    contains
+
+        !> Samples without noise.
+        subroutine see(of_case, samples)
+            type(case_t), intent(in) :: of_case
+            type(observation_set_t), intent(out) :: samples
+
+            type(simulator_t) :: simulator
+
+            if (allocated(failure)) return
+            call new_simulator(of_case, simulator, failure)
+            if (.not. allocated(failure)) call observe_without_noise(simulator, density_wave_t(), samples)
+        end subroutine see
+
+        !> The partials by what was changed in `case`.
+        subroutine add_column(step)
+            real(dp), intent(in) :: step
+
+            type(observation_set_t) :: other
+            real(dp) :: turn(4)
+            integer :: i
+
+            c = c + 1
+            call see(case, other)
+            if (allocated(failure)) return
+            rows(:3*n, c) = reshape(other%acceleration - base%acceleration, [3*n])/step
+            do i = 1, p
+                turn = quaternion_product(other%quaternion(:, i), conjugate_quaternion(base%quaternion(:, i)))
+                rows(3*(n + i) - 2:3*(n + i), c) = 2*turn(:3)*sign(1.0_dp, turn(4))/step
+            end do
+        end subroutine add_column
+    end subroutine least_squares
+
+    pure function unit_vector(axis) result(vector)
+        integer, intent(in) :: axis
+        real(dp) :: vector(3)
+
+        vector = 0
+        vector(axis) = 1
+    end function unit_vector
+
+    !> Cholesky's factor of the covariance of the noise of accelerometer x, from the one-sided spectrum as it is published.
+    function noise_factor(case, n) result(factor)
+        type(case_t), intent(in) :: case
+        integer, intent(in) :: n
+        real(dp), allocatable :: factor(:, :)
+
+        real(dp), parameter :: STEP = 2e-5_dp       ! Hz
+        real(dp) :: lag(0:n - 1), f, density, h
+        integer :: i, j, k
+
+        h = case%satellite%accelerometer%sampling_interval
+        lag = 0
+        do i = 1, nint(0.5_dp/h/STEP)
+            f = (i - 0.5_dp)*STEP
+            if (case%name == 'nggm') then
+                density = 4e-24_dp*(1.2_dp + 0.002_dp/max(f, 5e-4_dp) + 6000*f**4)
+            else
+                density = 1e-20_dp*(1 + 0.01_dp/f)
+            end if
+            do k = 0, n - 1
+                lag(k) = lag(k) + density*STEP*cos(TWO_PI*f*h*k)
+            end do
+        end do
+        allocate (factor(n, n), source=0.0_dp)
+        do j = 1, n
+            do i = j, n
+                f = lag(i - j) - dot_product(factor(i, :j - 1), factor(j, :j - 1))
+                if (i == j) factor(j, j) = sqrt(f)
+                if (i > j) factor(i, j) = f/factor(j, j)
+            end do
+        end do
+    end function noise_factor
+
+    !> L^-1 v.
+    pure function forward(factor, v) result(x)
+        real(dp), intent(in) :: factor(:, :), v(:)
+        real(dp) :: x(size(v))
+
+        integer :: i
+
+        do i = 1, size(v)
+            x(i) = (v(i) - dot_product(factor(i, :i - 1), x(:i - 1)))/factor(i, i)
+        end do
+    end function forward
+
+    !> 100 seeds of each example by `optimal`: errors, normalised by the bound's covariance, of which 300 squares have the mean
+    !> 1 +- 0.08, and by the estimate's own.
+    subroutine test_seeds(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: SEEDS = 100
+        type(calibration_t) :: calibration
+        type(case_bound_t) :: bound
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: wrong(3), by_bound, by_own, squares(3)
+        integer :: i, exact, seed
+
+        do i = 1, size(EXAMPLES)
+            do exact = 0, 1
+                call take_example(error, EXAMPLES(i), exact == 1, calibration)
+                if (allocated(error)) return
+                call bound_of_case(calibration%case, calibration%options, bound, failure)
+                if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+                by_bound = 0
+                by_own = 0
+                squares = 0
+                do seed = 1, SEEDS
+                    if (.not. allocated(failure)) call observe(simulator, seed, 1, observations, failure)
+                    if (.not. allocated(failure)) &
+                        call estimate_offset('optimal', observations, calibration%options, solution, failure)
+                    call check_passes(error, message_of(failure))
+                    if (allocated(error)) return
+                    wrong = solution%offset - calibration%case%satellite%offset
+                    squares = squares + wrong**2/SEEDS
+                    by_bound = by_bound + dot_product(wrong, matmul(inverse_3x3(bound%covariance*1e12_dp), wrong))*1e12_dp
+                    by_own = by_own + dot_product(wrong, matmul(inverse_3x3(solution%covariance*1e12_dp), wrong))*1e12_dp
+                end do
+                by_bound = sqrt(by_bound/(3*SEEDS))
+                by_own = sqrt(by_own/(3*SEEDS))
+                call check(error, abs(by_bound - 1) < 0.1_dp, trim(calibration%case%name)//': RMS over the bound')
+                call check(error, abs(by_own - 1) < 0.1_dp, trim(calibration%case%name)//': RMS over sigma')
+                call check(error, all(abs(sqrt(squares)/bound%sigma - 1) < 0.25_dp), trim(calibration%case%name))
+            end do
+        end do
+    end subroutine test_seeds
+
+    !> A swing whose torques are believed up to 30 % wrong: the estimate, with all its checks and the record of the fit, finds the
+    !> gains that are true, and contradicts nothing.
+    subroutine test_gains(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(10), parameter :: NAMES(3) = ['rod_gain_x', 'rod_gain_y', 'rod_gain_z']
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(fit_record_t) :: record
+        type(error_t), allocatable :: failure
+        real(dp) :: found
+        integer :: i, k, seed
+
+        call take_example(error, EXAMPLES(2), .false., calibration)
+        if (allocated(error)) return
+        calibration%options%covariance = .true.
+        call new_simulator(calibration%case, simulator, failure)
+        do seed = 1, 5
+            if (.not. allocated(failure)) call observe(simulator, seed, 1, observations, failure)
+            if (.not. allocated(failure)) &
+                call estimate_offset('optimal', observations, calibration%options, solution, failure, record)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, solution%converged .and. size(record%epoch) > 300, 'converged, with a record')
+            call check(error, .not. solution%beliefs%has_contradiction(), 'nothing is contradicted')
+            call check(error, maxval(abs(observations%knowledge%rods%gain - 1)) > 0.1_dp, 'the beliefs are wrong')
+            do i = 1, 3
+                k = findloc(solution%parameters%name, NAMES(i), 1)
+                found = observations%knowledge%rods%gain(i)*(1 + solution%parameters(k)%value)
+                call check(error, found, 1.0_dp, thr=0.02_dp, message=NAMES(i))
+                call check(error, abs(solution%offset(i) - calibration%case%satellite%offset(i)) < &
+                           4*sqrt(solution%covariance(i, i)), 'offset')
+            end do
+        end do
+    end subroutine test_gains
+
+    !> A delay, a gain and a direction of the torquers that are believed wrongly contradict the data, and the warning names what is
+    !> right, and the offset with it.
+    subroutine test_beliefs(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of rod y is ', 'the gain of rod y is 0.98', &
+                                                'the direction of rod x about y is ']
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations, wrong
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i, k
+        logical :: found
+
+        call take_example(error, EXAMPLES(2), .true., calibration)
+        if (allocated(error)) return
+        calibration%options%covariance = .true.
+        call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
+        do i = 1, 3
+            wrong = observations
+            if (i == 1) wrong%knowledge%rods%delay(2) = 0.5_dp
+            if (i == 2) wrong%knowledge%rods%gain(2) = 1.02_dp
+            if (i == 3) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
+            if (.not. allocated(failure)) call estimate_offset('optimal', wrong, calibration%options, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            found = .false.
+            do k = 1, size(solution%warnings)
+                found = found .or. index(solution%warnings(k)%text, trim(NAMED(i))) > 0 .and. &
+                        index(solution%warnings(k)%text, 'd would be -0.19 0.6') > 0
+            end do
+            call check(error, found .and. solution%beliefs%has_contradiction(), NAMED(i))
+        end do
+    end subroutine test_beliefs
+
+    !> A set with torque.csv gives the estimate of the set with waveforms, though gain and delay lie behind the command and the
+    !> magnetometer is lost. Files that contradict the setup, or are damaged, are refused by name.
+    subroutine test_history(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations, again
+        type(solution_t) :: solution, other
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: good, setup
+        integer :: k
+
+        call take_example(error, EXAMPLES(2), .true., calibration)
+        if (allocated(error)) return
+        calibration%case%duration = 100
+        calibration%case%satellite%rods%gain = [1.2_dp, 1.1_dp, 0.9_dp]
+        calibration%case%satellite%rods%delay = 0.3_dp
+        call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 5, 1, observations, failure)
+        if (.not. allocated(failure)) call estimate_offset('optimal', observations, calibration%options, solution, failure)
+        if (.not. allocated(failure)) call measure_rods(simulator, 0.5_dp, observations, failure)
+        if (.not. allocated(failure)) call write_observations(SET, observations, [character(1) ::], failure)
+        call remove_file(SET//'/magnetometer.csv')
+        call remove_file(SET//'/orbit.csv')
+        if (.not. allocated(failure)) call read_observations(SET, again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, .not. allocated(again%orbit_time), 'an orbit')
+        again%orbit_time = observations%orbit_time      ! for the gravity gradient alone
+        again%orbit_position = observations%orbit_position
+        call estimate_offset('optimal', again, calibration%options, other, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(again%knowledge%rods%gain - calibration%case%satellite%rods%gain) <= 0), 'gain')
+        do k = 1, 3
+            call check(error, abs(other%offset(k) - solution%offset(k)) < 0.02_dp*sqrt(solution%covariance(k, k)), 'estimate')
+            call check(error, abs(other%offset(k) - calibration%case%satellite%offset(k)) < &
+                       4*sqrt(solution%covariance(k, k)), 'truth')
+        end do
+
+        calibration%options%covariance = .true.         ! twice the torque that is believed: refused
+        again%knowledge%rods%gain = again%knowledge%rods%gain/2
+        call estimate_offset('optimal', again, calibration%options, other, failure)
+        call check_fails(error, message_of(failure), [character(24) :: 'torque of the torquers', 'setup and command'])
+        call read_content(error, SET//'/torque.csv', good)
+        call read_content(error, SET//'/setup.nml', setup)
+        call make_file(error, 'torquers/torque.csv', good(:len(good) - 30)//'nan'//new_line('a'))
+        call refused([character(24) :: 'torque.csv:', 'is not a finite number'])
+        call make_file(error, 'torquers/torque.csv', 'time_s,tx,ty,tz'//new_line('a')//'0,0,0,0'//new_line('a'))
+        call refused([character(24) :: 'torque.csv', 'tx_n_m'])
+        call make_file(error, 'torquers/torque.csv', good(:index(good, new_line('a')//'50') + 20)//new_line('a'))
+        call refused([character(24) :: 'torque.csv'])
+        call make_file(error, 'torquers/torque.csv', good)
+        call make_file(error, 'torquers/rods.csv', 'time_s,mx_a_m2,my_a_m2,mz_a_m2'//new_line('a')//'0,0,0,0'//new_line('a'))
+        call refused([character(24) :: 'rods.csv', 'with torquers'])
+        call remove_file(SET//'/rods.csv')
+        k = index(setup, '&torquers')
+        call make_file(error, 'torquers/setup.nml', setup(:k - 1)//setup(index(setup, '&limits'):))
+        call refused([character(24) :: 'torque.csv', 'without torquers'])
+
+    contains
+
+        subroutine refused(parts)
+            character(*), intent(in) :: parts(:)
+
+            call read_observations(SET, again, failure)
+            call check_fails(error, message_of(failure), parts)
+        end subroutine refused
+    end subroutine test_history
+
+    !> A case whose torques are a file has the bound of the case whose waveforms the file samples.
+    subroutine test_torque_file(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration, other
+        type(case_bound_t) :: bound, of_file
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, history, blocks
+        character(120) :: line
+        integer :: k
+
+        call take_example(error, EXAMPLES(2), .true., calibration)
+        history = 'time_s,tx_n_m,ty_n_m,tz_n_m'//new_line('a')
+        do k = 0, 400
+            write (line, '(f7.2, 3(",", es22.14))') 0.5_dp*k, dipole_moment(calibration%case%satellite%rods, 0.5_dp*k)
+            history = history//trim(adjustl(line))//new_line('a')
+        end do
+        call make_file(error, 'swing.csv', history)
+        call read_content(error, trim(EXAMPLES(2)), text)
+        if (allocated(error)) return
+        blocks = text(:index(text, '&excitation') - 1)
+        k = index(blocks, '    largest_torque')
+        blocks = blocks(:k - 1)//"    torque_file = '"//FOLDER//"swing.csv'"//new_line('a')//blocks(k:)
+        call make_file(error, 'swing.nml', blocks//text(index(text, '&truth'):))
+        call take_example(error, FOLDER//'swing.nml', .true., other)
+        if (allocated(error)) return
+        call bound_of_case(calibration%case, calibration%options, bound, failure)
+        if (.not. allocated(failure)) call bound_of_case(other%case, other%options, of_file, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(of_file%sigma/bound%sigma - 1) < 1e-3_dp), 'bound')
+        call calibration_text(other, text, failure)
+        call check(error, index(text, 'torque_file = ') > 0, 'the written case names no file')
+        call make_file(error, 'swing.csv', history(:index(history, new_line('a')//'101.00')))
+        call find_calibration(FOLDER//'swing.nml', other, failure)
+        call check_fails(error, message_of(failure), [character(24) :: 'torques: samples from', 'do not cover the arc'])
+    end subroutine test_torque_file
+
+    !> A case of torquers is read as it was written; with rods beside, too strong a torque, or control by rods it is refused.
+    subroutine test_case_files(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(case_t) :: again
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, twice
+
+        call take_example(error, EXAMPLES(1), .false., calibration)
+        if (allocated(error)) return
+        call case_text(calibration%case, text, failure)
+        call check(error, index(text, '&rod') == 0 .and. index(text, '&excitation') > 0, 'groups')
+        call case_from_text(text, 'again', again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call case_text(again, twice, failure)
+        call check(error, text == twice .and. again%satellite%rods%direct, 'round trip')
+        call case_from_text(text//new_line('a')//'&rod axis = 1, amplitude = 1.0, frequency = 0.1, stop = 60.0 /'//new_line('a'), &
+                            'both', again, failure)
+        call check_fails(error, message_of(failure), [character(32) :: 'both', 'by torquers or by rods'])
+        call case_from_text(text//new_line('a')//'&control /'//new_line('a'), 'controlled', again, failure)
+        call check_fails(error, message_of(failure), [character(32) :: 'controlled', '&torquers'])
+        calibration%case%satellite%rods%largest_moment = 1e-3_dp
+        call case_text(calibration%case, text, failure)
+        call case_from_text(text, 'strong', again, failure)
+        call check_fails(error, message_of(failure), [character(32) :: 'strong', 'N m', 'largest_torque'])
+        calibration%case%satellite%rods%count = 0
+        call check_rods_fire(calibration%case%satellite%rods, 60.0_dp, failure)
+        call check_fails(error, message_of(failure), [character(32) :: 'no torque acts', '&excitation', 'torque.csv'])
+    end subroutine test_case_files
+
+    !> The manoeuvre that is designed for the torquers of an example is not worse than the example's own, and flies by torquers.
+    subroutine test_design(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration, planned
+        type(manoeuvre_design_t) :: design
+        type(design_settings_t) :: settings
+        type(case_bound_t) :: bound, own
+        type(error_t), allocatable :: failure
+
+        call take_example(error, EXAMPLES(1), .true., calibration)
+        if (allocated(error)) return
+        calibration%case%duration = 100
+        calibration%case%satellite%rods%activations%stop = 100
+        call bound_of_case(calibration%case, calibration%options, own, failure)
+        settings%amplitude = usual_amplitude(calibration%case%satellite%rods)
+        settings%share = usual_shares(calibration%case%satellite%rods)
+        call check(error, maxval(abs(settings%amplitude*settings%share - [3.676e-4_dp, 1.9316e-3_dp, 2.1612e-3_dp])) < 1e-12_dp)
+        settings%lowest_frequency = 0.06_dp
+        settings%highest_frequency = 0.1_dp
+        settings%waveform_used = [.true., .false., .false., .false.]
+        settings%refinement_steps = 0
+        if (.not. allocated(failure)) call plan_manoeuvre(calibration, 0.0_dp, settings, planned, design, failure)
+        planned%options = calibration%options
+        if (.not. allocated(failure)) call bound_of_case(planned%case, planned%options, bound, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, planned%case%satellite%rods%direct .and. design%rods%direct, 'torquers')
+        call check(error, maxval(bound%sigma) < 1.02_dp*maxval(own%sigma), 'design')
+        call check(error, all(abs(design%sigma/bound%sigma - 1) < 0.05_dp), 'the planner''s limit')
+    end subroutine test_design
+end module test_torquers
