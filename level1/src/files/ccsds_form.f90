@@ -4,7 +4,7 @@
 module gracecg_level1_ccsds_form
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, split_words, parse_real, integer_text, real_text
+    use gracecg_base_text, only: string_t, append, split_words, parse_real, integer_text, pick_text, real_text
     use gracecg_base_version, only: VERSION
     use gracecg_environment_time, only: utc_t, parse_utc, utc_plus, utc_text, seconds_between, GPS_EPOCH
     use gracecg_files_file, only: output_file_t, text_file_t, read_text_file
@@ -232,8 +232,8 @@ contains
         if (size(series%remarks) > 0 .and. axes /= series%axes) call file%fail_at(at, 'segments in two frames', error)
         series%axes = axes
         if (size(series%remarks) == 0) call append(series%remarks, 'frame '//trim(from)//', '//trim(segment%value(TIME_SYSTEM))// &
-            ' time'//trim(merge('; EME2000 is 0.02 arcsec off ICRF, which is not counted', repeat(' ', 54), &
-                                from == 'EME2000' .or. from == 'J2000')))
+            ' time'//pick_text(from == 'EME2000' .or. from == 'J2000', '; EME2000 is 0.02 arcsec off ICRF, which is not '// &
+                               'counted', ''))
     end subroutine check_segment
 
     !> A sample: epoch and values, taken to GPS time, SI, and the quaternion's order and direction.
