@@ -1,6 +1,5 @@
 !> A calibration gathered from Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_level1_gathering
-    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail
@@ -20,7 +19,7 @@ module gracecg_level1_gathering
     use gracecg_level1_along_orbit, only: compare_along_orbit
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
-    use gracecg_level1_product_reading, only: find_files
+    use gracecg_level1_product_reading, only: find_files, note_product
     use gracecg_level1_series, only: interpolate
     use gracecg_level1_spans, only: said_spans, choose_spans, equal_spans
     use gracecg_level1_strays, only: find_strays
@@ -104,7 +103,13 @@ contains
         call find_files(paths, ['MAS1B', 'MAS1A'], found)
         if (size(found) == 0) return
         call read_level1(found, records, error)
-        if (.not. allocated(error)) call take_gas(records, calibration)
+        if (allocated(error)) return
+        call note_product(calibration, records%layout%product, found)
+        do i = 1, 2
+            call take_mass(records, 'gas_mass_tnk'//integer_text(i), middle_of(calibration), calibration%gas(i))
+        end do
+        call take_mass(records, 'mass_tnk', middle_of(calibration), calibration%mass)
+        call take_mass(records, 'mass_thr', middle_of(calibration), calibration%mass)
     end subroutine gather_calibration
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
@@ -155,7 +160,9 @@ contains
         end if
         call read_level1(found, clk, error)
         if (allocated(error)) return
+        call note_product(calibration, 'CLK1B', found)
         if (size(others) > 0) then
+            call note_product(calibration, 'TIM1B', others)
             call read_level1(others, tim, error)
             if (.not. allocated(error)) call new_level1_clock(clock, error, clk, tim)
         else
@@ -402,23 +409,23 @@ contains
         step = median_of(times(2:n) - times(:n - 1))
     end function median_step
 
-    !> The gas in the tanks at the middle of the manoeuvre.
-    subroutine take_gas(records, calibration)
+    !> A mass at a time; where no record has it, it stays what it is.
+    subroutine take_mass(records, field, time, mass)
         type(level1_records_t), intent(in) :: records
-        type(level1_calibration_t), intent(inout) :: calibration
+        character(*), intent(in) :: field           !! Of MAS1A, MAS1B
+        real(dp), intent(in) :: time                !! s past 2000-01-01 12:00 GPS
+        real(dp), intent(inout) :: mass             !! kg
 
         real(dp) :: nearest, distance
-        integer :: i, tank, column
+        integer :: i, column
 
-        do tank = 1, 2
-            column = records%field_of('gas_mass_tnk'//integer_text(tank))
-            nearest = huge(nearest)
-            do i = 1, records%count
-                distance = abs(real(records%seconds(i), dp) - middle_of(calibration))
-                if (ieee_is_nan(records%values(i, column)) .or. distance >= nearest) cycle
-                nearest = distance
-                calibration%gas(tank) = records%values(i, column)
-            end do
+        column = records%field_of(field)
+        nearest = huge(nearest)
+        do i = 1, records%count
+            distance = abs(real(records%seconds(i), dp) - time)
+            if (.not. records%values(i, column) > 0 .or. distance >= nearest) cycle
+            nearest = distance
+            mass = records%values(i, column)
         end do
-    end subroutine take_gas
+    end subroutine take_mass
 end module gracecg_level1_gathering
