@@ -40,7 +40,7 @@ def igrf(path):
             epochs = [float(word) for word in words[2:-1]]
         elif words and words[0] in "gh":
             value[words[0], int(words[1]), int(words[2])] = np.interp(YEAR, epochs, [float(w) for w in words[3:3 + len(epochs)]])
-    path.write_text("".join(f"{n} {m} {value['g', n, m]!r} {value.get(('h', n, m), 0.0)!r}\n".replace("np.float64(", "").replace(")", "")
+    path.write_text("".join(f"{n} {m} {value['g', n, m]:.6f} {value.get(('h', n, m), 0.0):.6f}\n"
                             for _, n, m in sorted(key for key in value if key[0] == "g")))
 
 
@@ -97,7 +97,8 @@ def main():
     program = pathlib.Path(given.gracecg).resolve()
     peers.WORK.mkdir(parents=True, exist_ok=True)
     version = peers.install(peers.PACKAGES["Orekit"])
-    jars = ":".join(str(path) for path in [*(peers.WORK / "venv").glob("lib/python*/site-packages/orekit_jpype/jars/*.jar"), peers.WORK])
+    packages = peers.WORK.glob("venv/lib/python*/site-packages/orekit_jpype/jars/*.jar")
+    jars = ":".join(str(path) for path in [*packages, peers.WORK])
     peers.run(["javac", "-cp", jars, "-d", peers.WORK, peers.HERE / "OrekitWorld.java"])
 
     def orekit(*words):
@@ -159,8 +160,8 @@ def main():
         magnetometer(day, world[:, 0], world[:, 13:16], np.random.default_rng(given.seed))
         theirs = [estimate(), estimate("--field", "magnetometer")]
         print(f"Orekit {version}; d less truth, um (sigma)")
-        for what, (d, sigma) in zip(("gracecg's day", "  field by its magnetometer", "Orekit's orbit", "  and its field by magnetometer"),
-                                    ours + theirs):
+        days = ("gracecg's day", "  field by its magnetometer", "Orekit's orbit", "  and its field by magnetometer")
+        for what, (d, sigma) in zip(days, ours + theirs):
             print(f"  {what:32}" + "".join(f"{x:8.2f} ({s:.2f})" for x, s in zip(d - [300, 400, -500], sigma)))
         apart["d by Orekit's orbit, sigma"] = np.max(abs(theirs[0][0] - ours[0][0])/ours[0][1])
         apart["d by its field, sigma"] = np.max(abs(theirs[1][0] - ours[0][0])/ours[0][1])

@@ -160,7 +160,7 @@ def flown_case(program, case, folder):
     """The case with a d as flown."""
     path = os.path.join(folder, "case.nml")
     with open(path, "w") as file:
-        file.write(re.sub(r"offset_mm = [^!\n]*", f"offset_mm = {FLOWN_OFFSET} ", run(program, "cases", "show", case)))
+        file.write(re.sub(r" offset_mm = [^!\n]*", f" offset_mm = {FLOWN_OFFSET} ", run(program, "cases", "show", case)))
     return path
 
 
@@ -215,11 +215,10 @@ def report_plain(errors):
         print(f"  plain fits, by the {source}: rms " + ", ".join(f"{v:.2f}" for v in rms) + f" um; published {published}")
 
 
-def one(program, case, settings, spans, seed, folder, binary):
-    """Simulates a seed and estimates; the errors of all that was estimated."""
-    flown = spans == SEVEN and "as-flown" in case
+def one(program, case, settings, spans, seed, folder, binary, flown):
+    """Simulates a seed and estimates; truth, estimate, and of days as flown the plain fits."""
     if flown:
-        case = flown_case(program, case.split()[0], folder)
+        case = flown_case(program, case, folder)
     day = simulate(program, case, settings, spans, seed, folder, binary)
     plain = plain_fits(day) if flown else None
     with open(os.path.join(day, "truth.nml")) as file:
@@ -253,8 +252,8 @@ def main():
         gains, torque_delays, accelerometer_delays, plain = [], [], [], []
         for seed in range(options.first_seed, options.first_seed + options.seeds):
             with tempfile.TemporaryDirectory() as folder:
-                truth, document, fits = one(options.gracecg, f"{options.case} {name}" if name.startswith("as-flown") else options.case,
-                                            settings, spans, seed, folder, options.binary)
+                truth, document, fits = one(options.gracecg, options.case, settings, spans, seed, folder, options.binary,
+                                            name.startswith("as-flown"))
             offset = number(truth, "offset_mm")
             if fits:
                 plain.append({source: [v - 1e3*b for v, b in zip(d, offset)] for source, d in fits.items()})

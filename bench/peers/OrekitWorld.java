@@ -61,12 +61,13 @@ public class OrekitWorld {
         if (args[0].equals("fly")) {
             fly(args, epoch);
         } else {
-            for (TimeStampedPVCoordinates pv : new ParserBuilder().buildOemParser().parseMessage(new DataSource(new File(args[1])))
-                     .getSegments().get(0).getCoordinates()) {
+            final DataSource oem = new DataSource(new File(args[1])), aem = new DataSource(new File(args[2]));
+            for (TimeStampedPVCoordinates pv :
+                     new ParserBuilder().buildOemParser().parseMessage(oem).getSegments().get(0).getCoordinates()) {
                 show("orbit", pv.getDate().durationFrom(epoch), pv.getPosition(), pv.getVelocity());
             }
-            for (TimeStampedAngularCoordinates a : new ParserBuilder().buildAemParser().parseMessage(new DataSource(new File(args[2])))
-                     .getSegments().get(0).getAngularCoordinates()) {
+            for (TimeStampedAngularCoordinates a :
+                     new ParserBuilder().buildAemParser().parseMessage(aem).getSegments().get(0).getAngularCoordinates()) {
                 final Rotation r = a.getRotation();     // inertial x and y in body axes
                 show("attitude", a.getDate().durationFrom(epoch), r.applyTo(Vector3D.PLUS_I), r.applyTo(Vector3D.PLUS_J));
             }
@@ -107,7 +108,8 @@ public class OrekitWorld {
             final AbsoluteDate date = start.shiftedBy(k);
             final PVCoordinates pv = orbit.getPVCoordinates(date, inertial), earthFixed = orbit.getPVCoordinates(date, fixed);
             final GeodeticPoint place = earth.transform(earthFixed.getPosition(), fixed, date);
-            final Vector3D b = field.calculateField(place.getLatitude(), place.getLongitude(), place.getAltitude()).getFieldVector();
+            final Vector3D b =
+                field.calculateField(place.getLatitude(), place.getLongitude(), place.getAltitude()).getFieldVector();
             final Vector3D vector = place.getNorth().scalarMultiply(b.getX()).add(place.getEast().scalarMultiply(b.getY()))
                 .add(place.getNadir().scalarMultiply(b.getZ()));        // nT, north, east, down
             show("day", x[0] + k, pv.getPosition(), pv.getVelocity(), earthFixed.getPosition(), earthFixed.getVelocity(),
