@@ -147,6 +147,9 @@ def main():
 
         gracecg("level1", "convert", f"day/GNI1B_{DAY}", "--as", "ccsds", "--out", "ours.oem")
         gracecg("level1", "convert", f"day/SCA1B_{DAY}", "--as", "ccsds", "--out", "ours.aem")
+        for message in ("ours.oem", "ours.aem"):        # of EARTH as centre Orekit wants JPL's ephemerides
+            text = (folder / message).read_text()
+            (folder / message).write_text(text.replace("CENTER_NAME = EARTH", "CENTER_NAME = that of the Earth"))
         read = orekit("read", folder / "ours.oem", folder / "ours.aem")
         _, attitude = records(day / f"SCA1B_{DAY}")
         turn = axes([[float(x) for x in w[3:7]] for w in attitude])

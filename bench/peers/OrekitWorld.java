@@ -40,6 +40,7 @@ import org.orekit.utils.TimeStampedPVCoordinates;
 
 public class OrekitWorld {
     static final int DEGREE = 20;       // of the geopotential
+    static final double MU = 3.986004415e14;    // m^3/s^2: an OEM does not say it, and the parser asks
 
     static class Field extends GeoMagneticField {
         Field(List<String> lines) {     // degree, order, g, h in nT
@@ -63,7 +64,7 @@ public class OrekitWorld {
         } else {
             final DataSource oem = new DataSource(new File(args[1])), aem = new DataSource(new File(args[2]));
             for (TimeStampedPVCoordinates pv :
-                     new ParserBuilder().buildOemParser().parseMessage(oem).getSegments().get(0).getCoordinates()) {
+                     new ParserBuilder().withMu(MU).buildOemParser().parseMessage(oem).getSegments().get(0).getCoordinates()) {
                 show("orbit", pv.getDate().durationFrom(epoch), pv.getPosition(), pv.getVelocity());
             }
             for (TimeStampedAngularCoordinates a :

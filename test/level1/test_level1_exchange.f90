@@ -225,7 +225,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check_fails(error, file%text, [character(80) :: 'CCSDS_AEM_VERS = 1.0', 'CREATION_DATE = 2', 'ORIGINATOR = ', &
-            'OBJECT_NAME = GRACE-FO 1', 'OBJECT_ID = 2018-047A', 'REF_FRAME_A = ICRF', 'REF_FRAME_B = SC_BODY_1', &
+            'OBJECT_NAME = GRACE-FO 1', 'OBJECT_ID = 2018-047A', 'REF_FRAME_A = GCRF', 'REF_FRAME_B = SC_BODY_1', &
             'ATTITUDE_DIR = A2B', 'TIME_SYSTEM = GPS', 'START_TIME = 2020-02-01T00:00:00.000000', 'STOP_TIME = 2020-02-01T00', &
             'ATTITUDE_TYPE = QUATERNION', 'QUATERNION_TYPE = FIRST', 'DATA_START', '2020-02-01T00:00:00.000000 0.5 0.5 -0.5 0.5'])
     end subroutine test_written

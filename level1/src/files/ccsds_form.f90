@@ -67,9 +67,9 @@ contains
         call file%line('OBJECT_ID = '//trim(DESIGNATORS(satellite)))
         call file%line('CENTER_NAME = EARTH')
         if (series%kind == ORBIT) then
-            call file%line('REF_FRAME = '//trim(merge('ICRF    ', 'ITRF2014', series%axes == 'I')))
+            call file%line('REF_FRAME = '//trim(merge('GCRF    ', 'ITRF2014', series%axes == 'I')))
         else
-            call file%line('REF_FRAME_A = ICRF')
+            call file%line('REF_FRAME_A = GCRF')
             call file%line('REF_FRAME_B = SC_BODY_1')
             call file%line('ATTITUDE_DIR = A2B')
         end if
