@@ -115,7 +115,7 @@ contains
         if (allocated(error)) return
         call gather_calibration(padded(arguments%words), setup, satellite, spans_file, span, field, calibration, error, &
                                 day, every)
-        if (.not. allocated(error)) call take_from_products(calibration, setup, error)
+        if (.not. allocated(error)) call take_from_products(calibration, setup)
     end subroutine take_calibration
 
     !> The work of `gracecg level1 estimate`.

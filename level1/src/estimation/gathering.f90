@@ -6,7 +6,7 @@ module gracecg_level1_gathering
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
@@ -17,6 +17,7 @@ module gracecg_level1_gathering
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
         middle_of, SPAN_MARGIN
     use gracecg_level1_along_orbit, only: compare_along_orbit
+    use gracecg_level1_origins, only: take_from_products
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
     use gracecg_level1_product_reading, only: find_files, note_product
@@ -49,10 +50,9 @@ contains
                                                     !! absent or 0: a manoeuvre
 
         type(level1_folder_t) :: paths
-        type(level1_records_t) :: records
         type(level1_clock_t) :: clock
+        type(level1_setup_t) :: known
         real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
-        type(string_t), allocatable :: found(:)
         character(:), allocatable :: wanted
         character(26) :: date
         integer :: i
@@ -99,17 +99,11 @@ contains
         if (allocated(error)) return
         call edit_spans(setup, calibration)
         call find_shadow_edges(calibration)
-        call compare_along_orbit(paths, setup, clock, calibration)
-        call find_files(paths, ['MAS1B', 'MAS1A'], found)
-        if (size(found) == 0) return
-        call read_level1(found, records, error)
+        call read_masses(paths, setup, calibration, error)
         if (allocated(error)) return
-        call note_product(calibration, records%layout%product, found)
-        do i = 1, 2
-            call take_mass(records, 'gas_mass_tnk'//integer_text(i), middle_of(calibration), calibration%gas(i))
-        end do
-        call take_mass(records, 'mass_tnk', middle_of(calibration), calibration%mass)
-        call take_mass(records, 'mass_thr', middle_of(calibration), calibration%mass)
+        known = setup
+        call take_from_products(calibration, known)
+        call compare_along_orbit(paths, known, clock, calibration)
     end subroutine gather_calibration
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
@@ -408,6 +402,38 @@ contains
         n = min(size(times), 2000)
         step = median_of(times(2:n) - times(:n - 1))
     end function median_step
+
+    !> The masses of MAS1B or MAS1A: gas, and that of the satellite. Fails where neither they nor the setup say the latter.
+    subroutine read_masses(paths, setup, calibration, error)
+        type(level1_folder_t), intent(in) :: paths
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: APART = 0.01_dp      ! relative: more is told
+        type(level1_records_t) :: records
+        type(string_t), allocatable :: found(:)
+        integer :: i
+
+        call find_files(paths, ['MAS1B', 'MAS1A'], found)
+        if (size(found) > 0) then
+            call read_level1(found, records, error)
+            if (allocated(error)) return
+            call note_product(calibration, records%layout%product, found)
+            do i = 1, 2
+                call take_mass(records, 'gas_mass_tnk'//integer_text(i), middle_of(calibration), calibration%gas(i))
+            end do
+            call take_mass(records, 'mass_tnk', middle_of(calibration), calibration%mass)
+            call take_mass(records, 'mass_thr', middle_of(calibration), calibration%mass)
+        end if
+        if (calibration%mass < 0 .and. .not. setup%mass > 0) then
+            call fail(error, 'the mass is not known: MAS1B does not have it (that of GRACE-FO has the gas alone); say mass in '// &
+                      '&mass_properties of the setup, in kg')
+        else if (calibration%mass > 0 .and. abs(setup%mass - calibration%mass) > APART*calibration%mass .and. setup%mass > 0) then
+            call note(calibration, 'the setup says a mass of '//trim(rounded_text(setup%mass, 5))//' kg, MAS1B '// &
+                      trim(rounded_text(calibration%mass, 5))//' kg, which is taken')
+        end if
+    end subroutine read_masses
 
     !> A mass at a time; where no record has it, it stays what it is.
     subroutine take_mass(records, field, time, mass)

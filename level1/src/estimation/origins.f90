@@ -1,10 +1,8 @@
 !> Where each value that an estimate from Level-1 files uses is from: the setup by line or default, the day's own products, or the
 !> data themselves.
 module gracecg_level1_origins
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text, real_text, rounded_text
-    use gracecg_level1_calibration, only: level1_calibration_t, note
+    use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_setup, only: level1_setup_t, origin_t
     implicit none
@@ -13,23 +11,12 @@ module gracecg_level1_origins
 
 contains
 
-    !> Takes the mass from the day's MAS1B, where that has it, in place of the setup's. Fails when neither has.
-    subroutine take_from_products(calibration, setup, error)
-        type(level1_calibration_t), intent(inout) :: calibration
+    !> Takes the mass from the day's MAS1B, where that has it, in place of the setup's.
+    pure subroutine take_from_products(calibration, setup)
+        type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(inout) :: setup
-        type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: APART = 0.01_dp      ! relative: more is told
-
-        if (calibration%mass > 0) then
-            if (setup%mass > 0 .and. abs(setup%mass/calibration%mass - 1) > APART) call note(calibration, &
-                'the setup says a mass of '//trim(rounded_text(setup%mass, 5))//' kg, MAS1B '// &
-                trim(rounded_text(calibration%mass, 5))//' kg, which is taken')
-            setup%mass = calibration%mass
-        else if (.not. setup%mass > 0) then
-            call fail(error, 'the mass is not known: MAS1B does not have it (that of GRACE-FO has the gas alone); say mass in '// &
-                      '&mass_properties of the setup, in kg')
-        end if
+        if (calibration%mass > 0) setup%mass = calibration%mass
     end subroutine take_from_products
 
     !> All values with their sources.
@@ -46,7 +33,7 @@ contains
         if (allocated(setup%origins)) origins = setup%origins
         do i = 1, size(origins)
             if (origins(i)%name == 'mass' .and. calibration%mass > 0) then
-                origins(i)%value = real_text(setup%mass)
+                origins(i)%value = real_text(calibration%mass)
                 origins(i)%source = source_of('MAS1')
             end if
         end do

@@ -8,7 +8,7 @@ module gracecg_level1_ccsds_form
     use gracecg_base_version, only: VERSION
     use gracecg_environment_time, only: utc_t, parse_utc, utc_plus, utc_text, seconds_between, GPS_EPOCH
     use gracecg_files_file, only: output_file_t, text_file_t, read_text_file
-    use gracecg_level1_exchange_series, only: exchange_series_t, EXCHANGE_KINDS, ORBIT, ATTITUDE, take_place
+    use gracecg_level1_exchange_series, only: exchange_series_t, EXCHANGE_KINDS, ORBIT, ATTITUDE, make_room, keep_first
     use gracecg_level1_products, only: SATELLITES
     use gracecg_level1_time, only: gps_date_text
     implicit none
@@ -32,6 +32,7 @@ module gracecg_level1_ccsds_form
         character(8) :: version = ''            !! Of an AEM
         logical :: of_body_first = .false.      !! Quaternions are from body to inertial axes
         logical :: scalar_last = .false.
+        logical :: complete = .false.           !! META_STOP is behind
     end type segment_t
 
 contains
@@ -135,23 +136,17 @@ contains
                     continue
                 else if (index(file%line(i), '=') > 0) then
                     call take_key(file, i, words, segment, series, error)
-                else if (in_meta .or. segment%value(TIME_SYSTEM) == '') then
+                else if (in_meta .or. .not. segment%complete) then
                     call file%fail_at(i, 'expected: KEY = VALUE', error)
                 else
                     n = n + 1
-                    if (n > size(series%seconds)) call take_place(series, file%line_count())
                     call take_sample(file, i, words, segment, series, n, error)
                 end if
             end associate
             if (allocated(error)) return
         end do
-        if (n == 0) then
-            call fail(error, path//': has no data behind META_STOP')
-            return
-        end if
-        series%seconds = series%seconds(:n)
-        series%fraction = series%fraction(:n)
-        series%values = series%values(:, :n)
+        if (series%kind == 0) call fail(error, path//': has no data')
+        if (series%kind > 0) call keep_first(series, n, path, error)
     end subroutine read_ccsds
 
     !> A line KEY = VALUE.
@@ -177,7 +172,7 @@ contains
         case ('CCSDS_OEM_VERS', 'CCSDS_AEM_VERS')
             series%kind = merge(ORBIT, ATTITUDE, key(7:7) == 'O')
             if (key(7:7) == 'A') segment%version = value
-            call take_place(series, 0)
+            call make_room(series, file%line_count())
         case ('ATTITUDE_TYPE')
             if (value /= 'QUATERNION') call file%fail_at(at, 'only QUATERNION is read', error)
         end select
@@ -226,6 +221,7 @@ contains
         else if (segment%value(CENTER) /= 'EARTH' .and. segment%value(CENTER) /= 'Earth') then
             call file%fail_at(at, 'CENTER_NAME "'//trim(segment%value(CENTER))//'" is not EARTH', error)
         end if
+        segment%complete = .true.
         axes = merge('I', 'E', any(INERTIAL == from))
         if (axes == 'E' .and. (series%kind == ATTITUDE .or. index(from, 'ITRF') /= 1)) call file%fail_at(at, 'frame "'// &
             trim(from)//'" is none of ICRF, GCRF, EME2000 (and, of an orbit, ITRF...)', error)

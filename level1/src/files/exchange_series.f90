@@ -12,7 +12,7 @@ module gracecg_level1_exchange_series
     implicit none
     private
     public :: exchange_series_t, exchange_kind_t, EXCHANGE_KINDS, ORBIT, ATTITUDE, kind_of_product, series_of_level1, &
-        write_as_level1, take_place
+        write_as_level1, make_room, keep_first
 
     type :: exchange_kind_t
         !! What a series holds
@@ -78,28 +78,28 @@ contains
         end do
     end function places_of
 
-    !> Grows a series by samples that are to be filled.
-    subroutine take_place(series, more)
+    !> Room for so many samples.
+    subroutine make_room(series, samples)
         type(exchange_series_t), intent(inout) :: series
-        integer, intent(in) :: more             !! Samples
+        integer, intent(in) :: samples
 
-        integer(i8), allocatable :: seconds(:)
-        real(dp), allocatable :: fraction(:), values(:, :)
-        integer :: n
+        series%seconds = spread(0_i8, 1, samples)
+        series%fraction = spread(0.0_dp, 1, samples)
+        series%values = spread(spread(0.0_dp, 1, EXCHANGE_KINDS(series%kind)%columns), 2, samples)
+    end subroutine make_room
 
-        n = 0
-        if (allocated(series%seconds)) n = size(series%seconds)
-        allocate (seconds(n + more), source=0_i8)
-        allocate (fraction(n + more), values(EXCHANGE_KINDS(series%kind)%columns, n + more), source=0.0_dp)
-        if (n > 0) then
-            seconds(:n) = series%seconds
-            fraction(:n) = series%fraction
-            values(:, :n) = series%values
-        end if
-        call move_alloc(seconds, series%seconds)
-        call move_alloc(fraction, series%fraction)
-        call move_alloc(values, series%values)
-    end subroutine take_place
+    !> Keeps the first samples. Fails where there is none.
+    subroutine keep_first(series, samples, path, error)
+        type(exchange_series_t), intent(inout) :: series
+        integer, intent(in) :: samples
+        character(*), intent(in) :: path        !! Of the file, for the message
+        type(error_t), allocatable, intent(out) :: error
+
+        if (samples == 0) call fail(error, path//': has no data')
+        series%seconds = series%seconds(:samples)
+        series%fraction = series%fraction(:samples)
+        series%values = series%values(:, :samples)
+    end subroutine keep_first
 
     !> Reads a series from a Level-1 file. Fails when its product has no other form, its tags are not GPS time, its frame is
     !> mixed, or no record has the values.

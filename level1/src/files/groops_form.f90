@@ -8,7 +8,7 @@ module gracecg_level1_groops_form
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, split_words, parse_integer, parse_real, integer_text, real_text
     use gracecg_files_file, only: output_file_t, text_file_t, read_text_file
-    use gracecg_level1_exchange_series, only: exchange_series_t, EXCHANGE_KINDS, ORBIT, take_place
+    use gracecg_level1_exchange_series, only: exchange_series_t, EXCHANGE_KINDS, ORBIT, make_room, keep_first
     implicit none
     private
     public :: write_groops, read_groops
@@ -75,48 +75,40 @@ contains
         call read_text_file(path, file, error)
         if (allocated(error)) return
         at = 0
-        call next_words(file, at, words)
-        arcs = 1
-        if (size(words) >= 2) then
-            if (words(2)%text == 'instrument') then
-                call next_words(file, at, words)
-                call take_integers(file, at, words, 'instrument type and number of arcs', type, arcs, error)
-                if (allocated(error)) return
-                series%kind = findloc(EXCHANGE_KINDS%code, type, 1)
-                if (series%kind == 0) call file%fail_at(at, 'instrument type '//integer_text(type)//' has no Level-1 product '// &
-                                                        'here; -6, -7, -8, -16, -17 and -18 have', error)
-                if (allocated(error)) return
-                do arc = 1, arcs
-                    call next_words(file, at, words)
-                    call take_integers(file, at, words, 'number of epochs', epochs, error=error)
-                    if (allocated(error)) return
-                    if (epochs > file%line_count()) call file%fail_at(at, 'the file has not so many lines', error)
-                    if (allocated(error)) return
-                    call take_place(series, epochs)
-                    do i = size(series%seconds) - epochs + 1, size(series%seconds)
-                        call next_words(file, at, words)
-                        call take_epoch(file, at, words, series, i, error)
-                        if (allocated(error)) return
-                    end do
-                end do
-                if (size(series%seconds) == 0) call fail(error, path//': has no epoch')
-                return
-            end if
-        end if
-        call take_place(series, file%line_count())
         n = 0
-        do while (size(words) > 0)
-            if (scan(words(1)%text(1:1), '0123456789') > 0) then
-                n = n + 1
-                call take_epoch(file, at, words, series, n, error)
-                if (allocated(error)) return
-            end if
+        call next_words(file, at, words)
+        if (size(words) > 1 .and. index(file%line(1), 'instrument') > 0) then
             call next_words(file, at, words)
-        end do
-        if (n == 0) call fail(error, path//': has no epoch')
-        series%seconds = series%seconds(:n)
-        series%fraction = series%fraction(:n)
-        series%values = series%values(:, :n)
+            call take_integers(file, at, words, 'instrument type and number of arcs', type, arcs, error)
+            if (allocated(error)) return
+            series%kind = findloc(EXCHANGE_KINDS%code, type, 1)
+            if (series%kind == 0) call file%fail_at(at, 'instrument type '//integer_text(type)//' has no Level-1 product '// &
+                                                    'here; -6, -7, -8, -16, -17 and -18 have', error)
+            if (allocated(error)) return
+            call make_room(series, file%line_count())
+            do arc = 1, arcs
+                call next_words(file, at, words)
+                call take_integers(file, at, words, 'number of epochs', epochs, error=error)
+                do i = 1, epochs
+                    if (allocated(error)) return
+                    call next_words(file, at, words)
+                    n = n + 1
+                    call take_epoch(file, at, words, series, n, error)
+                end do
+                if (allocated(error)) return
+            end do
+        else
+            call make_room(series, file%line_count())
+            do while (size(words) > 0)
+                if (scan(words(1)%text(1:1), '0123456789') > 0) then
+                    n = n + 1
+                    call take_epoch(file, at, words, series, n, error)
+                    if (allocated(error)) return
+                end if
+                call next_words(file, at, words)
+            end do
+        end if
+        call keep_first(series, n, path, error)
     end subroutine read_groops
 
     !> The words of the next line that has any, without comments; none at the end.

@@ -4,7 +4,6 @@ module gracecg_level1_objects
     use gracecg_level1, only: level1_records_t, read_level1, level1_setup_t, read_level1_setup, level1_calibration_t, &
         gather_calibration, level1_estimate_t, estimate_level1
     use gracecg_level1_calibration, only: middle_of
-    use gracecg_level1_origins, only: take_from_products
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t, lines_of
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
@@ -92,7 +91,6 @@ contains
         call outcome%take(failure)
         if (.not. outcome%good()) return
         call gather_calibration([folder], settings, satellite, '', given, 'model', calibration, failure, day)
-        if (.not. allocated(failure)) call take_from_products(calibration, settings, failure)
         if (.not. allocated(failure)) &
             call estimate_level1(calibration, settings, 'estimate', made%estimate, failure)
         call outcome%take(failure)
