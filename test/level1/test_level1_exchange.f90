@@ -275,9 +275,11 @@ contains
 
             type(level1_records_t) :: records
             character(:), allocatable :: message
+            character(60) :: part(1)
 
             call read_text(error, text, product, records, message)
-            call check_fails(error, message, [character(60) :: reason])
+            part = reason
+            call check_fails(error, message, part)
         end subroutine refused
     end subroutine test_broken
 end module test_level1_exchange
