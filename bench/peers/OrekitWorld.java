@@ -34,6 +34,7 @@ import org.orekit.time.DateComponents;
 import org.orekit.time.OffsetModel;
 import org.orekit.time.TimeScalesFactory;
 import org.orekit.utils.Constants;
+import org.orekit.utils.IERSConventions;
 import org.orekit.utils.PVCoordinates;
 import org.orekit.utils.TimeStampedAngularCoordinates;
 import org.orekit.utils.TimeStampedPVCoordinates;
@@ -81,7 +82,7 @@ public class OrekitWorld {
         System.out.println(line);
     }
 
-    // Gravity alone. The Earth turns by IAU 1976/1980 precession and nutation and GMST of 1982, with UT1 = UTC and no polar motion.
+    // Gravity alone. The Earth turns by the IERS Conventions of 2010, with UT1 = UTC and no polar motion: no parameters are loaded.
     static void fly(String[] args, AbsoluteDate epoch) throws Exception {
         DataContext.getDefault().getDataProvidersManager().addProvider(new DirectoryCrawler(new File(args[1])));
         GravityFieldFactory.addPotentialCoefficientsReader(new ICGEMFormatReader("peer\\.gfc", true));
@@ -90,7 +91,7 @@ public class OrekitWorld {
         for (int i = 0; i < 8; i++) x[i] = Double.parseDouble(args[3 + i]);
         final AbsoluteDate start = epoch.shiftedBy(x[0]);
         final double duration = x[7];
-        final Frame inertial = FramesFactory.getEME2000(), fixed = FramesFactory.getGTOD(false);
+        final Frame inertial = FramesFactory.getGCRF(), fixed = FramesFactory.getITRF(IERSConventions.IERS_2010, true);
         final NormalizedSphericalHarmonicsProvider provider =
             GravityFieldFactory.getConstantNormalizedProvider(DEGREE, DEGREE, start);
         final double[] absolute = {1e-6, 1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1};
@@ -112,7 +113,7 @@ public class OrekitWorld {
             final Vector3D b =
                 field.calculateField(place.getLatitude(), place.getLongitude(), place.getAltitude()).getFieldVector();
             final Vector3D vector = place.getNorth().scalarMultiply(b.getX()).add(place.getEast().scalarMultiply(b.getY()))
-                .add(place.getNadir().scalarMultiply(b.getZ()));        // nT, north, east, down
+                .add(place.getNadir().scalarMultiply(b.getZ())).scalarMultiply(1e9);       // nT, of tesla north, east, down
             show("day", x[0] + k, pv.getPosition(), pv.getVelocity(), earthFixed.getPosition(), earthFixed.getVelocity(),
                  fixed.getStaticTransformTo(inertial, date).transformVector(vector));
         }

@@ -3,6 +3,7 @@ module test_level1_results
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, MICROMETRE, JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_files_file, only: remove_file
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
@@ -61,6 +62,7 @@ contains
         character(:), allocatable :: path
 
         call write_day('l1_origins', flaws_t(spans=2), path)
+        call remove_file(path//'/'//MAS)        ! of a run before
         call make_file(error, 'l1_origins.nml', '! what is said'//LF//'&mass_properties'//LF//'mass = 580'//LF//INERTIA)
         call make_file(error, 'l1_massless.nml', '&mass_properties'//LF//INERTIA)
         if (allocated(error)) return
