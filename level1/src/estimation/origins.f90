@@ -48,9 +48,9 @@ contains
             noise = trim(noise)//' '//rounded_text(estimate%solutions(1)%rms(axis), 3)
         end do
         call add('noise', adjustl(noise), 'm/s^2, of the accelerometer, x, y, z', 'residuals of the fit')
-        call add('torque_delay', trim(milliseconds(estimate%rods%delay)), 'ms', 'estimated from the value of the setup on')
-        if (estimate%accelerometer_delay_sigma > 0) call add('accelerometer_delay', &
-            trim(milliseconds(estimate%accelerometer_delay)), 'ms', 'estimated from the value of the setup on')
+        call add('torque_delay_estimated', trim(milliseconds(estimate%rods%delay)), 'ms', 'the fit')
+        if (estimate%accelerometer_delay_sigma > 0) call add('accelerometer_delay_estimated', &
+            trim(milliseconds(estimate%accelerometer_delay)), 'ms', 'the fit')
 
     contains
 

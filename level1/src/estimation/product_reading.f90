@@ -14,10 +14,10 @@ module gracecg_level1_product_reading
     public :: find_files, read_product, note_product, without_bits
 
     !> What products give, by the letters that they begin with
-    character(3), parameter :: FAMILIES(10) = ['ACC', 'MAG', 'SCA', 'QSA', 'IMU', 'GNI', 'GNV', 'THR', 'CLK', 'TIM']
-    character(40), parameter :: GIVES(10) = [character(40) :: 'accelerations', 'currents of the rods, measured field', &
+    character(3), parameter :: FAMILIES(11) = ['ACC', 'MAG', 'SCA', 'QSA', 'IMU', 'GNI', 'GNV', 'THR', 'CLK', 'TIM', 'MAS']
+    character(40), parameter :: GIVES(11) = [character(40) :: 'accelerations', 'currents of the rods, measured field', &
         'attitude', 'axes of the star cameras', 'angles of the gyros', 'orbit, inertial', 'orbit, Earth-fixed', &
-        'firings of thrusters', 'GPS less receiver time', 'receiver less on-board time']
+        'firings of thrusters', 'GPS less receiver time', 'receiver less on-board time', 'masses']
 
 contains
 

@@ -33,8 +33,8 @@ module gracecg_level1_exchange_series
         exchange_kind_t('MAGNETOMETER', -18, 'MAG1B', 'MfvX_RAW MfvY_RAW MfvZ_RAW torque1A torque2A torque3A torque1B torque2B '// &
                         'torque3B MF_BCalX MF_BCalY MF_BCalZ torque_cal', 13)]
     integer, parameter :: ORBIT = 1         !! Position, m, and velocity, m/s, in EXCHANGE_KINDS
-    integer, parameter :: ATTITUDE = 2      !! Quaternion from inertial axes to SRF, scalar first: SRF coordinates are R(q) of
-                                            !! CSR-TM-00-01 (2-29) times inertial ones
+    integer, parameter :: ATTITUDE = 2      !! Quaternion from inertial axes to SRF, scalar first: SRF coordinates are
+                                            !! `rotation_matrix` of it times inertial ones
 
     type :: exchange_series_t
         !! The samples
