@@ -28,8 +28,8 @@ FIELD = peers.ROOT / "data" / "igrf_1900_2030.txt"
 YEAR = 2020 + 31/366        # of the epoch, 2020-02-01: the field of one date serves
 DAY = "2020-02-01_C_04.txt"
 QUIET = {"density_scale": "0", "solar_irradiance": "1", "earth_rings": "0", "degree": "20", "order": "20"}      # gravity alone
-LIMITS = {"orbit, m": 0.5, "Earth-fixed orbit, m": 0.5, "field, nT": 0.1, "OEM, m": 1e-6, "AEM, rad": 1e-12,
-          "d by Orekit's orbit, sigma": 0.1, "d by its field, sigma": 1.0}
+LIMITS = {"orbit, m": 0.05, "Earth-fixed orbit, m": 0.2, "field, nT": 0.01, "OEM, m": 1e-6, "AEM, rad": 1e-12,
+          "d by Orekit's orbit, sigma": 0.01, "d by its field, sigma": 0.1}
 
 
 def igrf(path):
