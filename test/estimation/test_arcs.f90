@@ -1,7 +1,8 @@
 !> One fit of several arcs: the offset of a case that is flown more than once, against the truth and against `optimal`.
 module test_arcs
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
@@ -30,6 +31,7 @@ contains
                     new_unittest('errors-are-those-predicted', test_statistics), &
                     new_unittest('one-arc', test_one), &
                     new_unittest('not-determined', test_not_determined), &
+                    new_unittest('disturbed-arc', test_disturbed), &
                     new_unittest('wrong-belief-is-named', test_beliefs)]
     end subroutine collect_arcs
 
@@ -151,6 +153,37 @@ contains
             call check(error, all(abs(found%offset - simulator%case%satellite%offset) < 5*sigma), 'the offset with it')
         end associate
     end subroutine test_beliefs
+
+    !> Of twenty arcs one with noise ten times as large: it is told, and takes next to nothing from the others. Without, none is.
+    subroutine test_disturbed(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ARCS = 20, WHICH = 7
+        type(observation_set_t), allocatable :: sets(:)
+        type(simulator_t) :: simulator
+        type(arcs_fit_t) :: fit, sound
+        type(error_t), allocatable :: failure
+        type(random_stream_t) :: stream
+        real(dp) :: normal(3), sigma(3)
+        integer :: i, k
+
+        call fly(ARCS, 11, sets, simulator, error)
+        if (allocated(error)) return
+        call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, sound, failure)
+        stream = new_stream(1_i8, 1, 1, 1, 78)
+        do i = 1, size(sets(WHICH)%acceleration, 2)
+            call stream%normals(normal)
+            sets(WHICH)%acceleration(:, i) = sets(WHICH)%acceleration(:, i) + 10*sound%rms*normal
+        end do
+        if (.not. allocated(failure)) &
+            call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, .not. any(sound%disturbed) .and. all(fit%disturbed .eqv. [(i == WHICH, i=1, ARCS)]), 'which')
+        sigma = [(sqrt(fit%covariance(k, k)/sound%covariance(k, k)), k=1, 3)]
+        call check(error, all(sigma < 1.05_dp*sqrt(ARCS/(ARCS - 1.0_dp))), 'what is left of the others')
+        call check(error, squares_of(fit%value(:3) - simulator%case%satellite%offset, fit%covariance(:3, :3)) < 16, 'offset')
+    end subroutine test_disturbed
 
     !> Parameters that nothing tells: by name.
     subroutine test_not_determined(error)

@@ -86,7 +86,7 @@ contains
     end subroutine test_preparation
 
     !> Gathers and estimates from a folder with what its operator says.
-    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact, every)
+    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact, every, part)
         character(*), intent(in) :: path
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
@@ -94,8 +94,10 @@ contains
         real(dp), intent(in), optional :: more_xy       !! Product of inertia that is said besides, kg m^2
         logical, intent(in), optional :: exact          !! Leakage, scales, gains and the air's force have sigma 0
         real(dp), intent(in), optional :: every         !! Rods are driven all the time: spans of so many seconds
+        real(dp), intent(in), optional :: part(2)       !! Of the files: start, GPS s, and duration, s
 
         type(level1_setup_t) :: setup
+        real(dp), allocatable :: span(:, :)
 
         call read_level1_setup(path//'/'//SETUP_NAME, setup, error)
         if (allocated(error)) return
@@ -109,7 +111,9 @@ contains
             setup%gain_sigma = 0
             setup%lift_sigma = 0
         end if
-        call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error, every=every)
+        allocate (span(2, merge(1, 0, present(part))))
+        if (present(part)) span(:, 1) = part
+        call gather_calibration([path], setup, '', '', span, 'model', calibration, error, every=every)
         if (allocated(error)) return
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_folder
@@ -170,6 +174,9 @@ contains
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
+        type(level1_calibration_t) :: part
+        type(level1_estimate_t) :: later
+        real(dp) :: behind(2)
         integer :: i, attempt
 
         settings%spans = 0
@@ -195,6 +202,18 @@ contains
                 if (attempt == 2) then
                     call check(error, estimate%flag, 2)
                     call check(error, says(estimate%findings, 'd jumps by'), 'the jump')
+                    associate (moved => estimate%movement)
+                        call check(error, all(abs(moved%change - settings%moved) < 4*moved%sigma), 'by how much')
+                        call check(error, all(abs(moved%offset - d - settings%moved) < &
+                                              4*sqrt([(moved%covariance(i, i), i=1, 3)])), 'd in the end')
+                    end associate
+                    behind = [real(calibration%epoch, dp) + calibration%spans(1)%start + settings%moved_at, settings%duration]
+                    call estimate_folder(path, part, later, failure, every=EVERY, part=behind)
+                    if (failed(error, message_of(failure))) return
+                    call check(error, size(part%spans), 3)
+                    call check(error, size(later%findings), 0, 'behind the jump')
+                    call check(error, all(abs(later%solutions(1)%offset - d - settings%moved) < 4*sigma_of(later%solutions(1))), &
+                               'd behind the jump')
                     cycle
                 end if
                 call check(error, size(estimate%findings), 0)

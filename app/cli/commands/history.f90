@@ -5,8 +5,10 @@ module gracecg_cli_history
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
-        movement_words, history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
+        history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
+    use gracecg_estimation_offset_movement, only: movement_words
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
+    use gracecg_cli_calibration_json, only: put_movement
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_joint, only: show_offset
     use gracecg_cli_work
@@ -268,16 +270,7 @@ contains
         call results%member('chi_square', history%statistic)
         call results%member('degrees_of_freedom', history%degrees)
         call results%member('probability', history%probability)
-        call results%begin('movement')
-        call results%member('kind', trim(history%movement%kind))
-        if (history%movement%kind /= 'none') then
-            call results%member('from_utc', utc_text(history%movement%from))
-            call results%member('to_utc', utc_text(history%movement%to))
-            call results%member('change_mm', history%movement%change/MILLIMETRE)
-            call results%member('sigma_mm', history%movement%sigma/MILLIMETRE)
-            call results%member('probability', history%movement%probability)
-        end if
-        call results%end()
+        call put_movement(history%movement, results)
         call results%begin('today')
         call results%member('time_utc', utc_text(history%today%time))
         call results%member('offset_mm', history%today%filtered/MILLIMETRE)

@@ -12,12 +12,13 @@ module gracecg_cli_calibration_json
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t
     use gracecg_cli_plan_results, only: rods_table
     use gracecg_estimation_action, only: action_t, ACTIONS, WANTED_ACCURACY
+    use gracecg_estimation_offset_movement, only: movement_t
     use gracecg_estimation_verdict, only: verdict_t, GRADE_BAD
     use gracecg_cli_results, only: put_columns
     use gracecg_cli_work
     implicit none
     private
-    public :: put_action, put_input, put_observed, put_fit, put_verdict, put_fit_tables
+    public :: put_action, put_movement, put_input, put_observed, put_fit, put_verdict, put_fit_tables
 
     character(8), parameter :: GRADES(GRADE_BAD) = [character(8) :: 'good', 'doubtful', 'bad']
 
@@ -35,6 +36,23 @@ contains
         call json%member('calibrate_again_axes', pack(AXES, action%again))
         call json%end()
     end subroutine put_action
+
+    !> How the offset moves.
+    subroutine put_movement(movement, json)
+        type(movement_t), intent(in) :: movement
+        class(json_writer_t), intent(inout) :: json
+
+        call json%begin('movement')
+        call json%member('kind', trim(movement%kind))
+        if (movement%kind /= 'none') then
+            call json%member('from_utc', utc_text(movement%from))
+            call json%member('to_utc', utc_text(movement%to))
+            call json%member('change_mm', movement%change/MILLIMETRE)
+            call json%member('sigma_mm', movement%sigma/MILLIMETRE)
+            call json%member('probability', movement%probability)
+        end if
+        call json%end()
+    end subroutine put_movement
 
     !> The text of a file that the estimate was made with; nothing where it cannot be read.
     subroutine put_input(path, json)

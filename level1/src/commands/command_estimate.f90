@@ -16,7 +16,7 @@ module gracecg_level1_command_estimate
         write_offsets
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
-    use gracecg_cli_calibration_json, only: put_action
+    use gracecg_cli_calibration_json, only: put_action, put_movement
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_work
@@ -69,8 +69,8 @@ contains
         call arguments%add_option('--spans', 'FILE', 'sub-manoeuvres: an SOE file, or lines of start (GPS seconds past '// &
                                   '2000-01-01 12:00) and duration (s)')
         call arguments%add_option('--span', 'START DURATION', 'a single sub-manoeuvre, likewise')
-        call arguments%add_option('--every', 'SECONDS', 'rods are driven all the time: the whole of the files, in spans of '// &
-                                  'about so many seconds (a revolution takes 5640 s)')
+        call arguments%add_option('--every', 'SECONDS', 'rods are driven all the time: the whole of the files, or the part '// &
+                                  'that --span says, in spans of about so many seconds (a revolution takes 5640 s)')
         call arguments%add_option('--field', 'FIELD', 'of the Earth: model, or magnetometer: corrected for bias and rods by '// &
                                   'the model', choices=FIELDS, default='model')
     end subroutine declare_data_options
@@ -107,8 +107,7 @@ contains
         every = 0
         if (arguments%has('--every')) call arguments%get('--every', every, misuse)
         call refuse_if(arguments%has('--every') .and. .not. every >= 60, '--every: at least 60 s', misuse)
-        call refuse_if(count([size(span) > 0, spans_file /= '', every > 0]) > 1, '--span, --spans and --every exclude each '// &
-                       'other', misuse)
+        call refuse_if(spans_file /= '' .and. (size(span) > 0 .or. every > 0), '--spans excludes --span and --every', misuse)
         call arguments%get('--field', field, misuse)
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
@@ -442,6 +441,12 @@ contains
             call results%member('chi_square', first%chi_square)
             call results%member('degrees', first%degrees)
             call results%member('flag', first%flag)
+            if (calibration%all_day) then
+                call put_movement(estimate%movement, results)
+                call results%member('offset_in_the_end_mm', estimate%movement%offset/MILLIMETRE)
+                call results%member('sigma_in_the_end_mm', sqrt([(estimate%movement%covariance(k, k), k=1, 3)])/MILLIMETRE)
+                call results%member('disturbed_arcs', count(estimate%disturbed))
+            end if
             do i = 1, size(estimate%solutions)
                 if (allocated(estimate%solutions(i)%beliefs)) call put_beliefs(estimate%solutions(i)%beliefs, results)
             end do

@@ -16,6 +16,8 @@ module gracecg_level1_estimate_json
     public :: put_level1_details, put_level1_span, put_level1_tables
 
     integer, parameter :: MOST_SPANS = 8        !! Whose currents are given
+    real(dp), parameter :: LONGEST = 600        !! s, of the currents of a span
+    integer, parameter :: MOST_FIELDS = 4000    !! Samples of the field that are given
     real(dp), parameter :: AROUND = 2           !! s, of the currents before and behind a span
 
 contains
@@ -106,7 +108,8 @@ contains
         associate (t => calibration%current_time)
             do i = 1, min(MOST_SPANS, size(calibration%spans))
                 associate (span => calibration%spans(i))
-                    place = [place, pack([(k, k=1, size(t))], t >= span%start - AROUND .and. t <= span%stop + AROUND)]
+                    place = [place, pack([(k, k=1, size(t))], t >= span%start - AROUND .and. &
+                                          t <= min(span%stop + AROUND, span%start + LONGEST))]
                 end associate
                 of_span = [of_span, [(i, k=size(of_span) + 1, size(place))]]
             end do
@@ -144,18 +147,20 @@ contains
 
         real(dp), allocatable :: time(:), field(:, :)
         integer, allocatable :: of_span(:)
-        integer :: i, k, n, used
+        integer :: i, k, n, used, step
 
-        n = sum([(size(calibration%spans(i)%attitude_time), i=1, size(calibration%spans))])
+        step = 1 + sum([(size(calibration%spans(i)%attitude_time), i=1, size(calibration%spans))])/MOST_FIELDS
+        n = sum([((size(calibration%spans(i)%attitude_time) + step - 1)/step, i=1, size(calibration%spans))])
         allocate (time(n), field(3, n), of_span(n))
         used = 0
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
-                k = size(span%attitude_time)
-                time(used + 1:used + k) = span%attitude_time
-                field(:, used + 1:used + k) = span%field(:, :k)
-                of_span(used + 1:used + k) = i
-                used = used + k
+                do k = 1, size(span%attitude_time), step
+                    used = used + 1
+                    time(used) = span%attitude_time(k)
+                    field(:, used) = span%field(:, k)
+                    of_span(used) = i
+                end do
             end associate
         end do
         call results%begin('field')

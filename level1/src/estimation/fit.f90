@@ -5,9 +5,11 @@ module gracecg_level1_fit
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_text, only: append
+    use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_observations_parameters
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
+    use gracecg_estimation_offset_movement, only: movement_of_arcs
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t
@@ -99,6 +101,7 @@ contains
             if (allocated(error)) return
         end do
         estimate%settled = fit%converged
+        call move_alloc(fit%disturbed, estimate%disturbed)
         call move_alloc(fit%residuals, estimate%residuals)
         estimate%head_sigma = fit%head_sigma
 
@@ -116,12 +119,15 @@ contains
             solution%source = LEVEL1_SOURCES(i)
             call look_at_leakage(one, choice, leakage, solution, error)
             if (allocated(error)) return
+            prior = choice%prior
             if (solution%leakage == 'estimated') then
-                prior = choice%prior
                 prior(choice%leaks) = FREE*prior(choice%leaks)
                 call combine_arcs(one, prior, error)
                 if (allocated(error)) return
             end if
+            if (i == 1 .and. calibration%all_day) &
+                call movement_of_arcs(one%arcs, middles(), prior, one%at, estimate%movement, error)
+            if (allocated(error)) return
             solution%rms = fit%rms
             solution%samples = fit%samples
             call take(calibration, choice, one, estimate%span_of, solution)
@@ -131,6 +137,15 @@ contains
             more(n + 1) = solution
             call move_alloc(more, estimate%solutions)
         end subroutine add_solution
+
+        !> The middle of each arc.
+        function middles() result(times)
+            type(utc_t) :: times(size(estimate%arcs))
+
+            integer :: k
+
+            times = [(utc_plus(estimate%arcs(k)%knowledge%epoch, estimate%arcs(k)%knowledge%duration/2), k=1, size(times))]
+        end function middles
     end subroutine fit_spans
 
     !> Gains and delays by a fit.

@@ -46,8 +46,8 @@ contains
         type(level1_calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: day   !! That has part of the manoeuvre, YYYY-MM-DD; absent or empty: all files
-        real(dp), intent(in), optional :: every     !! Rods are driven all the time: spans of so many seconds in place of others;
-                                                    !! absent or 0: a manoeuvre
+        real(dp), intent(in), optional :: every     !! Rods are driven all the time: spans of so many seconds throughout the
+                                                    !! files, or the first one given; absent or 0: a manoeuvre
 
         type(level1_folder_t) :: paths
         type(level1_clock_t) :: clock
@@ -65,10 +65,11 @@ contains
         if (present(every)) calibration%all_day = every > 0
         if (calibration%all_day) then
             said = reshape([0.0_dp, huge(1.0_dp)/2], [2, 1])
+            if (size(given_span) > 0) said = reshape([given_span(1, 1), sum(given_span(:, 1))], [2, 1])
             if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
             if (allocated(error)) return
-            spans = equal_spans(calibration%current_time, every)
-            calibration%spans_from = 'the whole of the files'
+            spans = equal_spans(calibration%current_time, said(:, 1) - real(calibration%epoch, dp), every)
+            calibration%spans_from = merge('a part of the files   ', 'the whole of the files', size(given_span) > 0)
         else
             if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
             if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)

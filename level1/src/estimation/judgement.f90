@@ -8,11 +8,9 @@ module gracecg_level1_judgement
     use gracecg_estimation_action, only: decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
-    use gracecg_estimation_offset_change, only: offset_change_t
-    use gracecg_estimation_offset_history, only: history_settings_t, offset_history_t, tank_series_t, trace_offset, movement_words
-    use gracecg_estimation_saved_estimate, only: dated_offset_t
+    use gracecg_estimation_offset_movement, only: movement_words, axis_words
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_calibration, only: level1_calibration_t, middle_of_span
+    use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_held_currents, only: rod_acceleration
     use gracecg_level1_leakage, only: WORST_CONDITION
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
@@ -95,35 +93,16 @@ contains
                         ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations about an axis are zero, and the linear ones may be those of the other satellite')
-        if (calibration%all_day) call look_for_movement(calibration, estimate)
+        associate (moved => estimate%movement)
+            if (moved%kind /= 'none') call append(estimate%findings, 'the offset is not the same all the time: '// &
+                trim(movement_words(moved))//'; in the end it is '//trim(axis_words(moved%offset/MILLIMETRE, &
+                sqrt([(moved%covariance(k, k), k=1, 3)])/MILLIMETRE))//' mm')
+        end associate
+        k = count(estimate%disturbed)
+        if (k > 0) call append(estimate%remarks, integer_text(k)//' of '//integer_text(size(estimate%disturbed))// &
+                               ' arcs are disturbed: their noise is larger than that of the others, and they count less')
         if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
     end subroutine name_faults
-
-    !> An offset that is not the same all the time: masses that were moved.
-    subroutine look_for_movement(calibration, estimate)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(level1_estimate_t), intent(inout) :: estimate
-
-        type(dated_offset_t), allocatable :: offsets(:)
-        type(offset_change_t) :: none_known(0)
-        type(history_settings_t) :: settings
-        type(offset_history_t) :: history
-        type(tank_series_t) :: no_tanks
-        type(error_t), allocatable :: error
-        integer, allocatable :: spans(:)
-        integer :: i
-
-        associate (first => estimate%solutions(1))
-            spans = pack([(i, i=1, size(calibration%spans))], first%span_covariance(1, 1, :) > 0)
-            offsets = [(dated_offset_t(middle_of_span(calibration, spans(i)), first%span_offset(:, spans(i)), &
-                                       first%span_covariance(:, :, spans(i))), i=1, size(spans))]
-        end associate
-        settings%futures = 0
-        call trace_offset(offsets, none_known, no_tanks, settings, history, error)
-        if (allocated(error)) return            ! too few spans: nothing is told
-        if (history%movement%kind /= 'none') call append(estimate%findings, 'the offset is not the same all the time: '// &
-            trim(movement_words(history%movement))//'; gracecg history traces it (--offsets)')
-    end subroutine look_for_movement
 
     !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
     !> channels show beside the torque of all rods is as large there as the rod's torque in the rest, and small in the rest.

@@ -5,6 +5,7 @@ module gracecg_level1_outcome
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_action, only: action_t
     use gracecg_estimation_arcs, only: arc_residuals_t
+    use gracecg_estimation_offset_movement, only: movement_t
     use gracecg_level1_solution, only: level1_solution_t
     implicit none
     private
@@ -31,6 +32,8 @@ module gracecg_level1_outcome
         real(dp) :: accelerometer_delay_sigma = 0           !! s; 0: not estimated
         type(observation_set_t), allocatable :: arcs(:)     !! What was fitted
         integer, allocatable :: span_of(:)                  !! The span of each arc
+        logical, allocatable :: disturbed(:)                !! Arcs that count less, for their noise is larger
+        type(movement_t) :: movement                        !! Of d over a day on which rods are driven all the time
         type(arc_residuals_t), allocatable :: residuals(:)  !! Of each arc
         real(dp) :: head_sigma(3) = 0                       !! Of the star cameras about the axes, rad
         type(level1_solution_t), allocatable :: solutions(:)    !! By source, the result first

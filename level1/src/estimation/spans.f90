@@ -94,18 +94,19 @@ contains
         end if
     end subroutine choose_spans
 
-    !> Spans of equal length throughout the currents, as long as wanted or a little less; where attitude may be missing, at the
-    !> ends, there is none.
-    pure function equal_spans(times, length) result(spans)
+    !> Spans of equal length throughout the currents, or a part of them, as long as wanted or a little less; where attitude may be
+    !> missing, at the ends, there is none.
+    pure function equal_spans(times, part, length) result(spans)
         real(dp), intent(in) :: times(:)        !! Of the currents, s
+        real(dp), intent(in) :: part(2)         !! Begin and end, s
         real(dp), intent(in) :: length          !! s
         real(dp), allocatable :: spans(:, :)    !! (2, n): begin and end, s
 
         real(dp) :: first, last
         integer :: i, n
 
-        first = times(1) + SPAN_MARGIN
-        last = times(size(times)) - SPAN_MARGIN
+        first = max(part(1), times(1) + SPAN_MARGIN)
+        last = min(part(2), times(size(times)) - SPAN_MARGIN)
         n = max(1, ceiling((last - first)/length))
         allocate (spans(2, n))
         spans(1, :) = [(first + (i - 1)*(last - first)/n, i=1, n)]

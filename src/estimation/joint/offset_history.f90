@@ -10,21 +10,21 @@
 !> many futures that are drawn.
 module gracecg_estimation_offset_history
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: JULIAN_YEAR, MICROMETRE, SECONDS_PER_DAY
+    use gracecg_base_constants, only: JULIAN_YEAR, SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_statistics, only: chi_square_tail
-    use gracecg_base_text, only: rounded_text
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, utc_text
     use gracecg_estimation_information, only: information_t, information_of, no_information, squares_of
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
+    use gracecg_estimation_offset_movement, only: movement_t, likelier_movement, chance_of_jump
     use gracecg_estimation_saved_estimate, only: dated_offset_t
     implicit none
     private
-    public :: history_settings_t, tank_series_t, movement_t, new_tank_series, offset_history_t, history_point_t, trace_offset
-    public :: LONGEST_FUTURE, DEFAULT_WALK, movement_words
+    public :: history_settings_t, tank_series_t, new_tank_series, offset_history_t, history_point_t, trace_offset
+    public :: LONGEST_FUTURE, DEFAULT_WALK
 
     real(dp), parameter :: DEFAULT_WALK = 10e-6_dp
     !! What the offset changes by in a year for reasons that nobody knows, standard deviation of each axis, m: in half a
@@ -59,15 +59,6 @@ module gracecg_estimation_offset_history
         real(dp) :: smoothed_sigma(3) = 0       !! Of it
         real(dp) :: filtered_covariance(3, 3) = 0, smoothed_covariance(3, 3) = 0    !! m^2
     end type history_point_t
-
-    !> What the calibrations say of a change that nobody knows of: a jump between two of them, or a drift over all.
-    type :: movement_t
-        character(6) :: kind = 'none'           !! none, jump, drift, or either, where they do not tell which
-        type(utc_t) :: from, to                 !! Calibrations between which it jumps; the first and the last
-        real(dp) :: change(3) = 0, sigma(3) = 0 !! Of d from the one to the other, m
-        real(dp) :: gain = 0                    !! By which it lowers chi square
-        real(dp) :: probability = 1             !! That chance makes so much somewhere
-    end type movement_t
 
     !> The whole history.
     type :: offset_history_t
@@ -309,7 +300,7 @@ contains
             history%movement = movement_t('jump', &
                 history%points(findloc(history%points(:i - 1)%is_calibration, .true., 1, back=.true.))%time, &
                 history%points(i)%time, to - from, sqrt([(from_covariance(axis, axis) + to_covariance(axis, axis), axis=1, 3)]), &
-                gain, min(1.0_dp, (size(offsets) - 1)*chi_square_tail(gain, 3)))
+                gain, chance_of_jump(gain, size(offsets) - 1))
         end subroutine look_for_jump
 
         !> d at the node whose tanks' part is `shift`.
@@ -337,8 +328,6 @@ contains
         type(offset_history_t), intent(inout) :: history    !! With the likeliest jump
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: LEVEL = 0.01_dp      ! Of chance, beyond which something is told
-        real(dp), parameter :: CLEARLY = 9          ! Of chi square, by which one explains more than the other: 1 of 100
         real(dp), parameter :: UNIT = 10e-6_dp      ! m: of the change over all
         integer, parameter :: FEWEST = 4            ! Calibrations: of three a drift is a jump
         type(movement_t) :: drift
@@ -371,15 +360,7 @@ contains
         drift%change = UNIT*drift%change
         drift%sigma = UNIT*sqrt([(covariance(i, i), i=1, 3)])
         drift%probability = chi_square_tail(drift%gain, 3)
-        associate (jump => history%movement)
-            if (min(jump%probability, drift%probability) > LEVEL) then
-                history%movement = movement_t()
-            else if (abs(jump%gain - drift%gain) < CLEARLY) then
-                jump%kind = 'either'
-            else if (drift%gain > jump%gain) then
-                history%movement = drift
-            end if
-        end associate
+        history%movement = likelier_movement(history%movement, drift)
 
     contains
 
@@ -412,24 +393,6 @@ contains
             statistic = other%statistic
         end function without
     end subroutine look_for_drift
-
-    !> A movement for people, with blanks behind it: what changed, and when.
-    pure function movement_words(movement) result(text)
-        type(movement_t), intent(in) :: movement    !! Not none
-        character(240) :: text
-
-        character(:), allocatable :: change
-        integer :: axis
-
-        change = ''
-        do axis = 1, 3
-            change = change//', '//trim(rounded_text(movement%change(axis)/MICROMETRE, 3))//' +/- '// &
-                     trim(rounded_text(movement%sigma(axis)/MICROMETRE, 2))
-        end do
-        text = 'd '//trim(merge('drifts', 'jumps ', movement%kind == 'drift'))//' by '//change(3:)//' um from '// &
-               trim(utc_text(movement%from))//' to '//trim(utc_text(movement%to))
-        if (movement%kind == 'either') text = trim(text)//', or drifts: the estimates do not tell which'
-    end function movement_words
 
     !> Draws futures from today on, and asks when each first leaves the limit.
     subroutine draw_futures(changes, tanks, settings, history)

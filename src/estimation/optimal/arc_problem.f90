@@ -6,9 +6,11 @@ module gracecg_estimation_arc_problem
     use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: grouped_normal_equations
+    use gracecg_base_statistics, only: median_of
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters, only: KIND_OF, OF_ALL_RODS_DELAY
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
+    use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_noise_whitening, only: autoregressive_whitener
@@ -16,7 +18,7 @@ module gracecg_estimation_arc_problem
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
     implicit none
     private
-    public :: arc_t, prepare_arc, take_noise, reduce_arc, refresh_and_edit, covariance_of, LEAST_ANGLE
+    public :: arc_t, prepare_arc, take_noise, find_disturbed, reduce_arc, refresh_and_edit, covariance_of, LEAST_ANGLE
 
     real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations
     real(dp), parameter :: FIRST_LEVEL = 2e-9_dp, FIRST_ANGULAR = 1e-7_dp, FIRST_ANGLE = 1e-6_dp
@@ -29,6 +31,7 @@ module gracecg_estimation_arc_problem
         type(whitened_problem_t) :: problem         !! Of its samples, with the parameters shared and its own
         integer, allocatable :: own(:)              !! Its own parameters, places among all
         logical :: held = .false.                   !! The moments of the rods are
+        real(dp) :: excess(6) = 1                   !! Of the noise of the accelerometer's axes and channels over that of all arcs
         type(information_t) :: information          !! About corrections of the shared parameters
         type(eliminated_t) :: eliminated            !! Corrections of its own
     end type arc_t
@@ -68,7 +71,7 @@ contains
             end do
             if (.not. again) then
                 call set_noise(at, error)
-                call take_noise(at, white(FIRST_LEVEL, 3), white(FIRST_ANGULAR, 3))
+                call take_noise(arc, white(FIRST_LEVEL, 3), white(FIRST_ANGULAR, 3))
                 return
             end if
             at%state = before%state
@@ -115,18 +118,60 @@ contains
     end function white
 
     !> Whiteners of an arc for the noise of the axes.
-    subroutine take_noise(problem, linear, angular)
-        type(whitened_problem_t), intent(inout) :: problem
-        type(autoregression_t), intent(in) :: linear(3), angular(3)
+    subroutine take_noise(arc, linear, angular)
+        type(arc_t), intent(inout) :: arc
+        type(autoregression_t), intent(in) :: linear(3), angular(3)     !! That of all arcs
 
         integer :: axis
 
         do axis = 1, 3
-            call autoregressive_whitener(linear(axis), problem%acceleration_kept(axis, :), problem%whiteners(axis))
-            if (problem%channel_rows > 0) call autoregressive_whitener(angular(axis), problem%acceleration_kept(axis, :), &
-                                                                       problem%channel_whiteners(axis))
+            associate (problem => arc%problem, kept => arc%problem%acceleration_kept(axis, :))
+                call autoregressive_whitener(risen(linear(axis), arc%excess(axis)), kept, problem%whiteners(axis))
+                if (problem%channel_rows > 0) call autoregressive_whitener(risen(angular(axis), arc%excess(3 + axis)), kept, &
+                                                                           problem%channel_whiteners(axis))
+            end associate
         end do
     end subroutine take_noise
+
+    !> Noise of the same spectrum, so many times larger.
+    pure function risen(model, times) result(larger)
+        type(autoregression_t), intent(in) :: model
+        real(dp), intent(in) :: times
+        type(autoregression_t) :: larger
+
+        larger = model
+        larger%deviation = times*model%deviation
+    end function risen
+
+    !> Which arcs are disturbed: their noise is so much larger than that of most that they would take weight from the others. They
+    !> count by their own.
+    pure subroutine find_disturbed(arcs)
+        type(arc_t), intent(inout) :: arcs(:)
+
+        integer, parameter :: FEWEST = 20               ! Arcs: of fewer most may be disturbed
+        real(dp), parameter :: MUCH = 1.5_dp            ! Of a sound day's arcs none of thousands is beyond 1.3
+        real(dp) :: noise(6, size(arcs))
+        integer :: i, axis
+
+        if (size(arcs) < FEWEST) return
+        noise = 0
+        do i = 1, size(arcs)
+            associate (p => arcs(i)%problem, kept => arcs(i)%problem%acceleration_kept)
+                do axis = 1, 3
+                    noise(axis, i) = rms_of(pack(p%whiteners(axis)%innovations(p%acceleration_residual(axis, :)), kept(axis, :)))
+                    if (p%channel_rows > 0) noise(3 + axis, i) = &
+                        rms_of(pack(p%channel_whiteners(axis)%innovations(p%channel_residual(axis, :)), kept(axis, :)))
+                end do
+                noise(:, i) = arcs(i)%excess*noise(:, i)
+            end associate
+        end do
+        do axis = 1, 6
+            noise(axis, :) = noise(axis, :)/max(median_of(noise(axis, :)), tiny(1.0_dp))
+        end do
+        do i = 1, size(arcs)
+            arcs(i)%excess = merge(noise(:, i), 1.0_dp, noise(:, i) > MUCH)
+        end do
+    end subroutine find_disturbed
 
     !> The normal equations of an arc without its own parameters. Samples of the accelerometer between the steps of held moments
     !> are the same with another delay of the rods: that is told by the attitude.

@@ -17,8 +17,8 @@ module gracecg_estimation_arcs
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
-    use gracecg_estimation_arc_problem, only: arc_t, prepare_arc, take_noise, reduce_arc, refresh_and_edit, covariance_of, &
-        LEAST_ANGLE
+    use gracecg_estimation_arc_problem, only: arc_t, prepare_arc, take_noise, find_disturbed, reduce_arc, refresh_and_edit, &
+        covariance_of, LEAST_ANGLE
     use gracecg_estimation_information, only: information_t, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
@@ -63,6 +63,7 @@ module gracecg_estimation_arcs
         integer :: degrees = 0                      !! Of freedom of it
         real(dp) :: rms(3) = 0                      !! Of the accelerometer's noise, m/s^2
         real(dp), allocatable :: arc_rms(:, :)      !! Of each arc, (3, arcs), m/s^2
+        logical, allocatable :: disturbed(:)        !! Arcs that count less, for their noise is larger
         type(arc_residuals_t), allocatable :: residuals(:)      !! Of each arc
         real(dp) :: head_sigma(3) = 0               !! Of the first star-camera head about its axes, rad
         type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
@@ -105,7 +106,7 @@ contains
                 call prepare_arc(believed(i), options, shared, own, arcs(i), error)
                 call add_context(error, 'arc '//integer_text(i))
                 if (allocated(error)) return
-                if (round > 1) call take_noise(arcs(i)%problem, result%linear_noise, result%angular_noise)
+                if (round > 1) call take_noise(arcs(i), result%linear_noise, result%angular_noise)
             end do
             call fit(arcs, prior, moved, result, settled, error)
             if (allocated(error)) return
@@ -113,6 +114,7 @@ contains
             if (result%converged) exit
         end do
         result%converged = result%converged .and. settled
+        result%disturbed = [(any(arcs(i)%excess > 1), i=1, size(arcs))]
         do i = 1, size(arcs)
             associate (p => arcs(i)%problem)
                 result%samples = result%samples + count(p%acceleration_kept)/3
@@ -166,6 +168,7 @@ contains
             sigma = [(sqrt(result%covariance(i, i)), i=1, 3)]
             if (.not. changed .and. all(abs(sigma - before) <= SAME_SIGMA*sigma)) exit
             before = sigma
+            call find_disturbed(arcs)
             call find_noise(arcs, result)
         end do
     end subroutine fit
@@ -213,15 +216,15 @@ contains
             call linear(axis)%begin(ORDER)
             call angular(axis)%begin(ORDER)
             do i = 1, size(arcs)
-                associate (p => arcs(i)%problem)
+                associate (p => arcs(i)%problem, excess => arcs(i)%excess)
                     bridge = new_bridge(p%whiteners(axis)%bridge%model, p%acceleration_kept(axis, :))
-                    call add_series(p%acceleration_residual(axis, :), linear(axis))
-                    if (found_before) then
+                    if (.not. excess(axis) > 1) call add_series(p%acceleration_residual(axis, :), linear(axis))
+                    if (found_before .and. .not. excess(axis) > 1) then
                         partials = p%acceleration_partials(:, axis, :)
                         call bridge%fill(partials)
                         call linear(axis)%add_errors(partials, covariance_of(arcs(i), result%covariance))
                     end if
-                    if (p%channel_rows == 0) cycle
+                    if (p%channel_rows == 0 .or. excess(3 + axis) > 1) cycle
                     bridge = new_bridge(p%channel_whiteners(axis)%bridge%model, p%acceleration_kept(axis, :))
                     call add_series(p%channel_residual(axis, :), angular(axis))
                 end associate
@@ -230,14 +233,15 @@ contains
             angular(axis)%sums(0) = angular(axis)%sums(0) + angular(axis)%count*LEAST_ANGULAR**2
             result%linear_noise(axis) = predictors_of(linear(axis), real(linear(axis)%count, dp))
             result%rms(axis) = result%linear_noise(axis)%deviation(0)
-            result%angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - 3.0_dp*size(arcs))
+            result%angular_noise(axis) = predictors_of(angular(axis), angular(axis)%count - &
+                3.0_dp*count([(.not. arcs(i)%excess(3 + axis) > 1, i=1, size(arcs))]))
             first_head(axis) = max(LEAST_ANGLE, sigma_of_head(1, axis))
             second_head(axis) = max(LEAST_ANGLE, sigma_of_head(2, axis))
         end do
         do i = 1, size(arcs)
             arcs(i)%problem%noise%star_camera_sigma = first_head
             arcs(i)%problem%noise%second_head_sigma = second_head
-            call take_noise(arcs(i)%problem, result%linear_noise, result%angular_noise)
+            call take_noise(arcs(i), result%linear_noise, result%angular_noise)
         end do
 
     contains
