@@ -39,6 +39,7 @@ program tester
     use test_observation_files, only: collect_observation_files
     use test_level1_reader, only: collect_level1_reader
     use test_level1_writer, only: collect_level1_writer
+    use test_level1_exchange, only: collect_level1_exchange
     use test_level1_time, only: collect_level1_time
     use test_level1_check, only: collect_level1_check
     use test_level1_estimate, only: collect_level1_estimate
@@ -189,6 +190,7 @@ program tester
              new_testsuite('observation-files', collect_observation_files), &
              new_testsuite('level1-reader', collect_level1_reader), &
              new_testsuite('level1-writer', collect_level1_writer), &
+             new_testsuite('level1-exchange', collect_level1_exchange), &
              new_testsuite('level1-time', collect_level1_time), &
              new_testsuite('level1-check', collect_level1_check), &
              new_testsuite('level1-estimate', collect_level1_estimate), &

@@ -3,6 +3,8 @@
 
     tools/level1_study.py [--gracecg PROGRAM] [--seeds 20] [--first-seed 1] [--scenario NAME ...] [--case CASE] [--out FILE]
     tools/level1_study.py --faults ...      puts faults into the files of each seed and looks whether each is told by its name
+    tools/level1_study.py --scenario as-flown ...   days like those flown, |d| below 0.1 mm: what plain fits of one line make of
+                                            them beside what was published of such days (needs numpy)
 
 Each scenario is a namelist for `gracecg level1 simulate`; each seed draws gains, inertia, leakage, scales, field, clocks
 and all noise anew. Reported: for the result, and without some instruments, how many of the seeds that claim it (flag 0) are within
@@ -42,6 +44,15 @@ LONG_SCENARIOS = {
     "whisper": (WHISPER, "", 0.0, 0.0),
     "whisper-trim": (WHISPER + ", moved_at = 43200, moved_um = 20, 0, 0", "", 0.0, 0.0),
 }
+# Seven spans of 180 s, period 12 s, one rod after the other, as GRACE-FO flies them; with what may add to the scatter
+FLOWN = {"": "", "-leakage": "leakage = 5e-13, 1.5e-11", "-alignment": "alignment_deg = 0.04",
+         "-drift": "drift_um_h = 2, 2, 2", "-scale": "angular_scale_error = 0.1",
+         "-both": "leakage = 5e-13, 1.5e-11, angular_scale_error = 0.1"}
+FLOWN_SCENARIOS = {"as-flown" + name: (settings, SEVEN, 0.0, 0.0) for name, settings in FLOWN.items()}
+FLOWN_OFFSET = "0.06, -0.04, 0.05"      # mm
+# RMS of what was published of GRACE-FO C against JPL's d, um: Liu et al. 2024 by the accelerometer alone and with the attitude;
+# Huang et al. 2022
+PUBLISHED = (("accelerometer", "7.4, 3.8, 4.7 (Liu et al. 2024)"), ("attitude", "9.6, 9.3, 7.9 (Liu et al. 2024)"))
 SOURCES = ["optimal", "no-gyros", "no-channels"]
 
 
@@ -153,16 +164,78 @@ def study_faults(options):
     return missed
 
 
-def one(program, case, settings, spans, seed, folder, binary, *how):
-    """Simulates a seed and estimates; the errors of all that was estimated."""
+def flown_case(program, case, folder):
+    """The case with a d as flown."""
+    path = os.path.join(folder, "case.nml")
+    with open(path, "w") as file:
+        file.write(re.sub(r" offset_mm = [^!\n]*", f" offset_mm = {FLOWN_OFFSET} ", run(program, "cases", "show", case)))
+    return path
+
+
+def records(day, product):
+    """The records of a product, as words."""
+    with open(glob.glob(os.path.join(day, product + "_*"))[0]) as file:
+        lines = file.read().split("# End of YAML header\n")[1].splitlines()
+    return [line.split() for line in lines]
+
+
+def plain_fits(day):
+    """d by least squares of the line of the rods in each span, um: a = w' x d, with w' of the accelerometer or of the attitude."""
+    import numpy as np
+
+    frequency = 1/12        # Hz
+
+    def line(time, values, about):
+        """Cosine and sine, each a row, with a cubic beside them."""
+        t, x = time - about, 2*np.pi*frequency*(time - about)
+        columns = np.array([np.cos(x), np.sin(x), *(((t/90)**k) for k in range(4))]).T
+        return np.linalg.lstsq(columns, values, rcond=None)[0][:2]
+
+    clock = float(records(day, "CLK1B")[0][3])
+    data = [(int(w[0]) + 1e-6*int(w[1]) + clock, *map(float, w[6:12])) for w in records(day, "ACC1A")]
+    data = np.array(data)[:, [0, 3, 1, 2, 6, 4, 5]]         # of AF to SRF
+    attitude = np.array([(float(w[0]), *map(float, w[3:7])) for w in records(day, "SCA1B")])
+    time, s, v = attitude[:, 0], attitude[:, 1], attitude[:, 2:]
+    rate = 2*(s[:-1, None]*v[1:] - s[1:, None]*v[:-1] + np.cross(v[1:], v[:-1]))     # of q2 q1*, less than 1e-6 of it is cubic
+    rate *= np.sign(s[:-1]*s[1:] + np.sum(v[:-1]*v[1:], 1))[:, None]
+    rate *= np.pi*frequency/np.sin(np.pi*frequency)         # means of a second
+    sides = {"accelerometer": [], "attitude": []}
+    with open(os.path.join(day, "SOE.txt")) as file:
+        starts = [float(text.split()[0]) for text in file if text.split()[2:5] == ["CMCAL", "1", "1"]]
+    for start in starts:
+        inside = (data[:, 0] > start + 1) & (data[:, 0] < start + 179)
+        both = line(data[inside, 0], data[inside, 1:], start)
+        middle = (time[1:] + time[:-1])/2
+        inside = (middle > start + 1) & (middle < start + 179)
+        cosine, sine = line(middle[inside], rate[inside], start)
+        turning = {"accelerometer": both[:, 3:], "attitude": 2*np.pi*frequency*np.array([sine, -cosine])}
+        for source, of_span in turning.items():
+            for a, w in zip(both[:, :3], of_span):
+                sides[source].append((np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]), a))
+    return {source: 1e6*np.linalg.lstsq(np.vstack([m for m, _ in rows]), np.concatenate([a for _, a in rows]), rcond=None)[0]
+            for source, rows in sides.items()}
+
+
+def report_plain(errors):
+    """What plain fits make of days as flown, beside what was published."""
+    for source, published in PUBLISHED:
+        rms = [math.sqrt(sum(e[source][k]**2 for e in errors)/len(errors)) for k in range(3)]
+        print(f"  plain fits, by the {source}: rms " + ", ".join(f"{v:.2f}" for v in rms) + f" um; published {published}")
+
+
+def one(program, case, settings, spans, seed, folder, binary, flown, *how):
+    """Simulates a seed and estimates; truth, estimate, and of days as flown the plain fits."""
+    if flown:
+        case = flown_case(program, case, folder)
     day = simulate(program, case, settings, spans, seed, folder, binary)
+    plain = plain_fits(day) if flown else None
     with open(os.path.join(day, "truth.nml")) as file:
         truth = file.read()
     document = json.loads(run(program, "level1", "estimate", day, "--setup", os.path.join(day, "setup.nml"), "--format", "json",
                               *how))
     for name in os.listdir(day):
         os.remove(os.path.join(day, name))
-    return truth, document
+    return truth, document, plain
 
 
 def main():
@@ -170,7 +243,7 @@ def main():
     parser.add_argument("--gracecg", default="gracecg")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--scenario", nargs="*", default=list(SCENARIOS), choices=[*SCENARIOS, *LONG_SCENARIOS])
+    parser.add_argument("--scenario", nargs="*", default=list(SCENARIOS), choices=[*SCENARIOS, *LONG_SCENARIOS, *FLOWN_SCENARIOS])
     parser.add_argument("--case", default="front-1")
     parser.add_argument("--binary", action="store_true")
     parser.add_argument("--out", help="a CSV file with all errors")
@@ -183,14 +256,17 @@ def main():
         return 1 if missed else 0
     rows, missed = [], []
     for name in options.scenario:
-        settings, spans, torque_delay, accelerometer_delay = {**SCENARIOS, **LONG_SCENARIOS}[name]
+        settings, spans, torque_delay, accelerometer_delay = {**SCENARIOS, **LONG_SCENARIOS, **FLOWN_SCENARIOS}[name]
         how = ["--every", "5640"] if name in LONG_SCENARIOS else []
         errors = {source: [] for source in SOURCES}
-        gains, torque_delays, accelerometer_delays = [], [], []
+        gains, torque_delays, accelerometer_delays, plain = [], [], [], []
         for seed in range(options.first_seed, options.first_seed + options.seeds):
             with tempfile.TemporaryDirectory() as folder:
-                truth, document = one(options.gracecg, options.case, settings, spans, seed, folder, options.binary, *how)
+                truth, document, fits = one(options.gracecg, options.case, settings, spans, seed, folder, options.binary,
+                                            name in FLOWN_SCENARIOS, *how)
             offset = number(truth, "offset_mm")
+            if fits:
+                plain.append({source: [v - 1e3*b for v, b in zip(d, offset)] for source, d in fits.items()})
             if how:
                 print(f"  seed {seed}:", {**document["movement"], "in_the_end_mm": document["offset_in_the_end_mm"],
                                           "sigma_in_the_end_mm": document["sigma_in_the_end_mm"]}, flush=True)
@@ -206,6 +282,8 @@ def main():
             torque_delays.append(abs(document["torque_delay_s"] - torque_delay))
             accelerometer_delays.append(abs(document["accelerometer_delay_s"] - accelerometer_delay))
         missed += report(name, errors, gains, torque_delays, accelerometer_delays)
+        if plain:
+            report_plain(plain)
     if options.out:
         with open(options.out, "w", newline="") as file:
             writer = csv.writer(file)

@@ -11,7 +11,7 @@ module gracecg_level1
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_writer, only: level1_writer_t
-    use gracecg_level1_conversion, only: convert_level1
+    use gracecg_level1_conversion, only: convert_level1, exchange_level1
     use gracecg_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, gps_date_text
     use gracecg_level1_frames, only: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, &
         continuous_quaternions, mounting_of_head, attitude_by_head, calibration_vector, &
@@ -28,7 +28,7 @@ module gracecg_level1
     private
 
     public :: level1_layout_t, level1_layout, level1_product_names, level1_header_t, level1_reader_t, level1_block_t
-    public :: level1_records_t, read_level1, level1_writer_t, convert_level1
+    public :: level1_records_t, read_level1, level1_writer_t, convert_level1, exchange_level1
     public :: level1_clock_t, new_level1_clock, to_gps_time, gps_date_text
     public :: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, continuous_quaternions, mounting_of_head
     public :: attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed

@@ -45,6 +45,7 @@ module gracecg_files_settings
         procedure :: end_group              !! Ends the group
         procedure :: count => count_groups  !! How many groups of a name there are
         procedure :: holds                  !! Is there such a group, or key, to be read?
+        procedure :: line_of                !! Where a key stands
         procedure :: real_value             !! A number
         procedure :: real_values            !! Several numbers
         procedure :: real_list              !! Any number of numbers
@@ -220,8 +221,7 @@ contains
     subroutine count_groups(self, name, n)
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: name    !! Without the &
-        integer, intent(inout) :: n
-        !! Number of groups of that name
+        integer, intent(inout) :: n         !! Number of groups of that name
 
         integer :: i
 
@@ -254,6 +254,18 @@ contains
         end do
     end function holds
 
+    !> The line of the file that a key stands in; 0: in none.
+    pure integer function line_of(self, group, key) result(line)
+        class(settings_t), intent(in) :: self
+        character(*), intent(in) :: group, key      !! In lower case, without the &
+        integer :: i
+
+        line = 0
+        do i = size(self%entries), 1, -1
+            if (self%entries(i)%group == group .and. self%entries(i)%key == key) line = self%entries(i)%line
+        end do
+    end function line_of
+
     !> A number. In the file it stands in a unit of its own: value = number times `factor`.
     !> Without `required` the value on entry is the default.
     subroutine real_value(self, key, value, low, high, meaning, factor, unit, required)
@@ -263,8 +275,7 @@ contains
         real(dp), intent(in) :: low, high               !! Allowed range, in the file's unit
         real(dp), intent(in), optional :: factor        !! 1 when absent
         character(*), intent(in), optional :: unit      !! In the file, for messages
-        logical, intent(in), optional :: required
-        !! Must stand in a file; absent: no
+        logical, intent(in), optional :: required       !! Must stand in a file; absent: no
 
         real(dp) :: values(1)
 

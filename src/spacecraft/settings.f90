@@ -46,17 +46,18 @@ contains
     end subroutine describe_calibration
 
     !> Mass and inertia: group mass_properties.
-    subroutine describe_mass_properties(settings, mass, inertia)
+    subroutine describe_mass_properties(settings, mass, inertia, mass_may_lack)
         class(settings_t), intent(inout) :: settings
         real(dp), intent(inout) :: mass             !! kg
         real(dp), intent(inout) :: inertia(3, 3)    !! J_p about the proof-mass centre, kg m^2
+        logical, intent(in), optional :: mass_may_lack      !! The mass need not be said; absent: it has to be
 
         real(dp) :: moments(3), products(3)
 
         moments = [inertia(1, 1), inertia(2, 2), inertia(3, 3)]
         products = [inertia(1, 2), inertia(2, 3), inertia(1, 3)]
         call settings%group('mass_properties', 'Mass, and inertia about the proof-mass centre')
-        call settings%real_value('mass', mass, 1e-3_dp, 1e6_dp, 'kg', unit='kg', required=.true.)
+        call settings%real_value('mass', mass, 1e-3_dp, 1e6_dp, 'kg', unit='kg', required=.not. present(mass_may_lack))
         call settings%real_values('moments_of_inertia', moments, 1e-6_dp, 1e9_dp, &
                                   'Ixx, Iyy, Izz in kg m^2', unit='kg m^2', required=.true.)
         call settings%real_values('products_of_inertia', products, -1e9_dp, 1e9_dp, &

@@ -3,14 +3,19 @@ module test_level1_results
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, MICROMETRE, JULIAN_YEAR
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_files_file, only: remove_file
     use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_estimation, only: estimate_level1
+    use gracecg_level1_gathering, only: gather_calibration
+    use gracecg_level1_origins, only: take_from_products, find_origins
+    use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_level1_results, only: trim_command_t, trim_commands
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
     use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, check_fails, check_passes
-    use level1_day, only: flaws_t, setup_said, estimate_day
+    use fixture, only: FOLDER, check, check_fails, check_passes, make_file
+    use level1_day, only: flaws_t, setup_said, estimate_day, write_day
     implicit none
     private
     public :: collect_level1_results
@@ -22,6 +27,7 @@ contains
 
         testsuite = [ &
                     new_unittest('trim-steps', test_trim), &
+                    new_unittest('origins', test_origins), &
                     new_unittest('residuals', test_residuals), &
                     new_unittest('trend', test_trend)]
     end subroutine collect_level1_results
@@ -38,6 +44,79 @@ contains
         call check(error, all(commands%steps == [12000, 2983, -1208]), 'steps')
         call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
     end subroutine test_trim
+
+    !> Every value has its source: a line of the setup, default, or product; the mass of MAS1B goes before that of the setup, and
+    !> one of them has to say it.
+    subroutine test_origins(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(1), parameter :: LF = achar(10)
+        character(*), parameter :: INERTIA = 'moments_of_inertia = 70, 345, 388'//LF//'products_of_inertia = -3, -0.3, -2.9'//LF// &
+            '/'//LF//'&level1'//LF//LF//'science_ma = 9'//LF//'/'//LF
+        character(*), parameter :: MAS = 'MAS1B_2020-02-01_C_04.txt'
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(level1_setup_t) :: setup
+        type(origin_t), allocatable :: origins(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+
+        call write_day('l1_origins', flaws_t(spans=2), path)
+        call remove_file(path//'/'//MAS)        ! of a run before
+        call make_file(error, 'l1_origins.nml', '! what is said'//LF//'&mass_properties'//LF//'mass = 580'//LF//INERTIA)
+        call make_file(error, 'l1_massless.nml', '&mass_properties'//LF//INERTIA)
+        if (allocated(error)) return
+        call gather(FOLDER//'l1_massless.nml')
+        call check_fails(error, message_of(failure), ['the mass is not known'])
+        call gather(FOLDER//'l1_origins.nml')
+        if (.not. allocated(failure)) call estimate_level1(calibration, setup, 'prior', estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call find_origins(calibration, setup, estimate, origins)
+        call expect('mass', '580', 'l1_origins.nml, line 3')
+        call expect('products_of_inertia', '-3, -0.3, -2.9', 'l1_origins.nml, line 5')
+        call expect('science_ma', '9', 'l1_origins.nml, line 9')
+        call expect('veto_after', '2', 'default')
+        call expect('ACC1A', '', 'ACC1A_2020-02-01_C_04.txt')
+        call expect('CLK1B', '', 'CLK1B_2020-02-01_C_04.txt')
+        call expect('firings', '0', 'no file')
+        call check(error, count(origins%source == '' .or. (origins%value == '' .and. origins%meaning == '')), 0, 'without a source')
+        call make_file(error, 'l1_origins/'//MAS, 'header:'//LF//'# End of YAML header'//LF// &
+                       '633798000 0 G C 00000000 11000101 590.5 590.25 13.4 13.5'//LF)
+        if (allocated(error)) return
+        call gather(FOLDER//'l1_massless.nml')
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, setup%mass, 590.5_dp, 'mass of MAS1B')
+        call find_origins(calibration, setup, estimate, origins)
+        call expect('mass', '590.5', MAS)
+        call expect('gas', '13.4, 13.5', MAS)
+        call gather(FOLDER//'l1_origins.nml')
+        call check(error, index(calibration%notes(size(calibration%notes))%text, 'the setup says a mass of 580') > 0, 'not told')
+
+    contains
+
+        subroutine gather(setup_file)
+            character(*), intent(in) :: setup_file
+
+            call read_level1_setup(setup_file, setup, failure)
+            if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', &
+                                                                  calibration, failure)
+            if (.not. allocated(failure)) call take_from_products(calibration, setup)
+        end subroutine gather
+
+        subroutine expect(name, value, source)
+            character(*), intent(in) :: name, value, source
+
+            integer :: i
+
+            i = findloc(origins%name == name, .true., 1)
+            call check(error, i > 0, name//' is not there')
+            if (allocated(error)) return
+            call check(error, trim(origins(i)%value), value, name)
+            call check(error, trim(origins(i)%source), source, name)
+        end subroutine expect
+    end subroutine test_origins
 
     !> Residuals of a noiseless day are small beside the signal, and their spectrum has their squares (Parseval).
     subroutine test_residuals(error)

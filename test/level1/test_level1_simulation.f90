@@ -34,9 +34,47 @@ contains
                     new_unittest('proof-mass', test_proof_mass), &
                     new_unittest('held-attitude', test_held), &
                     new_unittest('density-wave', test_wave), &
+                    new_unittest('drift-alignment', test_drift_and_alignment), &
                     new_unittest('same-again', test_same_again), &
                     new_unittest('settings', test_settings)]
     end subroutine collect_level1_simulation
+
+    !> d grows by the drift, about what is said in the middle of the files, and the files show acceleration in axes that are
+    !> turned by the alignment's small angles: less theta x a, and nothing along theta.
+    subroutine test_drift_and_alignment(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(truth_point_t) :: point
+        type(level1_records_t) :: acc
+        character(:), allocatable :: path
+        real(dp), parameter :: DRIFT(3) = [3e-9_dp, -2e-9_dp, 1e-9_dp]     ! m/s
+        real(dp) :: seen(3), tag
+        integer :: i
+
+        settings = clean()
+        settings%drift = DRIFT
+        settings%alignment = 0.04_dp*DEGREE
+        call prepare(settings, 'aligned', truth, path, error)
+        call read_product(path, 'ACC1A', acc, error)
+        if (allocated(error)) return
+        call check(error, maxval(abs(truth%offset_at(truth%duration/2.0_dp) - truth%case%satellite%offset)) < 1e-15_dp .and. &
+                   maxval(abs(truth%offset_at(150.0_dp) - truth%offset_at(50.0_dp) - 100*DRIFT)) < 1e-15_dp, 'd does not drift')
+        associate (theta => truth%errors%alignment(:, 1))
+            call check(error, norm2(theta) > 0 .and. norm2(theta) < 10*settings%alignment, 'the angles are not drawn')
+            do i = 1, acc%count, 100
+                tag = real(acc%seconds(i) - truth%epoch, dp) + acc%fraction(i)
+                call truth%at(truth%gps_of_obc(tag), point)
+                seen = acc%values(i, [acc%field_of('lin_accl_z'), acc%field_of('lin_accl_x'), acc%field_of('lin_accl_y')])
+                seen = seen - settings%bias - point%sensed
+                call check(error, maxval(abs(seen + cross(theta, point%sensed))) < 1e-15_dp .and. &
+                           abs(dot_product(seen, theta)) < 1e-6_dp*norm2(theta)*norm2(point%sensed), &
+                           'the accelerometer does not see turned axes')
+                if (allocated(error)) return
+            end do
+        end associate
+    end subroutine test_drift_and_alignment
 
     !> Settings of a short flight with one span and no errors at all.
     pure function clean() result(settings)

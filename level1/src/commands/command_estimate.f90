@@ -2,7 +2,7 @@
 module gracecg_level1_command_estimate
     use gracecg_base_constants, only: MICROMETRE, NANOTESLA
     use gracecg_base_text, only: pick_text
-    use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
+    use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
@@ -10,6 +10,7 @@ module gracecg_level1_command_estimate
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_level1_leakage, only: LEAKAGE_CHOICES
     use gracecg_level1_solution, only: sigma_of
+    use gracecg_level1_origins, only: take_from_products, find_origins
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event, &
         write_offsets
@@ -52,6 +53,7 @@ contains
                                   'where the data do not decide), or prior', choices=LEAKAGE_CHOICES, default='estimate')
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots (takes Python)')
         call arguments%add_option('--offsets', 'FILE.csv', 'writes the offset by each span, as gracecg history reads it')
+        call arguments%add_option('--origins', '', 'shows where each value that is used is from')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
         call add_format_option(arguments)
@@ -112,6 +114,7 @@ contains
         if (allocated(error)) return
         call gather_calibration(padded(arguments%words), setup, satellite, spans_file, span, field, calibration, error, &
                                 day, every)
+        if (.not. allocated(error)) call take_from_products(calibration, setup)
     end subroutine take_calibration
 
     !> The work of `gracecg level1 estimate`.
@@ -140,6 +143,7 @@ contains
         if (allocated(error)) return
         call console%warn_all([calibration%notes, estimate%remarks])
         call show(calibration, setup, estimate, console)
+        if (arguments%has('--origins')) call show_origins(calibration, setup, estimate, console)
         call publish(page, calibration, setup, estimate, console, error)
         if (allocated(error)) return
         if (page /= '') call console%line('written: '//page)
@@ -206,6 +210,25 @@ contains
             end do
         end associate
     end subroutine show
+
+    !> Every value that is used, with its source.
+    subroutine show_origins(calibration, setup, estimate, console)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(in) :: estimate
+        type(console_t), intent(inout) :: console
+
+        type(origin_t), allocatable :: origins(:)
+        integer :: i
+
+        call find_origins(calibration, setup, estimate, origins)
+        call console%line('')
+        do i = 1, size(origins)
+            call console%line(trim(origins(i)%name)//pick_text(origins(i)%value == '', '', ' = '//trim(origins(i)%value))// &
+                              pick_text(origins(i)%meaning == '', '', ' ('//trim(origins(i)%meaning)//')')//': '// &
+                              trim(origins(i)%source))
+        end do
+    end subroutine show_origins
 
     subroutine span_table(calibration, table)
         type(level1_calibration_t), intent(in) :: calibration

@@ -3,7 +3,7 @@ module gracecg_level1_command_files
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_files_file, only: directory_exists
     use gracecg_level1_bundles, only: find_level1_files, is_bundle
-    use gracecg_level1_conversion, only: convert_level1
+    use gracecg_level1_conversion, only: exchange_level1, FORMS
     use gracecg_level1_header, only: product_of_file_name, date_of_file_name, name_of
     use gracecg_level1_products, only: KIND_LETTER, KIND_F4, KIND_F8
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
@@ -360,8 +360,12 @@ contains
 
         call arguments%describe('level1 convert', 'FILE', 1, 1, &
                                 'Writes a text file as binary (GRACE''s, for products that have it), or a binary file as '// &
-                                'text. Numbers stay what they are, but where binary has single precision.', &
+                                'text. Numbers stay what they are, but where binary has single precision. GNI1B, GNV1B, SCA1B, '// &
+                                'ACT1B, ACC1B, MAG1B, MAS1B and THR1B also go to files of others and back: instrument files of '// &
+                                'GROOPS, and CCSDS messages (OEM of orbits, AEM of attitudes); such a FILE becomes the '// &
+                                'Level-1 file that the name of --out says.', &
                                 'gracecg level1 convert '//ACC//' --out ACC1A_2023-06-01_C_04.dat')
+        call arguments%add_option('--as', 'FORM', 'of the file to write: level1, groops or ccsds', choices=FORMS, default='level1')
         call arguments%add_option('--out', 'FILE', 'file to write', required=.true.)
     end subroutine declare_level1_convert
 
@@ -372,14 +376,14 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(string_t), allocatable :: warnings(:)
-        character(:), allocatable :: out
-        integer :: i
+        character(:), allocatable :: out, form
 
         call arguments%get('--out', out, misuse)
+        call arguments%get('--as', form, misuse)
         if (.not. allocated(misuse)) &
             call refuse_if(out == arguments%positional(1), 'option --out: the same file as the input', misuse)
         if (allocated(misuse)) return
-        call convert_level1(arguments%positional(1), out, warnings, error)
+        call exchange_level1(arguments%positional(1), out, form, warnings, error)
         if (allocated(error)) return
         call console%warn_all(warnings)
         call console%line('wrote '//out)

@@ -3,10 +3,11 @@
 module gracecg_level1_estimate_json
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t, origin_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
     use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
+    use gracecg_level1_origins, only: find_origins
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_cli_results, only: results_t, put_columns
@@ -28,8 +29,20 @@ contains
         type(level1_estimate_t), intent(in) :: estimate
         type(results_t), intent(inout) :: results
 
+        type(origin_t), allocatable :: origins(:)
         integer :: i
 
+        call find_origins(calibration, setup, estimate, origins)
+        call results%begin_array('origins')
+        do i = 1, size(origins)
+            call results%begin()
+            call results%member('name', trim(origins(i)%name))
+            call results%member('value', trim(origins(i)%value))
+            call results%member('meaning', trim(origins(i)%meaning))
+            call results%member('source', trim(origins(i)%source))
+            call results%end()
+        end do
+        call results%end()
         call results%member('folder', calibration%places)
         call results%member('limit_mm', REQUIREMENT/MILLIMETRE)
         call results%member('rod_driven', pack(AXES, estimate%rods%driven))

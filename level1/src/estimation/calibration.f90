@@ -4,7 +4,7 @@ module gracecg_level1_calibration
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_text, only: string_t, append
     use gracecg_environment_time, only: utc_t, utc_of_gps
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_setup, only: level1_setup_t, origin_t
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t
@@ -63,6 +63,8 @@ module gracecg_level1_calibration
         real(dp) :: clock_correction = 0                !! GPS less OBC time at the epoch, s
         real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
         real(dp) :: gas(2) = -1                         !! In tanks 1 and 2, kg; -1: not known
+        real(dp) :: mass = -1                           !! Of the satellite, kg; -1: no product says it
+        type(origin_t), allocatable :: products(:)      !! That were read, with their files
         integer :: follows(3) = 0                       !! Along the orbit the axes follow air and light: 1; -1: with the
                                                         !! opposite sign; 0: the files do not tell
         real(dp) :: light_seen(2, 3) = 0                !! Light as seen by each axis, by what it should be, with sigma

@@ -7,6 +7,7 @@ module gracecg_level1_estimation
     use gracecg_level1_fit, only: fit_spans
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_judgement, only: name_faults, judge, take_action
+    use gracecg_level1_origins, only: take_from_products
     use gracecg_level1_outcome, only: level1_estimate_t
     implicit none
     private
@@ -15,13 +16,14 @@ module gracecg_level1_estimation
 contains
 
     !> Estimates the offset. Fails when the data do not allow any estimate.
-    subroutine estimate_level1(calibration, setup, leakage, estimate, error)
+    subroutine estimate_level1(calibration, said, leakage, estimate, error)
         type(level1_calibration_t), intent(inout) :: calibration    !! Outliers are counted
-        type(level1_setup_t), intent(in) :: setup
+        type(level1_setup_t), intent(in) :: said            !! What products say, too, is taken from them
         character(*), intent(in) :: leakage                 !! Of LEAKAGE_CHOICES
         type(level1_estimate_t), intent(out) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
+        type(level1_setup_t) :: setup
         type(gyro_axes_t) :: axes
         type(error_t), allocatable :: failure
         integer :: i
@@ -31,6 +33,8 @@ contains
             call fail(error, 'no span is usable: the first, because of '//trim(calibration%spans(1)%reason))
             return
         end if
+        setup = said
+        call take_from_products(calibration, setup)
         call find_driven(calibration, setup, estimate%rods%driven)
         if (.not. any(estimate%rods%driven)) then
             call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')

@@ -1,13 +1,12 @@
 !> A calibration gathered from Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_level1_gathering
-    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
@@ -18,9 +17,10 @@ module gracecg_level1_gathering
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
         middle_of, SPAN_MARGIN
     use gracecg_level1_along_orbit, only: compare_along_orbit
+    use gracecg_level1_origins, only: take_from_products
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
-    use gracecg_level1_product_reading, only: find_files
+    use gracecg_level1_product_reading, only: find_files, note_product
     use gracecg_level1_series, only: interpolate
     use gracecg_level1_spans, only: said_spans, choose_spans, equal_spans
     use gracecg_level1_strays, only: find_strays
@@ -50,10 +50,9 @@ contains
                                                     !! files, or the first one given; absent or 0: a manoeuvre
 
         type(level1_folder_t) :: paths
-        type(level1_records_t) :: records
         type(level1_clock_t) :: clock
+        type(level1_setup_t) :: known
         real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
-        type(string_t), allocatable :: found(:)
         character(:), allocatable :: wanted
         character(26) :: date
         integer :: i
@@ -101,11 +100,11 @@ contains
         if (allocated(error)) return
         call edit_spans(setup, calibration)
         call find_shadow_edges(calibration)
-        call compare_along_orbit(paths, setup, clock, calibration)
-        call find_files(paths, ['MAS1B', 'MAS1A'], found)
-        if (size(found) == 0) return
-        call read_level1(found, records, error)
-        if (.not. allocated(error)) call take_gas(records, calibration)
+        call read_masses(paths, setup, calibration, error)
+        if (allocated(error)) return
+        known = setup
+        call take_from_products(calibration, known)
+        call compare_along_orbit(paths, known, clock, calibration)
     end subroutine gather_calibration
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
@@ -156,7 +155,9 @@ contains
         end if
         call read_level1(found, clk, error)
         if (allocated(error)) return
+        call note_product(calibration, 'CLK1B', found)
         if (size(others) > 0) then
+            call note_product(calibration, 'TIM1B', others)
             call read_level1(others, tim, error)
             if (.not. allocated(error)) call new_level1_clock(clock, error, clk, tim)
         else
@@ -403,23 +404,55 @@ contains
         step = median_of(times(2:n) - times(:n - 1))
     end function median_step
 
-    !> The gas in the tanks at the middle of the manoeuvre.
-    subroutine take_gas(records, calibration)
-        type(level1_records_t), intent(in) :: records
+    !> The masses of MAS1B or MAS1A: gas, and that of the satellite. Fails where neither they nor the setup say the latter.
+    subroutine read_masses(paths, setup, calibration, error)
+        type(level1_folder_t), intent(in) :: paths
+        type(level1_setup_t), intent(in) :: setup
         type(level1_calibration_t), intent(inout) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: APART = 0.01_dp      ! relative: more is told
+        type(level1_records_t) :: records
+        type(string_t), allocatable :: found(:)
+        integer :: i
+
+        call find_files(paths, ['MAS1B', 'MAS1A'], found)
+        if (size(found) > 0) then
+            call read_level1(found, records, error)
+            if (allocated(error)) return
+            call note_product(calibration, records%layout%product, found)
+            do i = 1, 2
+                call take_mass(records, 'gas_mass_tnk'//integer_text(i), middle_of(calibration), calibration%gas(i))
+            end do
+            call take_mass(records, 'mass_tnk', middle_of(calibration), calibration%mass)
+            call take_mass(records, 'mass_thr', middle_of(calibration), calibration%mass)
+        end if
+        if (calibration%mass < 0 .and. .not. setup%mass > 0) then
+            call fail(error, 'the mass is not known: MAS1B does not have it (that of GRACE-FO has the gas alone); say mass in '// &
+                      '&mass_properties of the setup, in kg')
+        else if (calibration%mass > 0 .and. abs(setup%mass - calibration%mass) > APART*calibration%mass .and. setup%mass > 0) then
+            call note(calibration, 'the setup says a mass of '//trim(rounded_text(setup%mass, 5))//' kg, MAS1B '// &
+                      trim(rounded_text(calibration%mass, 5))//' kg, which is taken')
+        end if
+    end subroutine read_masses
+
+    !> A mass at a time; where no record has it, it stays what it is.
+    subroutine take_mass(records, field, time, mass)
+        type(level1_records_t), intent(in) :: records
+        character(*), intent(in) :: field           !! Of MAS1A, MAS1B
+        real(dp), intent(in) :: time                !! s past 2000-01-01 12:00 GPS
+        real(dp), intent(inout) :: mass             !! kg
 
         real(dp) :: nearest, distance
-        integer :: i, tank, column
+        integer :: i, column
 
-        do tank = 1, 2
-            column = records%field_of('gas_mass_tnk'//integer_text(tank))
-            nearest = huge(nearest)
-            do i = 1, records%count
-                distance = abs(real(records%seconds(i), dp) - middle_of(calibration))
-                if (ieee_is_nan(records%values(i, column)) .or. distance >= nearest) cycle
-                nearest = distance
-                calibration%gas(tank) = records%values(i, column)
-            end do
+        column = records%field_of(field)
+        nearest = huge(nearest)
+        do i = 1, records%count
+            distance = abs(real(records%seconds(i), dp) - time)
+            if (.not. records%values(i, column) > 0 .or. distance >= nearest) cycle
+            nearest = distance
+            mass = records%values(i, column)
         end do
-    end subroutine take_gas
+    end subroutine take_mass
 end module gracecg_level1_gathering

@@ -3,13 +3,21 @@ module gracecg_level1_product_reading
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
+    use gracecg_level1_header, only: name_of
+    use gracecg_level1_setup, only: origin_t
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_time, only: level1_clock_t, to_gps_time
     use gracecg_level1_calibration, only: level1_calibration_t, note
     implicit none
     private
-    public :: find_files, read_product, without_bits
+    public :: find_files, read_product, note_product, without_bits
+
+    !> What products give, by the letters that they begin with
+    character(3), parameter :: FAMILIES(11) = ['ACC', 'MAG', 'SCA', 'QSA', 'IMU', 'GNI', 'GNV', 'THR', 'CLK', 'TIM', 'MAS']
+    character(40), parameter :: GIVES(11) = [character(40) :: 'accelerations', 'currents of the rods, measured field', &
+        'attitude', 'axes of the star cameras', 'angles of the gyros', 'orbit, inertial', 'orbit, Earth-fixed', &
+        'firings of thrusters', 'GPS less receiver time', 'receiver less on-board time', 'masses']
 
 contains
 
@@ -40,6 +48,7 @@ contains
 
         call read_level1(paths, records, error, fields, windows)
         if (allocated(error)) return
+        call note_product(calibration, records%layout%product, paths)
         if (records%count == 0) return
         if (records%satellite /= calibration%satellite) then
             call fail(error, records%path//': its records are of satellite '//records%satellite//', not '// &
@@ -55,6 +64,28 @@ contains
             call note(calibration, records%layout%product//': '//records%warnings(i)%text)
         end do
     end subroutine read_product
+
+    !> Notes that a product was read, from which files.
+    subroutine note_product(calibration, product, paths)
+        type(level1_calibration_t), intent(inout) :: calibration
+        character(5), intent(in) :: product
+        type(string_t), intent(in) :: paths(:)
+
+        type(origin_t) :: origin
+        integer :: i
+
+        if (.not. allocated(calibration%products)) allocate (calibration%products(0))
+        if (any(calibration%products%name == product)) return
+        origin%name = product
+        i = findloc(FAMILIES, product(:3), 1)
+        if (i > 0) origin%meaning = GIVES(i)
+        do i = 1, size(paths)
+            if (i > 1) origin%source = trim(origin%source)//', '
+            origin%source = trim(origin%source)//' '//name_of(paths(i)%text)
+        end do
+        origin%source = adjustl(origin%source)
+        calibration%products = [calibration%products, origin]
+    end subroutine note_product
 
     !> Which records have none of some bits set in the quality flag.
     pure function without_bits(records, bits) result(good)

@@ -4,19 +4,31 @@ module gracecg_level1_setup
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MICROMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_files_file, only: text_file_t, text_file_of
     use gracecg_files_settings, only: settings_t, FULL_RANGE
     use gracecg_spacecraft_settings, only: describe_mass_properties
+    use gracecg_level1_header, only: name_of
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, signed_axes_valid
     use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
     implicit none
     private
-    public :: level1_setup_t, read_level1_setup, describe_level1, leakage_sigmas, QUIETEST
+    public :: level1_setup_t, origin_t, read_level1_setup, describe_level1, leakage_sigmas, QUIETEST
 
     real(dp), parameter :: QUIETEST = 5e-11_dp      !! No accelerometer of these missions is quieter, m/s^2
 
+    type :: origin_t
+        !! Where a value that an estimate uses is from
+        character(32) :: name = ''              !! Key of the setup, or product
+        character(80) :: value = ''             !! As it would stand in the setup
+        character(100) :: meaning = ''          !! With its unit
+        character(200) :: source = ''           !! File and line, files of a product, default, or how it is estimated
+    end type origin_t
+
     type :: level1_setup_t
         !! Knowledge of the satellite, and limits for the data
-        real(dp) :: mass = 0                    !! kg
+        type(origin_t), allocatable :: origins(:)       !! Of all that follows, where it was read
+        real(dp) :: mass = 0                    !! kg; 0: not said
         real(dp) :: inertia(3, 3) = 0           !! About the proof-mass centre, SRF, kg m^2
         integer :: accelerometer_axes(3) = ACCELEROMETER_AXES   !! Signed axis of AF for x, y, z of SRF
         real(dp) :: rod_gain(3) = USUAL_ROD_GAIN       !! kappa, A m^2/mA
@@ -62,7 +74,44 @@ contains
         if (allocated(error)) return
         call describe_level1(settings, setup)
         call settings%finish(error, only=[character(16) :: 'mass_properties', 'level1'])
+        if (.not. allocated(error)) call find_origins(settings, path, setup)
     end subroutine read_level1_setup
+
+    !> Where each setting is from: all that would be written, by the lines that were read.
+    subroutine find_origins(settings, path, setup)
+        type(settings_t), intent(in) :: settings        !! As read
+        character(*), intent(in) :: path
+        type(level1_setup_t), intent(inout) :: setup
+
+        type(settings_t) :: written
+        type(text_file_t) :: file
+        type(error_t), allocatable :: ignored
+        type(origin_t) :: origin
+        character(:), allocatable :: text
+        character(24) :: group
+        integer :: i, equals, remark, number
+
+        allocate (setup%origins(0))
+        call describe_level1(written, setup)
+        call written%to_text(text, ignored)
+        file = text_file_of(text, '')
+        group = ''
+        do i = 1, file%line_count()
+            associate (line => file%text(file%first(i):file%last(i)))
+                if (index(line, '&') == 1) group = line(2:)
+                equals = index(line, ' = ')
+                remark = index(line, '  ! ')
+                if (equals == 0 .or. remark == 0) cycle
+                origin%name = adjustl(line(:equals))
+                origin%value = line(equals + 3:remark)
+                origin%meaning = line(remark + 4:)
+            end associate
+            number = settings%line_of(trim(group), trim(origin%name))
+            origin%source = 'default'
+            if (number > 0) origin%source = trim(name_of(path))//', line '//integer_text(number)
+            setup%origins = [setup%origins, origin]
+        end do
+    end subroutine find_origins
 
     !> What is known of the leakage beforehand: sigma of L, m/s^2/mA, and of K, m/s^2/(mA/s). One of 0 counts as a millionth of
     !> the usual one, so that its inverse square is a number.
@@ -80,7 +129,7 @@ contains
 
         real(dp) :: axes(3), most
 
-        call describe_mass_properties(settings, setup%mass, setup%inertia)
+        call describe_mass_properties(settings, setup%mass, setup%inertia, mass_may_lack=.true.)
         call settings%group('level1', 'Estimate from Level-1 data')
         axes = setup%accelerometer_axes
         call settings%real_values('accelerometer_axes', axes, -3.0_dp, 3.0_dp, 'axis of AF, with its sign, that x, y and '// &

@@ -132,9 +132,9 @@ contains
                     noise(3 + axis) = angular_sigma(axis)*stream%normal()
                 end do
                 before = now
-                both = [settings%bias + drawn%scale*point%sensed + matmul(drawn%leak, point%current) + &
+                both = [settings%bias + drawn%scale*truth%as_aligned(time, point%sensed) + matmul(drawn%leak, point%current) + &
                         matmul(drawn%leak_rate, point%current_rate), &
-                        settings%angular_bias + drawn%angular_scale*point%acceleration + &
+                        settings%angular_bias + drawn%angular_scale*truth%as_aligned(time, point%acceleration) + &
                         matmul(drawn%angular_leak, point%current) + matmul(drawn%angular_leak_rate, point%current_rate)] + noise
                 both(4:) = in_quanta(settings%angular_quantum, both(4:))
                 if (settings%fault == 'transplanted') then

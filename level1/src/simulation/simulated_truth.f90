@@ -35,7 +35,7 @@ module gracecg_level1_simulated_truth
     real(dp), parameter :: SAMPLE = 0.1_dp          ! over which an accelerometer's sample sees jumps, s: its interval
 
     !> Sources of random numbers of a run that the truth draws from; the files' own follow
-    integer, parameter :: GAINS = 1, CURRENTS = 2, THRUSTERS = 3, AIR = 4, FIELD = 5, ERRORS = 16
+    integer, parameter :: GAINS = 1, CURRENTS = 2, THRUSTERS = 3, AIR = 4, FIELD = 5, ERRORS = 16, ALIGNMENT = 18
 
     type :: level1_errors_t
         !! What is drawn of the instruments of a run
@@ -46,6 +46,7 @@ module gracecg_level1_simulated_truth
         real(dp) :: angular_leak(3, 3) = 0  !! La, rad/s^2/mA
         real(dp) :: angular_leak_rate(3, 3) = 0     !! Ka, rad/s^2/(mA/s)
         real(dp) :: gyro_bias(3) = 0        !! rad/s
+        real(dp), allocatable :: alignment(:, :)    !! Turn of the accelerometer's axes against SRF, (axis, span), rad
         real(dp) :: inertia_factor = 1      !! What is said of the inertia, by the true one
     end type level1_errors_t
 
@@ -78,6 +79,7 @@ module gracecg_level1_simulated_truth
         procedure :: at                     !! Everything at an instant
         procedure :: tagged_current         !! The currents that a tag names
         procedure :: offset_at              !! d
+        procedure :: as_aligned             !! A vector in the accelerometer's axes
         procedure :: obc_of_gps             !! Time of the on-board computer
         procedure :: gps_of_obc             !! And back
     end type level1_truth_t
@@ -217,6 +219,12 @@ contains
             call draw_firings(truth, random, flight%firings)
             random = truth%stream(ERRORS)
             call draw_errors(settings, random, truth%errors)
+            random = truth%stream(ALIGNMENT)
+            allocate (truth%errors%alignment(3, size(flight%spans)))
+            do k = 1, size(flight%spans)
+                call random%normals(normal)
+                truth%errors%alignment(:, k) = settings%alignment*normal
+            end do
         end associate
     end subroutine draw_satellite
 
@@ -381,7 +389,21 @@ contains
         real(dp), intent(in) :: time        !! s
         real(dp) :: offset(3)               !! m
 
-        offset = self%case%satellite%offset
+        offset = self%case%satellite%offset + self%settings%drift*(time - self%duration/2.0_dp)
         if (self%settings%moved_at > 0 .and. time >= self%settings%moved_at) offset = offset + self%settings%moved
     end function offset_at
+
+    !> A vector of SRF as the accelerometer's axes see it, turned by the small angles of the span that is nearest.
+    pure function as_aligned(self, time, vector) result(seen)
+        class(level1_truth_t), intent(in) :: self
+        real(dp), intent(in) :: time        !! s
+        real(dp), intent(in) :: vector(3)   !! Of any unit, SRF
+        real(dp) :: seen(3)                 !! Likewise, axes of the accelerometer
+
+        seen = vector
+        if (size(self%errors%alignment, 2) == 0) return
+        associate (spans => self%dynamics%spans)
+            seen = vector - cross(self%errors%alignment(:, minloc(abs(spans%start + spans%duration/2 - time), 1)), vector)
+        end associate
+    end function as_aligned
 end module gracecg_level1_simulated_truth

@@ -54,6 +54,10 @@ module gracecg_level1_simulation_settings
         !! Of the controller as an oscillator, Hz: slow beside the rods' lines, and back within the minutes between spans
         real(dp) :: moved_at = 0                    !! When the centre of mass jumps, s; 0: it does not
         real(dp) :: moved(3) = 0                    !! By which d is another from then on, m
+        real(dp) :: drift(3) = 0                    !! By which d grows all the time, as when a tank empties faster, m/s; what
+                                                    !! is said of d is that of the middle of the files
+        real(dp) :: alignment = 0                   !! Of the accelerometer's axes to those of the star cameras about each axis,
+                                                    !! sigma, another in each span, rad
         real(dp) :: pitch = 0.75_dp*DEGREE          !! Of body x towards the other satellite, downwards, rad
         real(dp) :: rod_gain(3) = USUAL_ROD_GAIN           !! As said, A m^2/mA
         real(dp) :: rod_gain_error = 0.02_dp        !! Relative, sigma: the true one is said times 1 + error
@@ -230,6 +234,10 @@ contains
                                  'it does not', unit='s')
         call settings%real_values('moved_um', level1%moved, -1000.0_dp, 1000.0_dp, 'um, by which d is another then', &
                                   MICROMETRE, 'um')
+        call settings%real_values('drift_um_h', level1%drift, -100.0_dp, 100.0_dp, 'um/h, by which d grows', MICROMETRE/3600, &
+                                  'um/h')
+        call settings%real_value('alignment_deg', level1%alignment, 0.0_dp, 1.0_dp, 'deg, sigma by axis, of the accelerometer '// &
+                                 'to the star cameras, another in each span', DEGREE, 'deg')
         call settings%real_value('pitch_deg', level1%pitch, -5.0_dp, 5.0_dp, 'deg', DEGREE, 'deg')
         call settings%real_values('rod_gain', level1%rod_gain, 1e-6_dp, 1e3_dp, 'A m^2/mA, x, y, z, as said', unit='A m^2/mA')
         call settings%real_value('rod_gain_error', level1%rod_gain_error, 0.0_dp, 1.0_dp, 'relative, sigma')
