@@ -27,7 +27,7 @@ module gracecg_planning_site
     private
     public :: planned_arc_t, new_planned_arc, thin_arc
     public :: manoeuvre_site_t, new_manoeuvre_site, thin_site, fly_manoeuvre
-    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments
+    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments, fly_moments
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
