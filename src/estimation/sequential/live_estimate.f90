@@ -18,7 +18,7 @@ module gracecg_estimation_live_estimate
     use gracecg_base_vectors, only: cross, unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_observations_parameters, only: PARAMETERS, ATTITUDE_ANGLES, RATE, TORQUE, FIELD_BIAS, SCALE_FACTORS, DRIFT, &
-        BIAS, OFFSET, is_rotational, loose_sigmas
+        BIAS, OFFSET, loose_sigmas
     use gracecg_estimation_options, only: sequential_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_model_state, only: physical_model_t, model_state_t, model_trajectory_t, turned_by
@@ -30,10 +30,13 @@ module gracecg_estimation_live_estimate
     public :: live_sample_t, live_estimate_t
 
     !> The constants, the offset last
-    integer, parameter :: ESTIMATED(24) = [ATTITUDE_ANGLES, RATE, TORQUE, FIELD_BIAS, SCALE_FACTORS, DRIFT, BIAS, OFFSET]
+    integer, parameter :: ESTIMATED(24) = [ATTITUDE_ANGLES, RATE, FIELD_BIAS, SCALE_FACTORS, DRIFT, BIAS, TORQUE, OFFSET]
     integer, parameter :: N = size(ESTIMATED)
-    integer, parameter :: ROTATIONAL(12) = ESTIMATED(:12)       !! Those of them that act on the rotation
+    integer, parameter :: LATE = 6                  !! The last ones, whose nominal values stay until they are known
+    integer, parameter :: TURNING(12) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 19, 20, 21]    !! Those that act on the rotation
     real(dp), parameter :: SAME_TIME = 1e-6_dp      !! Times that differ by less are one, sampling intervals
+    real(dp), parameter :: KNOWN(LATE) = [5e-6_dp, 5e-6_dp, 5e-6_dp, 1e-4_dp, 1e-4_dp, 1e-4_dp]
+    !! Standard deviations of those: of a torque that is small beside that of the rods, N m; of the offset, m
     real(dp), parameter :: LONGEST_SILENCE = 30     !! Of the magnetometer, whose last two samples are carried on, s
 
     !> What comes within a sampling interval of the accelerometer, at its end.
@@ -175,10 +178,10 @@ contains
             model%camera_from_body(:, :, i) = rotation_matrix(knowledge%mounting(:, i))
         end do
         model%estimated = ESTIMATED
-        model%rotational = ROTATIONAL
-        model%place = [(merge(i, 0, is_rotational(ESTIMATED(i))), i=1, N)]
+        model%rotational = ESTIMATED(TURNING)
+        model%place = [(findloc(TURNING, i, 1), i=1, N)]
         allocate (trajectory%q(4, 0:1), trajectory%omega(3, 0:1), trajectory%omega_dot(3, 0:1), &
-                  trajectory%partials(lanes_of(size(ROTATIONAL)), 9, 0:1), source=0.0_dp)
+                  trajectory%partials(lanes_of(size(TURNING)), 9, 0:1), source=0.0_dp)
         do i = 1, 6         ! of angles and rate by themselves
             trajectory%partials(i, i, 0) = 1
         end do
@@ -368,27 +371,40 @@ contains
         end associate
     end subroutine take_acceleration
 
-    !> Moves the nominal rotation, as it is now, and the parameters to the estimate; residuals with them.
+    !> Moves the nominal rotation, as it is now, and the parameters to the estimate; residuals with them. Torque and offset come
+    !> along when they are known; till then all others move to what they are with these where they stand (the triangle gives
+    !> that, since they are the last). Their product is not linear: about a torque that a few samples of the star camera have
+    !> made, the partials of the offset would be wrong.
     subroutine move_to_estimate(self)
         type(live_estimate_t), intent(inout) :: self
 
         integer, parameter :: ANGLES_AND_RATE = 6
-        real(dp) :: correction(N), turn(3)
-        integer :: i, p, axis
+        real(dp) :: correction(N), turn(3), unused(LATE), covariance(LATE, LATE)
+        integer :: i, p, axis, moved
 
-        correction = self%constants%solution()
-        associate (by => self%trajectory%partials(:, :, 0), moved => correction(:size(ROTATIONAL)))
-            do i = 1, 3
-                turn(i) = dot_product(by(:size(ROTATIONAL), i), moved)
-                self%state%value(RATE(i)) = self%state%value(RATE(i)) + dot_product(by(:size(ROTATIONAL), 3 + i), moved)
-            end do
-        end associate
+        call self%constants%last_covariance(unused, covariance)
+        moved = merge(N, N - LATE, all([(covariance(i, i) < KNOWN(i)**2, i=1, LATE)]))
+        correction = 0
+        do i = moved, 1, -1
+            correction(i) = (self%constants%array(N + 1, i) - &
+                             dot_product(self%constants%array(i + 1:moved, i), correction(i + 1:moved)))/ &
+                            self%constants%array(i, i)
+        end do
+        do i = 1, 3
+            associate (by => self%trajectory%partials(:size(TURNING), :, 0))
+                turn(i) = dot_product(by(:, i), correction(TURNING))
+                self%state%value(RATE(i)) = self%state%value(RATE(i)) + dot_product(by(:, 3 + i), correction(TURNING))
+            end associate
+        end do
         self%state%quaternion = turned_by(turn, self%state%quaternion)
         do i = ANGLES_AND_RATE + 1, N
             self%state%value(ESTIMATED(i)) = self%state%value(ESTIMATED(i)) + correction(i)
         end do
-        self%constants%array(N + 1, :) = 0
-        self%trial%array(N + 1, :) = 0
+        do i = 1, N
+            self%constants%array(N + 1, i) = self%constants%array(N + 1, i) - &
+                                             dot_product(self%constants%array(i:N, i), correction(i:))
+        end do
+        self%trial%array(N + 1, :) = self%constants%array(N + 1, :)
         do axis = 1, 3
             do p = 1, N_POLES
                 associate (predicted => self%expectation(axis)%predicted(:, p))
