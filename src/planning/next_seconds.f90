@@ -18,7 +18,7 @@ module gracecg_planning_next_seconds
     use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, thin_arc, fly_moments
     implicit none
     private
-    public :: next_seconds_t
+    public :: next_seconds_t, begin_planning
 
     real(dp), parameter :: TAPER = 1            !! Of the rods' moments, so that plans follow each other without a jump, s
     real(dp), parameter :: STEPS_OF_PERIOD = 12     !! Epochs at which a manoeuvre is judged, of its shortest period
@@ -31,18 +31,17 @@ module gracecg_planning_next_seconds
         type(candidate_t), allocatable :: candidates(:)
         real(dp), allocatable :: dipole(:, :, :)    !! (3, 0:2n, candidate), A m^2
     contains
-        procedure :: begin      !! Lays the manoeuvres out
         procedure :: plan       !! Chooses one
     end type next_seconds_t
 
 contains
 
     !> Lays out tapered sines of whole cycles. Fails when the noise is not given, or when no manoeuvre is allowed.
-    subroutine begin(self, knowledge, seconds, amplitude, error)
-        class(next_seconds_t), intent(out) :: self
+    subroutine begin_planning(knowledge, seconds, amplitude, self, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         real(dp), intent(in) :: seconds             !! That are planned at once
         real(dp), intent(in) :: amplitude           !! Of a rod, A m^2
+        type(next_seconds_t), intent(out) :: self
         type(error_t), allocatable, intent(out) :: error
 
         type(planned_arc_t) :: all_samples
@@ -65,7 +64,7 @@ contains
         do i = 1, size(self%candidates)
             call dipole_moments(rods_of(self%settings, seconds, self%candidates(i)), self%arc%interval/2, self%dipole(:, :, i))
         end do
-    end subroutine begin
+    end subroutine begin_planning
 
     !> Chooses the manoeuvre of the next seconds. Where none keeps the limits the rods rest: then there are no activations.
     pure subroutine plan(self, covariance, field, turn, angular_velocity, held_rate, rods, sigma)

@@ -24,11 +24,11 @@ module gracecg_studies_closed_loop
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters, only: RATE_PLACES => RATE
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t
+    use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
     use gracecg_estimation_model_state, only: turned_by, turn_between
     use gracecg_estimation_offset_information, only: gravity_gradient_matrix
     use gracecg_estimation_offset_model, only: offset_matrix
-    use gracecg_planning_next_seconds, only: next_seconds_t
+    use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, new_planned_arc, new_manoeuvre_site
     implicit none
@@ -134,7 +134,7 @@ contains
         own%duration = settings%longest
         call lay_out_places(own, settings, work, error)
         if (.not. allocated(error)) &
-            call work%planner%begin(work%knowledge, settings%plan_seconds, settings%amplitude, error)
+            call begin_planning(work%knowledge, settings%plan_seconds, settings%amplitude, work%planner, error)
         if (allocated(error)) return
         allocate (work%loops(loops))
         call run_parallel(work, loops, threads, error, progress)
@@ -212,8 +212,8 @@ contains
                 stream(axis) = new_stream(self%settings%seed, self%number, 0, i, STREAM_ACCELEROMETER + axis - 1)
             end do
             call others%normals(guess)
-            call live%begin(self%knowledge, turned_by(self%knowledge%star_camera_sigma*guess, truth%quaternion), &
-                            truth%rate + self%settings%rate_sigma*guess([2, 3, 1]), error)
+            call begin_live_estimate(self%knowledge, turned_by(self%knowledge%star_camera_sigma*guess, truth%quaternion), &
+                                     truth%rate + self%settings%rate_sigma*guess([2, 3, 1]), live, error)
             if (allocated(error)) return
             planner = self%planner
             moments = 0

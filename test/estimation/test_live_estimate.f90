@@ -8,11 +8,11 @@ module test_live_estimate
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_interpolation, only: interpolation_at, interpolated, cubic_interpolated
-    use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t
+    use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
     use gracecg_estimation_offset_information, only: gather_information
     use gracecg_estimation_options, only: estimation_options_t, STRAIGHT_LINE
     use gracecg_estimation_solution, only: solution_t
-    use gracecg_planning_next_seconds, only: next_seconds_t
+    use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_report_cases, only: report_case
@@ -58,8 +58,8 @@ contains
             call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
-            call live%begin(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
-                            simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, failure)
+            call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
+                                     simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure)
         call check_passes(error, message_of(failure))
     end subroutine prepare
 
@@ -213,7 +213,7 @@ contains
         end do
         call refused('silent since')
         observations%knowledge%accelerometer_noise(2)%level = 0
-        call live%begin(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], failure)
+        call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], live, failure)
         call check_fails(error, message_of(failure), ['noise_level'])
 
     contains
@@ -241,7 +241,7 @@ contains
 
         call prepare('front-3', observations, unused, error)
         if (allocated(error)) return
-        call planner%begin(observations%knowledge, 10.0_dp, 30.0_dp, failure)
+        call begin_planning(observations%knowledge, 10.0_dp, 30.0_dp, planner, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         covariance = 0

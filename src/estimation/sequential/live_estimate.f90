@@ -6,8 +6,10 @@
 !> (T. Kailath, IEEE Trans. Automatic Control 13 (1968) 646-655) and folded into the square-root array of the constants
 !> (gracecg_estimation_square_root_information). What Givens' rotations leave of the row is its innovation in units of its
 !> standard deviation: one that is too large is left out. After a sample of the star camera the nominal rotation and parameters
-!> move to the estimate: the array and what the whitening remembers stay as they are, but for their residuals. Nothing of the
-!> past is linearised again.
+!> move to the estimate: the array and what the whitening remembers stay as they are, but for their residuals. Of the past the
+!> first seconds alone are linearised again: they are kept, and added anew about what they have told. They are linear in nothing:
+!> while the offset is not known, what scale factor and rotation do to its acceleration is not either, and a filter that takes
+!> the first guess for it would claim to know more than it does.
 module gracecg_estimation_live_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
@@ -27,16 +29,18 @@ module gracecg_estimation_live_estimate
     use gracecg_estimation_sequential, only: check_noise
     implicit none
     private
-    public :: live_sample_t, live_estimate_t
+    public :: live_sample_t, live_estimate_t, begin_live_estimate
 
-    !> The constants, the offset last
-    integer, parameter :: ESTIMATED(24) = [ATTITUDE_ANGLES, RATE, FIELD_BIAS, SCALE_FACTORS, DRIFT, BIAS, TORQUE, OFFSET]
+    !> The constants; last those whose nominal values stay until they are known
+    integer, parameter :: ESTIMATED(24) = [ATTITUDE_ANGLES, RATE, FIELD_BIAS, DRIFT, BIAS, OFFSET, TORQUE, SCALE_FACTORS]
     integer, parameter :: N = size(ESTIMATED)
-    integer, parameter :: LATE = 6                  !! The last ones, whose nominal values stay until they are known
+    integer, parameter :: LATE = 9                  !! The last ones
     integer, parameter :: TURNING(12) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 19, 20, 21]    !! Those that act on the rotation
+    real(dp), parameter :: FIRST_SECONDS = 10       !! That are kept, s
     real(dp), parameter :: SAME_TIME = 1e-6_dp      !! Times that differ by less are one, sampling intervals
-    real(dp), parameter :: KNOWN(LATE) = [5e-6_dp, 5e-6_dp, 5e-6_dp, 1e-4_dp, 1e-4_dp, 1e-4_dp]
-    !! Standard deviations of those: of a torque that is small beside that of the rods, N m; of the offset, m
+    real(dp), parameter :: KNOWN(LATE) = [1e-4_dp, 1e-4_dp, 1e-4_dp, 5e-6_dp, 5e-6_dp, 5e-6_dp, 0.0_dp, 0.0_dp, 0.0_dp]
+    !! Standard deviations of those: of the offset, m; of a torque that is small beside that of the rods, N m; scale factors
+    !! stay at 1
     real(dp), parameter :: LONGEST_SILENCE = 30     !! Of the magnetometer, whose last two samples are carried on, s
 
     !> What comes within a sampling interval of the accelerometer, at its end.
@@ -75,6 +79,9 @@ module gracecg_estimation_live_estimate
         type(model_trajectory_t) :: trajectory      !! Along it; its partials are by the constants
         type(constants_t) :: constants, trial       !! Known so far; with what has just come
         type(expectation_t) :: expectation(3)       !! By axis
+        type(live_sample_t), allocatable :: first(:)    !! The first samples
+        type(model_state_t) :: guess                !! About which they begin
+        real(dp) :: prior_sigma(N) = 1              !! Of the constants, beforehand
         real(dp) :: star_sigma(3) = 1               !! About the camera's axes, rad
         real(dp) :: mounting(4, HEADS) = 0          !! Body to camera
         real(dp) :: scale(3) = 1, field_bias(3) = 0 !! Of accelerometer and magnetometer, as known
@@ -83,7 +90,6 @@ module gracecg_estimation_live_estimate
         real(dp) :: position(3) = 0                 !! Of the last sample, m
         real(dp) :: edit_sigma = 5                  !! An innovation beyond it is left out, standard deviations
     contains
-        procedure :: begin      !! Nothing is known yet but what the operator knows
         procedure :: add        !! Takes what has come in the next sampling interval
         procedure :: now        !! The offset and its covariance
         procedure :: field_at   !! The last samples of the magnetometer, carried on
@@ -95,16 +101,15 @@ contains
     !>
     !> Fails when a noise level is not given, when what is not a number is, or when the time tags of the accelerometer are known
     !> to be late.
-    subroutine begin(self, knowledge, quaternion, angular_velocity, error)
-        class(live_estimate_t), intent(out) :: self
+    subroutine begin_live_estimate(knowledge, quaternion, angular_velocity, self, error)
         type(operator_knowledge_t), intent(in) :: knowledge     !! Its rods are not used: samples have their moments
         real(dp), intent(in) :: quaternion(4)                   !! At the first sample, inertial to body
         real(dp), intent(in) :: angular_velocity(3)             !! The same, body axes, rad/s
+        type(live_estimate_t), intent(out) :: self
         type(error_t), allocatable, intent(out) :: error
 
         type(sequential_options_t) :: usual
-        real(dp) :: sigma(N), stated(PARAMETERS)
-        integer :: i
+        real(dp) :: stated(PARAMETERS)
 
         call check_noise(knowledge, error)
         if (.not. allocated(error)) call expect_noise(self, knowledge, error)
@@ -123,17 +128,66 @@ contains
         self%mounting = knowledge%mounting
         self%scale = knowledge%accelerometer_scale
         self%field_bias = knowledge%magnetometer_bias
-        self%state%quaternion = normalised(quaternion)
-        self%state%value(RATE) = angular_velocity
+        self%guess%quaternion = normalised(quaternion)
+        self%guess%value(RATE) = angular_velocity
         stated = a_priori_sigmas(knowledge)
-        sigma = loose_sigmas(ESTIMATED)
-        where (stated(ESTIMATED) > 0) sigma = stated(ESTIMATED)
+        self%prior_sigma = loose_sigmas(ESTIMATED)
+        where (stated(ESTIMATED) > 0) self%prior_sigma = stated(ESTIMATED)
+        allocate (self%first(max(1, nint(FIRST_SECONDS/self%model%interval))))
         self%constants = new_constants(N)
-        do i = 1, N
-            self%constants%array(i, i) = 1/sigma(i)
-        end do
         self%trial = self%constants
-    end subroutine begin
+        call start(self)
+    end subroutine begin_live_estimate
+
+    !> Before the first sample, about the guess.
+    subroutine start(self)
+        type(live_estimate_t), intent(inout) :: self
+
+        integer :: i, axis
+
+        self%samples = 0
+        self%edited = 0
+        self%innovations = 0
+        self%fields = 0
+        self%state = self%guess
+        self%trajectory%partials(:, :, 0) = 0
+        do i = 1, 6         ! of angles and rate by themselves
+            self%trajectory%partials(i, i, 0) = 1
+        end do
+        self%constants%array(:, :) = 0
+        do i = 1, N
+            self%constants%array(i, i) = 1/self%prior_sigma(i)
+        end do
+        self%constants%squares = 0
+        self%trial%array(:, :) = self%constants%array
+        self%trial%squares = 0
+        do axis = 1, 3
+            associate (e => self%expectation(axis))
+                e%predicted = 0
+                e%covariance = 0
+                do i = 1, N_POLES
+                    e%covariance(i, i) = e%variance(i)
+                end do
+            end associate
+        end do
+    end subroutine start
+
+    !> Adds the samples so far once more, about what they have told of offset and torque. Fails as `take` does.
+    subroutine add_again(self, error)
+        type(live_estimate_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, samples
+
+        samples = self%samples
+        call move_to_estimate(self)
+        self%guess%value([OFFSET, TORQUE]) = self%state%value([OFFSET, TORQUE])
+        call start(self)
+        do i = 1, samples
+            call take(self, self%first(i), error)
+            if (allocated(error)) return
+        end do
+    end subroutine add_again
 
     !> The noise of the accelerometer before its first sample.
     subroutine expect_noise(self, knowledge, error)
@@ -143,7 +197,7 @@ contains
 
         type(coloured_noise_t) :: noise
         real(dp) :: white_variance
-        integer :: axis, p
+        integer :: axis
 
         do axis = 1, 3
             noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
@@ -152,9 +206,6 @@ contains
                 call noise%markov_form(white_variance, e%correlation, e%variance)
                 e%white_sigma = sqrt(white_variance)
                 e%variance = e%variance/white_variance
-                do p = 1, N_POLES
-                    e%covariance(p, p) = e%variance(p)
-                end do
             end associate
         end do
     end subroutine expect_noise
@@ -182,18 +233,31 @@ contains
         model%place = [(findloc(TURNING, i, 1), i=1, N)]
         allocate (trajectory%q(4, 0:1), trajectory%omega(3, 0:1), trajectory%omega_dot(3, 0:1), &
                   trajectory%partials(lanes_of(size(TURNING)), 9, 0:1), source=0.0_dp)
-        do i = 1, 6         ! of angles and rate by themselves
-            trajectory%partials(i, i, 0) = 1
-        end do
     end subroutine lay_out_window
 
-    !> Takes what has come in the next sampling interval; the first call what came at its end alone.
+    !> Takes what has come in the next sampling interval; the first call what came at its end alone. After a quarter, a half
+    !> and all of the first seconds these are added anew.
     !>
     !> Fails, and takes nothing, when a number is not finite, when the time is not that of the next interval (an interval in
     !> which the accelerometer is silent has to be added, too: the rods act), when a head does not exist, or when the
     !> magnetometer has not yet been heard or too long ago.
     subroutine add(self, sample, error)
         class(live_estimate_t), intent(inout) :: self
+        type(live_sample_t), intent(in) :: sample
+        type(error_t), allocatable, intent(out) :: error
+
+        call take(self, sample, error)
+        if (allocated(error)) return
+        associate (kept => size(self%first))
+            if (self%samples > kept) return
+            self%first(self%samples) = sample
+            if (any(self%samples == [kept/4, kept/2, kept])) call add_again(self, error)
+        end associate
+    end subroutine add
+
+    !> Takes a sample.
+    subroutine take(self, sample, error)
+        type(live_estimate_t), intent(inout) :: self
         type(live_sample_t), intent(in) :: sample
         type(error_t), allocatable, intent(out) :: error
 
@@ -218,8 +282,13 @@ contains
         if (sample%has_acceleration) &
             call predict_accelerations(self%model, self%state, self%trajectory, [k], predicted, partials)
         do axis = 1, 3
-            if (sample%has_acceleration) rows(:, axis) = [partials(:, axis, 1), sample%acceleration(axis)/self%scale(axis) - &
-                                                          predicted(axis, 1)]/self%expectation(axis)%white_sigma
+            if (sample%has_acceleration) then
+                rows(:, axis) = [partials(:, axis, 1), sample%acceleration(axis)/self%scale(axis) - predicted(axis, 1)]/ &
+                                self%expectation(axis)%white_sigma
+                ! bias and drift as the accelerometer shows them: then the scale factor has no part in them
+                rows(N - 3 + axis, axis) = rows(N - 3 + axis, axis) - (self%state%value(BIAS(axis)) + &
+                    self%state%value(DRIFT(axis))*(sample%time - self%first_time))/self%expectation(axis)%white_sigma
+            end if
             call take_acceleration(self, axis, sample%has_acceleration, rows(:, axis))
         end do
         self%state%quaternion = self%trajectory%q(:, k)
@@ -229,7 +298,7 @@ contains
         self%time = sample%time
         self%position = sample%position
         if (sample%head > 0) call move_to_estimate(self)
-    end subroutine add
+    end subroutine take
 
     !> Refuses what cannot be taken.
     subroutine check_sample(self, sample, error)
@@ -371,24 +440,24 @@ contains
         end associate
     end subroutine take_acceleration
 
-    !> Moves the nominal rotation, as it is now, and the parameters to the estimate; residuals with them. Torque and offset come
-    !> along when they are known; till then all others move to what they are with these where they stand (the triangle gives
-    !> that, since they are the last). Their product is not linear: about a torque that a few samples of the star camera have
-    !> made, the partials of the offset would be wrong.
+    !> Moves the nominal rotation, as it is now, and the parameters to the estimate; residuals with them. Components of offset
+    !> and torque come along when they are known; the others move to what they are with these where they stand (the triangle
+    !> gives that, since these are the last). For the product of rotation and offset is not linear: about a torque that a few
+    !> samples of the star camera have made, the partials of the offset would be wrong.
     subroutine move_to_estimate(self)
         type(live_estimate_t), intent(inout) :: self
 
         integer, parameter :: ANGLES_AND_RATE = 6
-        real(dp) :: correction(N), turn(3), unused(LATE), covariance(LATE, LATE)
-        integer :: i, p, axis, moved
+        real(dp) :: correction(N), turn(3), last(LATE), covariance(LATE, LATE)
+        integer :: i, p, axis
 
-        call self%constants%last_covariance(unused, covariance)
-        moved = merge(N, N - LATE, all([(covariance(i, i) < KNOWN(i)**2, i=1, LATE)]))
-        correction = 0
-        do i = moved, 1, -1
+        call self%constants%last_covariance(last, covariance)
+        do i = 1, LATE
+            correction(N - LATE + i) = merge(last(i), 0.0_dp, covariance(i, i) < KNOWN(i)**2)
+        end do
+        do i = N - LATE, 1, -1
             correction(i) = (self%constants%array(N + 1, i) - &
-                             dot_product(self%constants%array(i + 1:moved, i), correction(i + 1:moved)))/ &
-                            self%constants%array(i, i)
+                             dot_product(self%constants%array(i + 1:N, i), correction(i + 1:)))/self%constants%array(i, i)
         end do
         do i = 1, 3
             associate (by => self%trajectory%partials(:size(TURNING), :, 0))
@@ -422,8 +491,11 @@ contains
         real(dp), intent(out) :: covariance(3, 3)       !! m^2
         real(dp), intent(out), optional :: variance     !! Of the innovations in units of what is expected: near 1
 
-        call self%constants%last_covariance(estimate, covariance)
-        estimate = estimate + self%state%value(OFFSET)
+        real(dp) :: last(LATE), of_last(LATE, LATE)
+
+        call self%constants%last_covariance(last, of_last)
+        estimate = last(:3) + self%state%value(OFFSET)
+        covariance = of_last(:3, :3)
         if (present(variance)) variance = self%constants%squares/max(1, self%innovations)
     end subroutine now
 end module gracecg_estimation_live_estimate
