@@ -9,7 +9,11 @@ program closed_loop
     use gracecg_spacecraft_torque_rods, only: SINE
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_operator_view, only: operator_knowledge
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_live_estimate, only: live_estimate_t, begin_live_estimate
     use gracecg_planning_candidates, only: design_settings_t, candidate_t, rods_of
+    use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
     implicit none
 
@@ -33,6 +37,7 @@ program closed_loop
     call report_case(trim(name), case, error)
     call stop_at(error)
     settings%wanted = 1e-6_dp*wanted
+    call tell_bytes()
     call run('planned every 10 s')
     if (loops < 2) stop
     settings%real_forces = .true.
@@ -55,6 +60,25 @@ contains
         if (text /= '') read (text, *) value
     end subroutine take
 
+    !> What an estimate and a planner hold.
+    subroutine tell_bytes()
+        type(operator_knowledge_t) :: knowledge
+        type(live_estimate_t) :: live
+        type(next_seconds_t) :: planner
+
+        knowledge = operator_knowledge(case, case%operator)
+        knowledge%star_camera_sigma = 1e-5_dp
+        call begin_live_estimate(knowledge, case%quaternion, case%angular_velocity, live, error)
+        if (.not. allocated(error)) &
+            call begin_planning(knowledge, settings%plan_seconds, settings%amplitude, planner, error)
+        call stop_at(error)
+        write (output_unit, '("estimate: ", i0, " bytes, ", i0, " of them the first samples; planner: ", i0, " manoeuvres in ", &
+            &i0, " bytes")') (storage_size(live) + storage_size(live%first)*size(live%first) + 64*(2*size(live%constants%array) + &
+            size(live%trajectory%partials) + 20 + size(live%model%upwards)*4))/8, &
+            storage_size(live%first)*size(live%first)/8, size(planner%candidates), (storage_size(planner) + &
+            storage_size(planner%candidates)*size(planner%candidates) + 64*size(planner%dipole))/8
+    end subroutine tell_bytes
+
     subroutine run(what)
         character(*), intent(in) :: what
 
@@ -70,9 +94,9 @@ contains
             1e6_dp*settings%wanted
         write (output_unit, '("  mean normalised square ", f7.4, " +- ", f6.4, ", mean error by sigma", 3f8.4)') &
             s%square, s%square_error, s%bias
-        write (output_unit, '("  after ", f0.1, " s (", f0.1, " to ", f0.1, "), ", f0.1, " samples and ", f0.1, &
-            &" plans, edited ", es8.1, " of them, ", i0, " plans rest")') s%time, s%earliest, s%latest, s%samples, s%plans, &
-            s%edited, s%resting
+        write (output_unit, '("  after ", f0.1, " s (", f0.1, " to ", f0.1, ") and ", f0.1, " plans; in all, samples edited ", &
+            &i0, ", plans at rest ", i0)') s%time, s%earliest, s%latest, s%plans, s%edited, s%resting
+        flush (output_unit)
     end subroutine run
 
     !> Ends the program with what has failed, if anything.

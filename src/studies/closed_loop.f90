@@ -61,7 +61,7 @@ module gracecg_studies_closed_loop
         real(dp) :: error(3) = 0                !! Estimate minus true d, body axes, m
         real(dp) :: sigma(3) = 0                !! That it states, m
         real(dp) :: square = 0                  !! Error squared in units of the covariance
-        integer :: samples = 0, edited = 0      !! Of the estimate
+        integer :: edited = 0                   !! Samples left out
         integer :: plans = 0, resting = 0       !! Made; for which no manoeuvre kept the limits
     end type loop_t
 
@@ -72,9 +72,8 @@ module gracecg_studies_closed_loop
         real(dp) :: square_error = 0            !! Its standard error, from their scatter
         real(dp) :: bias(3) = 0                 !! Mean of error by sigma
         real(dp) :: time = 0, earliest = 0, latest = 0      !! Mean and extremes, s
-        real(dp) :: samples = 0, plans = 0      !! Mean numbers
-        real(dp) :: edited = 0                  !! Of samples, a part
-        integer :: resting = 0                  !! Plans without a manoeuvre
+        real(dp) :: plans = 0                   !! Mean number
+        integer :: edited = 0, resting = 0      !! Samples left out, plans without a manoeuvre, of all
     end type loop_statistics_t
 
     !> Where a loop flies.
@@ -238,7 +237,6 @@ contains
                     call plan_ahead(planner, live, place, covariance, moments(:, 2*k:), loop)
             end do
             loop%time = live%time
-            loop%samples = live%samples
             loop%edited = live%edited
             loop%error = estimate - truth%offset
             loop%square = dot_product(loop%error, matmul(inverse_3x3(covariance), loop%error))
@@ -253,14 +251,12 @@ contains
 
         type(random_stream_t) :: stream
         real(dp) :: x(3, 6)
+        integer :: j
 
         stream = new_stream(self%settings%seed, self%number, 0, i, STREAM_TRUTH)
-        call stream%normals(x(:, 1))
-        call stream%normals(x(:, 2))
-        call stream%normals(x(:, 3))
-        call stream%normals(x(:, 4))
-        call stream%normals(x(:, 5))
-        call stream%normals(x(:, 6))
+        do j = 1, size(x, 2)
+            call stream%normals(x(:, j))
+        end do
         truth%quaternion = place%quaternion
         truth%rate = place%rate
         truth%offset = self%settings%offset_sigma*x(:, 1)
@@ -400,9 +396,8 @@ contains
         statistics%time = sum(loops%time, loops%stopped)/n
         statistics%earliest = minval(loops%time, loops%stopped)
         statistics%latest = maxval(loops%time, loops%stopped)
-        statistics%samples = sum(real(loops%samples, dp))/size(loops)
         statistics%plans = sum(real(loops%plans, dp))/size(loops)
-        statistics%edited = sum(real(loops%edited, dp))/sum(real(loops%samples, dp))
+        statistics%edited = sum(loops%edited)
         statistics%resting = sum(loops%resting)
     end subroutine statistics_of_loops
 end module gracecg_studies_closed_loop
