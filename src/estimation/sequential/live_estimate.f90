@@ -80,7 +80,7 @@ module gracecg_estimation_live_estimate
         type(constants_t) :: constants, trial       !! Known so far; with what has just come
         type(expectation_t) :: expectation(3)       !! By axis
         type(live_sample_t), allocatable :: first(:)    !! The first samples
-        type(model_state_t) :: guess                !! About which they begin
+        type(model_state_t) :: guess                !! About which they begin, moved along but for what is stated beforehand
         real(dp) :: prior_sigma(N) = 1              !! Of the constants, beforehand
         real(dp) :: star_sigma(3) = 1               !! About the camera's axes, rad
         real(dp) :: mounting(4, HEADS) = 0          !! Body to camera
@@ -180,13 +180,13 @@ contains
         integer :: i, samples
 
         samples = self%samples
-        call move_to_estimate(self)
-        self%guess%value([OFFSET, TORQUE]) = self%state%value([OFFSET, TORQUE])
+        call move_to_estimate(self, .true.)
         call start(self)
         do i = 1, samples
             call take(self, self%first(i), error)
             if (allocated(error)) return
         end do
+        call move_to_estimate(self, .false.)
     end subroutine add_again
 
     !> The noise of the accelerometer before its first sample.
@@ -248,6 +248,7 @@ contains
 
         call take(self, sample, error)
         if (allocated(error)) return
+        if (sample%head > 0) call move_to_estimate(self, .false.)
         associate (kept => size(self%first))
             if (self%samples > kept) return
             self%first(self%samples) = sample
@@ -297,7 +298,6 @@ contains
         self%samples = self%samples + 1
         self%time = sample%time
         self%position = sample%position
-        if (sample%head > 0) call move_to_estimate(self)
     end subroutine take
 
     !> Refuses what cannot be taken.
@@ -441,24 +441,27 @@ contains
     end subroutine take_acceleration
 
     !> Moves the nominal rotation, as it is now, and the parameters to the estimate; residuals with them. Components of offset
-    !> and torque come along when they are known; the others move to what they are with these where they stand (the triangle
-    !> gives that, since these are the last). For the product of rotation and offset is not linear: about a torque that a few
-    !> samples of the star camera have made, the partials of the offset would be wrong.
-    subroutine move_to_estimate(self)
+    !> and torque come along when they are known. For the product of rotation and offset is not linear: about a torque that a
+    !> few samples of the star camera have made, the partials of the offset would be wrong. What the rotation is where the
+    !> torque stays the triangle gives, since the torque is behind it.
+    subroutine move_to_estimate(self, all_of_it)
         type(live_estimate_t), intent(inout) :: self
+        logical, intent(in) :: all_of_it        ! offset and torque, too
 
         integer, parameter :: ANGLES_AND_RATE = 6
         real(dp) :: correction(N), turn(3), last(LATE), covariance(LATE, LATE)
+        logical :: stays(LATE)
         integer :: i, p, axis
 
         call self%constants%last_covariance(last, covariance)
-        do i = 1, LATE
-            correction(N - LATE + i) = merge(last(i), 0.0_dp, covariance(i, i) < KNOWN(i)**2)
-        end do
+        stays = [(.not. (all_of_it .and. covariance(i, i) < KNOWN(i)**2), i=1, LATE)]
+        correction(N - LATE + 1:) = last
+        where (stays(4:6)) correction(N - 5:N - 3) = 0
         do i = N - LATE, 1, -1
             correction(i) = (self%constants%array(N + 1, i) - &
                              dot_product(self%constants%array(i + 1:N, i), correction(i + 1:)))/self%constants%array(i, i)
         end do
+        where (stays) correction(N - LATE + 1:) = 0
         do i = 1, 3
             associate (by => self%trajectory%partials(:size(TURNING), :, 0))
                 turn(i) = dot_product(by(:, i), correction(TURNING))
@@ -469,6 +472,10 @@ contains
         do i = ANGLES_AND_RATE + 1, N
             self%state%value(ESTIMATED(i)) = self%state%value(ESTIMATED(i)) + correction(i)
         end do
+        self%guess%quaternion = turned_by(correction(:3), self%guess%quaternion)
+        associate (loose => [4, 5, 6, (i, i=10, 21)])
+            self%guess%value(ESTIMATED(loose)) = self%guess%value(ESTIMATED(loose)) + correction(loose)
+        end associate
         do i = 1, N
             self%constants%array(N + 1, i) = self%constants%array(N + 1, i) - &
                                              dot_product(self%constants%array(i:N, i), correction(i:))
