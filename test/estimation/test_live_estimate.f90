@@ -109,7 +109,9 @@ contains
         end do
     end subroutine feed
 
-    !> Every case, with 5 s of the accelerometer missing: estimate and sigma of `sequential` under straight drag.
+    !> With 5 s of the accelerometer missing: estimate and sigma of `sequential` under straight drag. That linearises all samples
+    !> about the last estimate, this only the first ten seconds about their own: of manoeuvres that leave a direction nearly
+    !> unseen, as the report's do, a sigma may differ by some per cent.
     subroutine test_sequential_estimate(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -139,11 +141,10 @@ contains
             if (allocated(error)) return
             call live%now(offset, covariance, variance)
             sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
-            print '(a,6f9.4)', CASES(c), (offset - solution%offset)/sigma, [(sqrt(covariance(i, i)), i=1, 3)]/sigma - 1
             off = maxval(abs(offset - solution%offset)/sigma)
-            call check(error, off < 5.05_dp, CASES(c)//': estimate, sigmas off: '//number_text(off))
+            call check(error, off < 0.2_dp, CASES(c)//': estimate, sigmas off: '//number_text(off))
             off = maxval(abs([(sqrt(covariance(i, i)), i=1, 3)]/sigma - 1))
-            call check(error, off < 5.005_dp, CASES(c)//': sigma, off: '//number_text(off))
+            call check(error, off < 0.1_dp, CASES(c)//': sigma, off: '//number_text(off))
             call check(error, variance > 0.8_dp .and. variance < 1.2_dp, CASES(c)//': variance of the innovations')
             call check(error, live%edited, 0, 'edited')
         end do
@@ -265,8 +266,8 @@ contains
         call check(error, maxval(abs(then - 1)) < 1e-12_dp, 'nothing is learnt')
     end subroutine test_plans
 
-    !> Loops of three cases: their normalised squares at the moment of stopping are a chi-square with three degrees of freedom
-    !> each, and plans end them earlier than the pattern of 5, 6 and 7 cycles a minute.
+    !> Loops of two cases: their normalised squares at the moment of stopping are a chi-square with three degrees of freedom
+    !> each.
     subroutine test_loops(error)
         type(error_type), allocatable, intent(out) :: error
 
