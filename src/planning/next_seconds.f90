@@ -25,10 +25,10 @@ module gracecg_planning_next_seconds
 
     !> A planner: the manoeuvres that it chooses from, and where it judges them.
     type :: next_seconds_t
-        type(planned_arc_t) :: arc
-        type(manoeuvre_site_t) :: site
-        type(design_settings_t) :: settings
-        type(candidate_t), allocatable :: candidates(:)
+        type(planned_arc_t) :: arc                  !! The seconds, thinned
+        type(manoeuvre_site_t) :: site              !! Field and rate of the last plan
+        type(design_settings_t) :: settings         !! Of the manoeuvres
+        type(candidate_t), allocatable :: candidates(:)     !! The manoeuvres
         real(dp), allocatable :: dipole(:, :, :)    !! (3, 0:2n, candidate), A m^2
     contains
         procedure :: plan       !! Chooses one

@@ -314,8 +314,8 @@ contains
     pure subroutine fly_moments(arc, site, dipole, omega, omega_dot, theta, motion)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
-        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  ! every half interval, body axes, A m^2
-        real(dp), intent(out), dimension(3, arc%samples) :: omega, omega_dot, theta
+        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  !! At every half interval, body axes, A m^2
+        real(dp), intent(out), dimension(3, arc%samples) :: omega, omega_dot, theta     !! rad/s, rad/s^2, rad
         type(attitude_motion_t), intent(out) :: motion
 
         real(dp) :: inertia(3, 3), inverse_inertia(3, 3), nominal(3), h, fastest, furthest, square
