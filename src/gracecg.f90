@@ -11,6 +11,7 @@
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
 !> - estimators: `estimate_offset`; how to estimate: `estimation_options_t` with `optimal_options_t` and
 !>   `sequential_options_t` as components, `read_options`; the estimate on the way: `running_estimate_t`
+!> - the estimate while a manoeuvre goes on, and what the rods should do next: `live_estimate_t`, `next_seconds_t`
 !> - a case and how it is estimated: `find_calibration`, `report_options`
 !> - the bound of an estimate: `bound_of_case`, and `bound_offset` from an information matrix
 !> - the planner of the manoeuvre: `plan_manoeuvre`, `map_case`
@@ -104,6 +105,7 @@ module gracecg
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t, running_estimate_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_verdict, only: verdict_t, judge
@@ -126,6 +128,7 @@ module gracecg
     use gracecg_planning_candidates, only: design_settings_t
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre, map_case
+    use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     implicit none
     private
 
@@ -183,6 +186,7 @@ module gracecg
             calibration_text
     public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
+    public :: live_estimate_t, live_sample_t, begin_live_estimate, next_seconds_t, begin_planning
     public :: fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge, action_t, ACTIONS
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
     public :: estimate_runs, run_information_t

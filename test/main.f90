@@ -78,6 +78,7 @@ program tester
     use test_statistics, only: collect_statistics
     use test_spike_screen, only: collect_spike_screen
     use test_sequential, only: collect_sequential
+    use test_live_estimate, only: collect_live_estimate
     use test_noise_propagation, only: collect_noise_propagation
     use test_noise_whitening, only: collect_noise_whitening
     use test_monte_carlo, only: collect_monte_carlo
@@ -229,6 +230,7 @@ program tester
              new_testsuite('statistics', collect_statistics), &
              new_testsuite('spike-screen', collect_spike_screen), &
              new_testsuite('sequential', collect_sequential), &
+             new_testsuite('live-estimate', collect_live_estimate), &
              new_testsuite('noise-propagation', collect_noise_propagation), &
              new_testsuite('noise-whitening', collect_noise_whitening), &
              new_testsuite('monte-carlo', collect_monte_carlo), &

@@ -27,7 +27,7 @@ module gracecg_planning_site
     private
     public :: planned_arc_t, new_planned_arc, thin_arc
     public :: manoeuvre_site_t, new_manoeuvre_site, thin_site, fly_manoeuvre
-    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments
+    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments, fly_moments
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
@@ -314,8 +314,8 @@ contains
     pure subroutine fly_moments(arc, site, dipole, omega, omega_dot, theta, motion)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
-        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  ! every half interval, body axes, A m^2; torquers': N m
-        real(dp), intent(out), dimension(3, arc%samples) :: omega, omega_dot, theta
+        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  !! At every half interval, body axes, A m^2; torquers': N m
+        real(dp), intent(out), dimension(3, arc%samples) :: omega, omega_dot, theta     !! rad/s, rad/s^2, rad
         type(attitude_motion_t), intent(out) :: motion
 
         real(dp) :: inertia(3, 3), inverse_inertia(3, 3), nominal(3), h, fastest, furthest, square

@@ -45,11 +45,13 @@ contains
 
     !> Integrates the nominal rotation, by the classical Runge-Kutta method of order 4 with one step a sampling interval, so
     !> that torques are needed at half steps only, and the variational equations; without partials, the rotation alone.
-    subroutine integrate_trajectory(model, state, trajectory, without_partials)
+    subroutine integrate_trajectory(model, state, trajectory, without_partials, goes_on)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(model_trajectory_t), intent(inout) :: trajectory   !! Reused if it has the right shape
         logical, intent(in), optional :: without_partials       !! None are integrated
+        logical, intent(in), optional :: goes_on
+        !! The partials at epoch 0 stand in the trajectory: they are by what was at an earlier epoch
 
         real(dp), parameter :: PART(2:4) = [0.5_dp, 0.5_dp, 1.0_dp]     ! of the step
         integer, parameter :: LATER(2:4) = [1, 1, 2]                    ! half steps
@@ -77,7 +79,7 @@ contains
                 model%interval/6*slope(:, 4)
             y(:4) = y(:4)/norm2(y(:4))
         end do
-        if (parameters > 0) call carry_partials(model, state, body, trajectory)
+        if (parameters > 0) call carry_partials(model, state, body, trajectory, goes_on)
     end subroutine integrate_trajectory
 
     !> Right-hand side of the equations of the nominal rotation at a half step.
@@ -131,22 +133,25 @@ contains
     !> The partials along the nominal rotation: d zeta/dt = -omega x zeta + d omega, d(d omega)/dt = A zeta + B d omega +
     !> J^-1 dT/dp, by the same method of Runge and Kutta. Between the epochs A and B are those of the mean of the attitudes
     !> and of the rate that its derivatives let expect, not of the stages: that changes predicted sigmas by 1e-12 of themselves.
-    subroutine carry_partials(model, state, body, trajectory)
+    subroutine carry_partials(model, state, body, trajectory, goes_on)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(rigid_body_t), intent(in) :: body
         type(model_trajectory_t), intent(inout) :: trajectory
+        logical, intent(in), optional :: goes_on
 
         real(dp), dimension(3, 0:2*PIECE_LENGTH) :: omega, omega_dot, c
         real(dp), dimension(3, 3, 0:2*PIECE_LENGTH) :: by_angles, by_rate
         real(dp) :: driving(size(trajectory%partials, 1), 3, 0:2*PIECE_LENGTH), q(4)
         integer, allocatable :: places(:)
         integer :: i, k, first, last, half
-        logical :: inertia_changes
+        logical :: inertia_changes, begins
 
         associate (x => trajectory%partials(:, :, 0), p => size(model%rotational))
-            x = 0
-            do i = 1, 3
+            begins = .true.
+            if (present(goes_on)) begins = .not. goes_on
+            if (begins) x = 0
+            do i = 1, merge(3, 0, begins)
                 where (model%rotational == ATTITUDE_ANGLES(i)) x(:p, i) = 1
                 where (model%rotational == RATE(i)) x(:p, 3 + i) = 1
             end do

@@ -17,6 +17,7 @@ module gracecg_estimation_model_state
     type :: physical_model_t
         integer :: steps = 0                            !! n
         real(dp) :: interval = 0                        !! h, s
+        real(dp) :: start = 0                           !! Of the arc in the time that DRIFT counts from, s
         real(dp) :: inertia(3, 3) = 0                   !! Nominal J, kg m^2
         real(dp), allocatable :: magnetic_torque(:, :)  !! m x B, nominal, (3, 0:2n), N m
         real(dp), allocatable :: dipole(:, :)           !! m, (3, 0:2n), A m^2

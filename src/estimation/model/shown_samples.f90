@@ -43,7 +43,7 @@ contains
         bends = 0
         do i = 1, size(epoch)
             k = epoch(i)
-            t = k*model%interval
+            t = model%start + k*model%interval
             matrix = acceleration_matrix(model, trajectory, k)
             along = airflow_at(model, trajectory%q(:, k), k)
             if (drag_changes) then
@@ -223,7 +223,7 @@ contains
 
         ! Not by associate: a vector subscript as its selector stops flang 22
         d = state%value(OFFSET)
-        associate (t => k*model%interval)
+        associate (t => model%start + k*model%interval)
             by_rate = offset_rate_partials(trajectory%omega(:, k), d)
             by_acceleration = -cross_matrix(d)
             by_angles = 0

@@ -36,7 +36,7 @@ module gracecg_estimation_sequential
         STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
     implicit none
     private
-    public :: estimate_sequential
+    public :: estimate_sequential, check_noise
 
     real(dp), parameter :: NO_SHAPE = 1e-15_dp
     !! A-priori sigma of the shapes of a drag that is to be a straight line, m/s^2 (of side forces m/s^2/rad)
