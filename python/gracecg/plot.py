@@ -125,8 +125,8 @@ def _legend(figure: Figure, items: Sequence[tuple[str, Mapping[str, Any]]], colu
     known = matplotlib.__version_info__ >= (3, 7)       # Debian 12 has an older one, that leaves no room for a legend
     figure.legend(handles=[Line2D([], [], label=label, **look) for label, look in items], ncols=columns,
                   loc="outside upper left" if known else "upper left")
-    layout = figure.get_layout_engine()
-    if not known and layout is not None:
+    if not known:
+        layout: Any = figure.get_layout_engine()
         layout.set(rect=(0, 0, 1, 1 - 24*-(-len(items)//columns)/figure.bbox.height))
 
 
