@@ -5,7 +5,7 @@
 #   tools/package_wheel.sh DIR      the wheel comes into DIR/wheels; --try: it is there already
 #
 # As root, in chroots below DIR, made if they are not there (needs debootstrap). Of the static OpenBLAS the linker takes what is
-# called. libgomp is that of the system; one in the wheel is loaded where there is none.
+# called. libmvec is glibc's; libgomp is that of the system, one in the wheel is loaded where there is none.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 [ $# -ge 1 ] || { sed -n '5s/^# *//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
@@ -40,7 +40,7 @@ if [ "${2:-}" != --try ]; then
         pip wheel -q /gracecg --no-deps -w /unrepaired -C cmake.define.BLAS_LIBRARIES="$openblas" \
             -C cmake.define.LAPACK_LIBRARIES="$openblas" -C cmake.define.GRACECG_OWN_LIBGOMP=ON
         rm -rf /wheels
-        auditwheel repair --exclude libgomp.so.1 --strip -z 9 -w /wheels /unrepaired/gracecg-*.whl'
+        auditwheel repair --exclude libgomp.so.1 --exclude libmvec.so.1 --strip -z 9 -w /wheels /unrepaired/gracecg-*.whl'
     cp "$folder/build/wheels/"*.whl "$folder/wheels/"
 fi
 for suite in bullseye bookworm; do
