@@ -17,7 +17,8 @@ system() {
     local root=$folder/$2
     if [ ! -e "$root/bin/sh" ]; then
         command -v debootstrap >/dev/null || { echo 'package_wheel: install debootstrap' >&2; exit 1; }
-        debootstrap --variant=minbase "$1" "$root" "${MIRROR:-http://deb.debian.org/debian}" >/dev/null
+        debootstrap --variant=minbase "$1" "$root" "${MIRROR:-http://deb.debian.org/debian}" >"$root.log" ||
+            { tail -n 3 "$root.log" >&2; exit 1; }
     fi
     cp /etc/resolv.conf /etc/hosts "$root/etc/"
     mkdir -p "$root/usr/local/share/ca-certificates"        # whom this machine trusts
