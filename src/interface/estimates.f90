@@ -225,7 +225,6 @@ contains
         type(outcome_t), intent(inout) :: outcome
 
         type(joint_run_t) :: runs(count)
-        type(joint_options_t) :: usual      !! Its options
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -233,7 +232,7 @@ contains
             call run_of_handle(int(observations(i), i8), i, runs(i), outcome)
         end do
         if (.not. outcome%good()) return
-        call estimate_runs(runs, usual, made%solution, failure)
+        call estimate_runs(runs, joint_options_t(), made%solution, failure)
         call outcome%take(failure)
         call require_finite([made%solution%offset, [made%solution%covariance]], outcome)
     end subroutine estimate_joint
@@ -291,10 +290,9 @@ contains
         type(chain_object_t), intent(inout) :: made
         type(outcome_t), intent(inout) :: outcome
 
-        type(joint_options_t) :: usual      !! Its options
         type(error_t), allocatable :: failure
 
-        call estimate_in_arcs(observations%set, observations%options, usual, merge(arc, USUAL_ARC, arc > 0), threads, &
+        call estimate_in_arcs(observations%set, observations%options, joint_options_t(), merge(arc, USUAL_ARC, arc > 0), threads, &
                               made%chain, failure)
         call outcome%take(failure)
         call require_finite([made%chain%solution%offset, [made%chain%solution%covariance]], outcome)

@@ -208,7 +208,7 @@ contains
         type(solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
-        type(data_table_t) :: table, empty
+        type(data_table_t) :: table
         character(:), allocatable :: line
         character(10) :: digits
         integer :: i, k, place
@@ -222,7 +222,7 @@ contains
                     line = line//' '//trim(it%residual_names(k))//' '//trim(adjustl(digits))
                 end do
                 call console%paragraph(line)
-                table = empty
+                table = data_table_t()
                 call table%column('name', 'a', 'parameter')
                 call table%column('correction', 'es11.3', 'correction')
                 call table%column('state', 'es18.10', 'state')

@@ -168,8 +168,8 @@ contains
             stays(i) = .not. any(alike .and. (release > release(i) .or. (release == release(i) .and. binary(i) .and. .not. binary)))
             if (.not. any(alike .and. release > release(i))) cycle
             left_out = left_out + 1
-            alike = alike .and. release == maxval(release, mask=alike)
-            if (left_out == 1) newer = trim(names(i))//' has the newer release '//trim(names(findloc(alike, .true., 1)))
+            if (left_out == 1) newer = trim(names(i))//' has the newer release '// &
+                trim(names(findloc(alike .and. release == maxval(release, mask=alike), .true., 1)))
         end do
         if (left_out == 1) call append(files%warnings, newer//', which is taken')
         if (left_out > 1) call append(files%warnings, newer//', which is taken; so it is with '//integer_text(left_out - 1)// &

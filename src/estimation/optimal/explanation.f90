@@ -196,7 +196,6 @@ contains
         type(search_t) :: part
         type(observation_set_t) :: beginning
         type(solution_t) :: solution
-        type(belief_report_t) :: untested   !! No belief
         integer, allocatable :: order(:)
         real(dp) :: misfit
         integer :: i
@@ -209,7 +208,7 @@ contains
             call begin_search(beginning, search%options, solution%beliefs, min(misfit, WORST), part)
             call try_values(solution%beliefs, part)
         else
-            call begin_search(beginning, search%options, untested, min(misfit, WORST), part)
+            call begin_search(beginning, search%options, belief_report_t(), min(misfit, WORST), part)
         end if
         call try_far_values(part)
         call try_alterations(part)
