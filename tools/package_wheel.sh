@@ -38,6 +38,7 @@ if [ "${2:-}" != --try ]; then
     git archive HEAD | tar -xC "$folder/build/gracecg"
     chroot "$folder/build" bash -euc '
         [ -e /env ] || python3 -m venv /env
+        /env/bin/pip install -q -U pip
         libraries=/old/usr/lib/x86_64-linux-gnu compiler=/old/usr/lib/gcc/x86_64-linux-gnu/10
         openblas="-l:libopenblas.a;-lpthread"
         define() { options+=(-C "cmake.define.$1"); }
