@@ -31,7 +31,7 @@ if [ "${2:-}" != --try ]; then
     old=$folder/build/old       # within the system that compiles
     system bookworm build cmake gfortran ninja-build
     system bullseye build/old gfortran libopenblas-dev
-    find "$old/usr/lib/x86_64-linux-gnu" "$old/usr/lib64" -maxdepth 1 -type l -lname '/*' |
+    find "$old/usr/lib/x86_64-linux-gnu" "$old/usr/lib64" -maxdepth 1 -type l -lname '/lib/*' |
         while read -r link; do ln -sfr "$old$(readlink "$link")" "$link"; done      # or they lead out of it
     rm -rf "$folder/build/gracecg" "$folder/build/unrepaired" "$old/wheels" "$folder/wheels/"*.whl
     mkdir -p "$folder/build/gracecg"
@@ -42,7 +42,7 @@ if [ "${2:-}" != --try ]; then
         libraries=/old/usr/lib/x86_64-linux-gnu compiler=/old/usr/lib/gcc/x86_64-linux-gnu/10
         openblas="-l:libopenblas.a;-lpthread"
         define() { options+=(-C "cmake.define.$1"); }
-        define "CMAKE_SHARED_LINKER_FLAGS=--sysroot=/old -L$compiler -L$libraries -Wl,-z,defs"
+        define "CMAKE_SHARED_LINKER_FLAGS=--sysroot=/old -L$compiler -L$libraries/openblas-pthread -L$libraries -Wl,-z,defs"
         define "BLAS_LIBRARIES=$openblas"
         define "LAPACK_LIBRARIES=$openblas"
         define "OpenMP_gomp_LIBRARY=$compiler/libgomp.so"
