@@ -14,6 +14,7 @@ The rules:
   source of the module has in REUSE.toml whatever licence the table has. Every generated module has a row.
 - Neither document names a file of data/ that is not there.
 - LICENSES/ holds a text for every identifier of REUSE.toml, and no other.
+- The packages have the version, debian/copyright is as tools/debian_copyright.py makes it.
 """
 import json
 import pathlib
@@ -21,6 +22,8 @@ import re
 import sys
 import tempfile
 import tomllib
+
+from debian_copyright import copyright_text
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -197,6 +200,19 @@ def check_tables(root, reuse, own):
         yield f"REUSE.toml: files without an annotation of their own need the licence {own} of fpm.toml"
 
 
+def check_packages(root, version):
+    """The files of packages that cannot ask fpm.toml for the version, and Debian's list of licences."""
+    major = version.split(".")[0]
+    for path, pattern in (("debian/changelog", rf"\A\w+ \({re.escape(version)}-\d+\) "),
+                          ("packaging/conda/recipe.yaml", rf'(?m)^  version: "{re.escape(version)}"$'),
+                          ("packaging/spack/package.py", rf'(?m)^    version\("{re.escape(version)}"'),
+                          ("python/gracecg/_library.py", rf'"libgracecg_level1\.so\.{major}"')):
+        if (root / path).exists() and not re.search(pattern, read(root / path)):
+            yield f"{path}: not of version {version}, which fpm.toml has"
+    if (root / "debian/copyright").exists() and read(root / "debian/copyright") != copyright_text(root):
+        yield "debian/copyright: out of date; run tools/debian_copyright.py"
+
+
 def violations(root):
     missing = [name for name in ("fpm.toml", "CITATION.cff", "codemeta.json", "CHANGELOG.md", "REUSE.toml",
                                  "data/README.md") if not (root / name).is_file()]
@@ -209,6 +225,7 @@ def violations(root):
     yield from check_citation(cff)
     yield from check_changelog(read(root / "CHANGELOG.md"), fpm["version"])
     yield from check_tables(root, Reuse(read(root / "REUSE.toml")), fpm["license"])
+    yield from check_packages(root, fpm["version"])
 
 
 # A project without disagreements. `SPDX-` is put in later, so that no tool takes these lines for its own.
@@ -253,6 +270,8 @@ PLANTED = (
     ("codemeta.json", "what it does", "what else it does", "codemeta.json: description"),
     ("codemeta.json", "licenses/MIT", "licenses/ISC", "codemeta.json: license"),
     ("codemeta.json", "the authors", "somebody", "codemeta.json: author"),
+    ("debian/changelog", None, "p (0.1.0-1) unstable", "debian/changelog: not of version 0.2.0"),
+    ("packaging/spack/package.py", None, '    version("0.1.0")', "package.py: not of version 0.2.0"),
     ("CHANGELOG.md", "[0.2.0]", "0.2.5", "no heading for version 0.2.0"),
     ("CHANGELOG.md", "unreleased", "2026-12-24", "not marked unreleased"),
     ("REUSE.toml", "data/wind.txt", "data/winds.txt", "REUSE.toml: nothing on data/wind.txt"),

@@ -25,6 +25,8 @@ if [ ! -e "$root/bin/sh" ]; then
     command -v debootstrap >/dev/null || { echo 'emulated: install debootstrap' >&2; exit 1; }
     debootstrap --variant=minbase bookworm "$root" "${MIRROR:-http://deb.debian.org/debian}"
 fi
+mount -t proc proc "$root/proc"       # a folder in which nobody may write
+trap 'umount "$root/proc"' EXIT
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
 mkdir -p "$root/gracecg" "$root/build-$architecture"
 # The files as they stand here

@@ -362,8 +362,25 @@ def exported():
     return found
 
 
+def debian_symbols(headers, entries):
+    """debian/libgracecg0.symbols: what a later library may not lack. Of the procedures of modules there is no list: their names
+    are no interface."""
+    version = re.search(r'^version = "(.*)"', (ROOT / "fpm.toml").read_text(encoding="utf-8"), flags=re.M).group(1)
+    for package, text in headers.items():
+        yield f"lib{package}.so.{version.split('.')[0]} libgracecg0 #MINVER#"
+        yield "* Build-Depends-Package: libgracecg-dev"
+        yield f' (regex|optional)"^__gracecg.*@Base$" {version}'
+        names = re.findall(r"^[a-z]\w+ [^;(]*?\*?(gracecg_\w+)\(", text, flags=re.M)
+        names += [f"{entry.name.lower()}_" for entry in entries[package]]
+        for path in FOLDERS[package].glob("f77_by_hand.f90"):
+            names += [f"{name}_" for name in re.findall(r"^subroutine (\w+)", path.read_text(encoding="utf-8"), flags=re.M)]
+        for name in sorted(names):
+            yield f" {name}@Base {version}"
+
+
 def generate():
     packages = read_table()
+    headers, entries_of = {}, {}
     modules, objects, all_functions, all_entries = exported(), {}, [], []
     for package in packages.values():
         objects.update({item.name: item for item in package if item.kind == "object"})
@@ -373,7 +390,8 @@ def generate():
         for function in functions:
             if not function.work and function.name not in modules:
                 raise Mistake(f"no module of the interfaces has a public {function.name}")
-        yield ROOT / f"include/{name}.h", "\n".join(header(package, objects)) + "\n"
+        headers[name], entries_of[name] = "\n".join(header(package, objects)) + "\n", entries
+        yield ROOT / f"include/{name}.h", headers[name]
         yield FOLDERS[name] / "c_functions.f90", "\n".join(shells(name, functions, objects, modules)) + "\n"
         of_shells = modules | {f"c_{function.name}": SHELLS[name] for function in functions}
         yield FOLDERS[name] / "f77_entries.f90", "\n".join(f77(entries, of_shells)) + "\n"
@@ -383,6 +401,7 @@ def generate():
         raise Mistake(f"Fortran 77 allows six characters: {long}")
     yield ROOT / "tools/testing/src/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
     yield ROOT / "tools/testing/src/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
+    yield ROOT / "debian/libgracecg0.symbols", "\n".join(debian_symbols(headers, entries_of)) + "\n"
     yield document(packages, all_entries)
 
 

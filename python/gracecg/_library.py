@@ -2,6 +2,7 @@
 made by tools/interface.py."""
 from __future__ import annotations
 
+import ctypes
 import math
 import pathlib
 import re
@@ -39,17 +40,24 @@ def _declarations() -> str:
     return re.sub(r"^#(?!define \w+ \d+$).*$", "", text, flags=re.M)
 
 
-def _path() -> str:
-    """The library for Level-1 data; that which it is linked with, libgracecg.so, stands beside it and is loaded with it."""
-    found = sorted(FOLDER.glob("lib*/**/libgracecg_level1.so*"))
-    if not found:
-        raise ImportError(f"libgracecg_level1.so is not below {FOLDER}: is the package installed?")
-    return str(found[0])
+def _load() -> Any:
+    """The library for Level-1 data; that which it is linked with, libgracecg.so, stands beside it and is loaded with it. A package
+    of a distribution has it where the loader finds it."""
+    inside = sorted(FOLDER.glob("lib*/**/libgracecg_level1.*"))
+    path = str(inside[0]) if inside else "libgracecg_level1.so.0"
+    for own in (None, *FOLDER.glob("libgomp/*")):       # of a wheel, for a system that has no OpenMP
+        try:
+            if own is not None:
+                ctypes.CDLL(str(own))
+            return ffi.dlopen(path)
+        except OSError as failure:
+            reason = failure
+    raise ImportError(f"{path}, of gracecg: {reason}; is the package installed?")
 
 
 ffi: Any = cffi.FFI()
 ffi.cdef(_declarations())
-lib: Any = ffi.dlopen(_path())
+lib: Any = _load()
 
 
 def text_of(pointer: Any) -> str:

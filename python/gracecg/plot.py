@@ -121,8 +121,13 @@ def _new(height: float, *, rows: int = 1, columns: int = 1, **options: Any) -> t
 
 def _legend(figure: Figure, items: Sequence[tuple[str, Mapping[str, Any]]], columns: Optional[int] = None) -> None:
     """A legend above all panels."""
-    figure.legend(handles=[Line2D([], [], label=label, **look) for label, look in items], loc="outside upper left",
-                  ncols=columns or len(items))
+    columns = columns or len(items)
+    known = matplotlib.__version_info__ >= (3, 7)       # Debian 12 has an older one, that leaves no room for a legend
+    figure.legend(handles=[Line2D([], [], label=label, **look) for label, look in items], ncols=columns,
+                  loc="outside upper left" if known else "upper left")
+    if not known:
+        layout: Any = figure.get_layout_engine()
+        layout.set(rect=(0, 0, 1, 1 - 24*-(-len(items)//columns)/figure.bbox.height))
 
 
 def _three_axes(figure: Figure) -> None:

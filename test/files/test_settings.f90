@@ -2,7 +2,7 @@
 !> mistake.
 module test_settings
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_settings
@@ -293,7 +293,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: message, line
         character(500000) :: value
-        integer(i8) :: before, after, rate
+        real(dp) :: before, after         ! Of the processor, which others may use, too
         integer :: i, k
 
         do i = 1, size(LINES)
@@ -302,12 +302,12 @@ contains
                 line = repeat(trim(FILLING(i)), LENGTHS(k)/len_trim(FILLING(i)))
                 line(:8) = '  '//LINES(i)
                 line(:8) = adjustr(line(:8))
-                call system_clock(before, rate)
+                call cpu_time(before)
                 call read_text(line, record, failure)
-                call system_clock(after)
+                call cpu_time(after)
                 message = message_of(failure)
                 call check(error, message /= '' .and. len(message) < 3000, 'a line '//trim(LINES(i))//trim(FILLING(i)))
-                call check(error, after - before < 10*rate, 'a line '//trim(LINES(i))//trim(FILLING(i))//' takes too long')
+                call check(error, after - before < 100, 'a line '//trim(LINES(i))//trim(FILLING(i))//' takes too long')
             end do
         end do
         call settings%open_text('&a x='''//repeat('''''', len(value))//''' /', 'case.nml', failure)

@@ -1,3 +1,6 @@
+find_package(LAPACK REQUIRED)
+find_package(OpenMP REQUIRED COMPONENTS Fortran)
+
 # What every target is compiled with: fpm's release profile, files without a preprocessor,
 # products rounded before they are added (tools/flags.sh).
 # The rest of the arguments: the targets whose modules it uses. CMake follows modules through linked libraries only; so all is

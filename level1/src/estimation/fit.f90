@@ -193,7 +193,7 @@ contains
     end function stated_sigmas
 
     !> What is estimated.
-    pure function chosen(setup, driven, with_channels, with_gyros, held) result(choice)
+    function chosen(setup, driven, with_channels, with_gyros, held) result(choice)
         type(level1_setup_t), intent(in) :: setup
         logical, intent(in) :: driven(3)            !! Rods
         logical, intent(in) :: with_channels        !! The accelerometer's angular channels are there
@@ -238,7 +238,7 @@ contains
     contains
 
         !> Parameters of all arcs; what is known exactly is none.
-        pure subroutine add(kind, sigma)
+        subroutine add(kind, sigma)
             integer, intent(in) :: kind(:)          !! Their places
             real(dp), intent(in) :: sigma           !! A priori, SI units
 
