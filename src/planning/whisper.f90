@@ -67,8 +67,8 @@ module gracecg_planning_whisper
 
 contains
 
-    !> The tones by which the worst axis is known best after a day. Fails as the orbit does, when the band is empty, too narrow for
-    !> three tones, or beyond the sampling, or the noise has no level.
+    !> The tones by which the worst axis is known best after a day. Fails as the orbit does, when there are no rods, when the band
+    !> is empty, too narrow for three tones, or beyond the sampling, or the noise has no level.
     subroutine plan_whisper(case, limits, plan, error)
         type(case_t), intent(in) :: case
         type(whisper_limits_t), intent(in) :: limits
@@ -83,6 +83,10 @@ contains
         integer :: i, j, k, n, axis, chosen(3)
 
         knowledge = operator_knowledge(case, case%operator)
+        if (knowledge%rods%direct) then
+            call fail(error, 'tones all the time are for torque rods; case '//trim(case%name)//' has torquers')
+            return
+        end if
         n = 1 + floor((limits%band(2) - limits%band(1))/GRID + 1e-6_dp)
         if (.not. limits%band(1) > 0 .or. n < 1 + 2*nint(APART/GRID) .or. &
             .not. limits%band(2) < 0.5_dp/knowledge%accelerometer_interval) then

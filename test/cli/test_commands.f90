@@ -325,6 +325,7 @@ contains
         call check(error, all(level1%whisper_frequency >= 0.05_dp .and. level1%whisper_frequency <= 0.15_dp), 'frequencies')
         call succeeds(error, 'design front-3 --whisper --format json', output)
         call check(error, index(output, '"tones": [') > 0 .and. index(output, '"range_m": ') > 0, output)
+        call refused(error, 'design example/cases/nggm.nml --whisper', STATUS_FAILED, [character(W) :: 'has torquers'])
         call refused(error, 'design --whisper --at 3', STATUS_MISUSED, [character(W) :: '--at is of a manoeuvre'])
         call refused(error, 'design --whisper --frequencies 0.1 0.11', STATUS_FAILED, [character(W) :: 'three tones need'])
     end subroutine test_whisper_command
