@@ -6,10 +6,10 @@
 !> (T. Kailath, IEEE Trans. Automatic Control 13 (1968) 646-655) and folded into the square-root array of the constants
 !> (gracecg_estimation_square_root_information). What Givens' rotations leave of the row is its innovation in units of its
 !> standard deviation: one that is too large is left out. After a sample of the star camera the nominal rotation and parameters
-!> move to the estimate: the array and what the whitening remembers stay as they are, but for their residuals. Of the past the
-!> first seconds alone are linearised again: they are kept, and added anew about what they have told. They are linear in nothing:
-!> while the offset is not known, what scale factor and rotation do to its acceleration is not either, and a filter that takes
-!> the first guess for it would claim to know more than it does.
+!> move to the estimate: the array and what the whitening remembers stay as they are, but for their residuals. Offset, torque and
+!> scale factors stay: their products with each other and with the rotation are not linear. While the offset is not known, what
+!> these do to the acceleration is not either, and a filter that takes the first guess for it claims to know more than it does.
+!> So the first seconds are kept, and linearised anew about what they have told, the past behind them never.
 module gracecg_estimation_live_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
