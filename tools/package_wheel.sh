@@ -33,6 +33,8 @@ if [ "${2:-}" != --try ]; then
     system bullseye build/old gfortran libopenblas-dev
     find "$old/usr/lib/x86_64-linux-gnu" "$old/usr/lib64" -maxdepth 1 -type l -lname '/lib/*' |
         while read -r link; do ln -sfr "$old$(readlink "$link")" "$link"; done      # or they lead out of it
+    header=usr/include/finclude/x86_64-linux-gnu/math-vector-fortran.h      # functions of libmvec
+    cp "$old/$header" "$folder/build/$header"
     rm -rf "$folder/build/gracecg" "$folder/build/unrepaired" "$old/wheels" "$folder/wheels/"*.whl
     mkdir -p "$folder/build/gracecg"
     git archive HEAD | tar -xC "$folder/build/gracecg"
