@@ -39,8 +39,9 @@ module gracecg_estimation_arcs
     real(dp), parameter :: SAME_SIGMA = 5e-3_dp     !! Relative change of the offset's sigma from noise to noise at the end
     real(dp), parameter :: SMALL_STEP = 1e-2_dp      !! Largest step of a shared parameter at the end, standard deviations
     real(dp), parameter :: SAME_DELAY = 2e-5_dp, SAME_SHARE = 0.05_dp   !! s; of its standard deviation
-    real(dp), parameter :: LEAST_LINEAR = 1e-12_dp, LEAST_ANGULAR = 1e-10_dp
-    !! Noise of the accelerometer, m/s^2 and rad/s^2: samples without noise weigh no more
+    real(dp), parameter :: LEAST_LINEAR = 1e-11_dp, LEAST_ANGULAR = 1e-10_dp
+    !! Noise of the accelerometer, m/s^2 and rad/s^2: samples without noise weigh no more. With a tenth of that linear one the
+    !! elimination of an arc's own parameters leaves nothing but rounding
     integer, parameter :: MOST_TRIED = 6            !! Beliefs that may explain what is contradicted
 
     !> The result.
