@@ -38,7 +38,7 @@ module gracecg_planning_whisper
     real(dp), parameter :: APART = 0.01_dp          !! Of frequencies at least, Hz: three periods of arcs of 300 s
     real(dp), parameter :: LIFT = 3e-7_dp           !! Standard deviation of k_y, k_z, m/s^2: as `lift_sigma` of Level-1
     integer, parameter :: UNKNOWN = 14              !! d, L by rod and axis, k_y, k_z
-    character(10), parameter :: TIMES(3) = [character(10) :: 'revolution', 'day', 'week']
+    character(10), parameter :: TIMES(3) = [character(10) :: 'revolution', 'day', 'week']    !! After which d is judged
 
     type :: whisper_limits_t
         !! Of the tones

@@ -47,7 +47,7 @@ contains
         integer :: i
 
         if (present(direct)) self%direct = direct
-        call check_samples(name_of(self), time, moment, error)
+        call check_samples(trim(name_of(self))//' ', time, moment, error)
         if (allocated(error)) return
         if (present(held)) self%held = held
         self%time = time
@@ -97,13 +97,13 @@ contains
         low = max(1, min(size(time) - 1, last_not_after(time, t)))
     end function interval_before
 
-    !> What a series is of, for messages.
+    !> What a series is of, for messages, with blanks behind it.
     pure function name_of(self) result(name)
         type(moment_series_t), intent(in) :: self
-        character(:), allocatable :: name
+        character(28) :: name
 
-        name = 'moments of the torque rods: '
-        if (self%direct) name = 'torques: '
+        name = 'moments of the torque rods:'
+        if (self%direct) name = 'torques:'
     end function name_of
 
     subroutine check_samples(name, time, moment, error)
@@ -227,7 +227,7 @@ contains
         reach = 1.01_dp*median_spacing(self%time)
         associate (first => self%time(1), last => self%time(size(self%time)))
             if (first > reach .or. last < duration - reach) &
-                call fail(error, name_of(self)//'samples from '//number_text(first)//' s to '// &
+                call fail(error, trim(name_of(self))//' samples from '//number_text(first)//' s to '// &
                           number_text(last)//' s do not cover the arc from 0 to '//number_text(duration)//' s')
         end associate
     end subroutine check_moments_cover

@@ -68,7 +68,7 @@ contains
     !> Notes that a product was read, from which files.
     subroutine note_product(calibration, product, paths)
         type(level1_calibration_t), intent(inout) :: calibration
-        character(5), intent(in) :: product
+        character(5), intent(in) :: product     !! Its name
         type(string_t), intent(in) :: paths(:)
 
         type(origin_t) :: origin

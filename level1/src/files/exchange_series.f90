@@ -81,7 +81,7 @@ contains
     !> Room for so many samples.
     subroutine make_room(series, samples)
         type(exchange_series_t), intent(inout) :: series
-        integer, intent(in) :: samples
+        integer, intent(in) :: samples      !! How many
 
         series%seconds = spread(0_i8, 1, samples)
         series%fraction = spread(0.0_dp, 1, samples)
@@ -91,7 +91,7 @@ contains
     !> Keeps the first samples. Fails where there is none.
     subroutine keep_first(series, samples, path, error)
         type(exchange_series_t), intent(inout) :: series
-        integer, intent(in) :: samples
+        integer, intent(in) :: samples      !! How many
         character(*), intent(in) :: path        !! Of the file, for the message
         type(error_t), allocatable, intent(out) :: error
 

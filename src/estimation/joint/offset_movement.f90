@@ -149,7 +149,7 @@ contains
     !> where they are many.
     elemental real(dp) function chance_of_jump(gain, places) result(probability)
         real(dp), intent(in) :: gain        !! Of chi square
-        integer, intent(in) :: places
+        integer, intent(in) :: places       !! Where it may be
 
         real(dp), parameter :: LEAST = 6    ! Of chi square, from which the law of large gains holds
 

@@ -45,7 +45,7 @@ module gracecg_estimation_arc_problem
         real(dp) :: excess(6) = 1                   !! Of the noise of the accelerometer's axes and channels over that of all arcs
         type(information_t) :: information          !! About corrections of the shared parameters
         type(eliminated_t) :: eliminated            !! Corrections of its own
-        type(arc_residuals_t) :: residuals
+        type(arc_residuals_t) :: residuals          !! At the point
         real(dp) :: innovations(6) = 0              !! RMS, of axes and channels, standard deviations
         real(dp) :: head_squares(3, 2) = 0          !! Sums over the samples of each star-camera head, by its axes, rad^2
         integer :: head_samples(2) = 0              !! That are kept
@@ -126,7 +126,7 @@ contains
 
     !> White noise to begin with: of the axes, or of the channels.
     pure function first_noise(of_channels) result(models)
-        logical, intent(in) :: of_channels
+        logical, intent(in) :: of_channels          !! Else of the linear axes
         type(autoregression_t) :: models(3)
 
         type(autocovariances_t) :: sums
