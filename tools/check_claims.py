@@ -35,7 +35,7 @@ import time
 
 from check_examples import DOCUMENTS as EXAMPLES, LONGEST, PROGRAM, ROOT, run, scratch
 
-DOCUMENTS = ("README.md", "docs/user-guide.md", "docs/validation.md", "docs/comparison.md")
+DOCUMENTS = ("README.md", "docs/user-guide.md", "docs/validation.md", "docs/comparison.md", "docs/test-day.md")
 COMPLETE = "docs/validation.md"
 CLAIM = re.compile(r"^<!-- \$ (.*?)\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
 LINE = re.compile(r'"([^"]+)" (?:~(\S+) % )?(?:([\d.e-]+) \* )?(.+)$')

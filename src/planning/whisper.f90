@@ -12,7 +12,8 @@
 !> L_k the leakage of the rod, k_y and k_z the push of the air on a turned satellite (docs/theory.md, 18.8). An amplitude in noise
 !> of the one-sided density S is known to S/T after the time T. Tones of different frequencies do not disturb each other; along
 !> the orbit B turns, by which d and L are told apart. What acts in quadrature (leakage by the rate of the current) looks like
-!> neither. Gains of the rods are taken as known: the angular channels of an accelerometer tell them to 1e-4 in a day.
+!> neither. Gains of the rods are taken as known: the angular channels of an accelerometer tell them to 1e-4 in a day;
+!> so is the scale of the accelerometer, whose error is the same part of d.
 module gracecg_planning_whisper
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, SECONDS_PER_DAY
@@ -67,8 +68,8 @@ module gracecg_planning_whisper
 
 contains
 
-    !> The tones by which the worst axis is known best after a day. Fails as the orbit does, when there are no rods, when the band
-    !> is empty, too narrow for three tones, or beyond the sampling, or the noise has no level.
+    !> The tones by which the worst axis is known best after a day. Fails as the orbit does, when there are no rods or they do not
+    !> bear the moment, when the band is empty, too narrow for three tones, or beyond the sampling, or the noise has no level.
     subroutine plan_whisper(case, limits, plan, error)
         type(case_t), intent(in) :: case
         type(whisper_limits_t), intent(in) :: limits
@@ -77,16 +78,20 @@ contains
 
         type(operator_knowledge_t) :: knowledge
         type(nominal_orbit_t) :: orbit
-        real(dp), allocatable :: field(:, :), frequencies(:), day(:, :, :, :)
+        type(coloured_noise_t) :: noise(3)
+        real(dp), allocatable :: field(:, :), day(:, :, :, :)
         type(whisper_tone_t), allocatable :: tones(:, :)
-        real(dp) :: density(3), sigma(3), one(UNKNOWN, UNKNOWN), best
-        integer :: i, j, k, n, axis, chosen(3)
+        real(dp) :: frequency, sigma(3), best
+        integer :: i, j, k, n, chosen(3)
 
         knowledge = operator_knowledge(case, case%operator)
         if (knowledge%rods%direct) then
             call fail(error, 'tones all the time are for torque rods; case '//trim(case%name)//' has torquers')
-            return
+        else if (limits%moment > knowledge%rods%largest_moment) then
+            call fail(error, 'tones of '//real_text(limits%moment)//' A m^2: a rod of case '//trim(case%name)//' bears '// &
+                      real_text(knowledge%rods%largest_moment)//' (largest_moment of &rods)')
         end if
+        if (allocated(error)) return
         n = 1 + floor((limits%band(2) - limits%band(1))/GRID + 1e-6_dp)
         if (.not. limits%band(1) > 0 .or. n < 1 + 2*nint(APART/GRID) .or. &
             .not. limits%band(2) < 0.5_dp/knowledge%accelerometer_interval) then
@@ -97,16 +102,18 @@ contains
         call new_nominal_orbit(case, orbit, error, revolutions=ceiling(SECONDS_PER_DAY/5500), interval=STEP)
         if (allocated(error)) return
         call find_field(orbit, nint(SECONDS_PER_DAY/STEP), field)
-        frequencies = [(limits%band(1) + (i - 1)*GRID, i=1, n)]
+        do k = 1, 3
+            noise(k) = coloured_noise(knowledge%accelerometer_noise(k), knowledge%accelerometer_interval, error)
+            if (.not. allocated(error) .and. .not. noise(k)%spectrum(limits%band(1)) > 0) &
+                call fail(error, 'the noise level of the accelerometer has to be positive')
+            if (allocated(error)) return
+        end do
         allocate (tones(n, 3), day(UNKNOWN, UNKNOWN, n, 3))
         do i = 1, n
-            do axis = 1, 3
-                call density_at(knowledge, axis, frequencies(i), density(axis), error)
-                if (allocated(error)) return
-            end do
+            frequency = min(limits%band(1) + (i - 1)*GRID, limits%band(2))
             do k = 1, 3
-                call set_tone(knowledge, limits, field, k, frequencies(i), tones(i, k))
-                call gather(knowledge, field, k, tones(i, k), density, day(:, :, i, k))
+                call set_tone(knowledge, limits, field, k, frequency, tones(i, k))
+                call gather(knowledge, field, k, tones(i, k), 2*noise%spectrum(frequency), day(:, :, i, k))
             end do
         end do
         best = huge(best)
@@ -135,15 +142,13 @@ contains
 
         !> What the chosen tones reach.
         subroutine judge_times()
-            real(dp) :: information(UNKNOWN, UNKNOWN, size(TIMES)), covariance(3, 3)
+            real(dp) :: information(UNKNOWN, UNKNOWN, size(TIMES)), one(UNKNOWN, UNKNOWN), covariance(3, 3)
             integer :: rod, time
 
             information = 0
             do rod = 1, 3
-                do axis = 1, 3
-                    call density_at(knowledge, axis, plan%tones(rod)%frequency, density(axis), error)
-                end do
-                call gather(knowledge, field(:, :nint(orbit%revolution/STEP)), rod, plan%tones(rod), density, one)
+                call gather(knowledge, field(:, :nint(orbit%revolution/STEP)), rod, plan%tones(rod), &
+                            2*noise%spectrum(plan%tones(rod)%frequency), one)
                 information(:, :, 1) = information(:, :, 1) + one
                 information(:, :, 2) = information(:, :, 2) + day(:, :, chosen(rod), rod)
             end do
@@ -170,22 +175,6 @@ contains
             field(:, k) = acting%field
         end do
     end subroutine find_field
-
-    !> One-sided density of the noise of an axis of the accelerometer, m^2 s^-4/Hz. Fails when the noise has no level.
-    subroutine density_at(knowledge, axis, frequency, density, error)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        integer, intent(in) :: axis
-        real(dp), intent(in) :: frequency       !! Hz
-        real(dp), intent(out) :: density
-        type(error_t), allocatable, intent(out) :: error
-
-        type(coloured_noise_t) :: noise
-
-        noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
-        if (allocated(error)) return
-        density = 2*noise%spectrum(frequency)
-        if (.not. density > 0) call fail(error, 'the noise level of the accelerometer has to be positive')
-    end subroutine density_at
 
     !> The tone of a rod at a frequency, as strong as the limits allow; a third of what all may turn is its share.
     subroutine set_tone(knowledge, limits, field, rod, frequency, tone)

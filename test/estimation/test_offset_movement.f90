@@ -90,7 +90,7 @@ contains
     end subroutine test_movement_of_arcs
 
     !> Largest gains among 99 places of white noise in three dimensions: the chance that is said of them is hardly less than that
-    !> which is found, and at most twice as large.
+    !> which is found, and at most 2.5 times as large.
     subroutine test_chance(error)
         type(error_type), allocatable, intent(out) :: error
 

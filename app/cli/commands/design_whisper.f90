@@ -4,14 +4,15 @@ module gracecg_cli_design_whisper
     use gracecg_files_file, only: output_file_t
     use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN
     use gracecg_planning_whisper, only: whisper_limits_t, whisper_plan_t, plan_whisper, TIMES
+    use gracecg_cli_console, only: quoted_word
     use gracecg_cli_work
     implicit none
     private
     public :: declare_whisper, run_whisper
 
     real(dp), parameter :: NANOMETRE = 1e-9_dp
-    character(13), parameter :: OF_A_MANOEUVRE(10) = [character(13) :: '--manoeuvre', '--at', '--anywhere', '--everywhere', &
-        '--duration', '--rods', '--waveforms', '--rate-limit', '--revolutions', '--map']
+    character(13), parameter :: OF_A_MANOEUVRE(12) = [character(13) :: '--manoeuvre', '--at', '--anywhere', '--everywhere', &
+        '--duration', '--rods', '--waveforms', '--taper', '--rise-time', '--rate-limit', '--revolutions', '--map']
 
 contains
 
@@ -42,7 +43,7 @@ contains
         type(whisper_plan_t) :: plan
         type(results_t) :: results
         type(data_table_t) :: reached
-        character(:), allocatable :: out
+        character(:), allocatable :: name
         integer :: i
 
         do i = 1, size(OF_A_MANOEUVRE)
@@ -59,17 +60,19 @@ contains
         end if
         call arguments%get('--range-limit', limits%range, misuse, low=1e-9_dp, high=1e9_dp, unit='nm')
         limits%range = limits%range*NANOMETRE
-        call arguments%get('--out', out, misuse)
         call take_study(arguments, 'front-1', console, study, misuse, error, may_rest=.true.)
         if (allocated(misuse) .or. allocated(error)) return
+        name = 'front-1'
+        if (arguments%positional_count() > 0) name = arguments%positional(1)
         associate (case => study%calibrations(1)%case)
+            if (.not. arguments%has('--amplitude')) limits%moment = min(limits%moment, case%satellite%rods%largest_moment)
             call plan_whisper(case, limits, plan, error)
             if (allocated(error)) return
             call results%open('design')
             call results%member('case', trim(case%name))
             call show(plan, limits, console, results, reached)
             call results%publish(reached, console, error)
-            if (.not. allocated(error) .and. out /= '') call write_settings(out, trim(case%name), plan, console, error)
+            if (.not. allocated(error) .and. study%path /= '') call write_settings(study%path, name, plan, console, error)
         end associate
     end subroutine run_whisper
 
@@ -106,9 +109,10 @@ contains
         end do
         call console%table(reached)
         call console%line('')
-        call console%paragraph('sigma: with leakage of the rods and the push of the air estimated. All tones turn the '// &
-                               'satellite by at most '//trim(rounded_text(plan%turn*1e6_dp, 3))//' urad, the range by '// &
-                               trim(rounded_text(plan%range/NANOMETRE, 3))//' nm (limits '// &
+        call console%paragraph('sigma: with leakage of the rods and the push of the air estimated; gains of the rods and '// &
+                               'scale of the accelerometer count as known (an error of the scale is the same part of d). '// &
+                               'All tones turn the satellite by at most '//trim(rounded_text(plan%turn*1e6_dp, 3))// &
+                               ' urad, the range by '//trim(rounded_text(plan%range/NANOMETRE, 3))//' nm (limits '// &
                                trim(rounded_text(limits%turn*1e6_dp, 3))//' urad, '// &
                                trim(rounded_text(limits%range/NANOMETRE, 3))//' nm)')
         call results%member('turn_rad', plan%turn)
@@ -117,28 +121,33 @@ contains
 
     !> A day of these tones as settings of `level1 simulate`.
     subroutine write_settings(path, name, plan, console, error)
-        character(*), intent(in) :: path, name      !! Of the file; of the case
+        character(*), intent(in) :: path, name      !! Of the file; of the case, or its file
         type(whisper_plan_t), intent(in) :: plan
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(output_file_t) :: file
-        character(120) :: line
 
         call file%open(path, error)
         if (allocated(error)) return
         call file%line('&level1_simulation   ! by gracecg design '//name//' --whisper')
         call file%line('    spans = 0, duration = 86400, rod_control = .true., control_hz = 8e-4, science_ma = 0,')
         call file%line('    firing_interval = 60, 228')
-        write (line, '(4x, a, 2(f0.5, ", "), f0.5)') 'whisper_ma = ', plan%tones%moment/USUAL_ROD_GAIN
-        call file%line(trim(line))
-        write (line, '(4x, a, 2(f0.5, ", "), f0.5)') 'whisper_hz = ', plan%tones%frequency
-        call file%line(trim(line))
+        call file%line('    whisper_ma = '//list_of(plan%tones%moment/USUAL_ROD_GAIN))
+        call file%line('    whisper_hz = '//list_of(plan%tones%frequency))
         call file%line('/')
         call file%commit(error)
         if (allocated(error)) return
         call console%line('')
-        call console%line('next: gracecg level1 simulate '//name//' --level1 '//path//' --out day; gracecg level1 estimate day '// &
-                          '--setup day/setup.nml --every 5640')
+        call console%line('next: gracecg level1 simulate '//quoted_word(name)//' --level1 '//quoted_word(path)//' --out day; '// &
+                          'gracecg level1 estimate day --setup day/setup.nml --every 5640')
     end subroutine write_settings
+
+    !> Three numbers of a namelist.
+    function list_of(numbers) result(text)
+        real(dp), intent(in) :: numbers(3)
+        character(:), allocatable :: text
+
+        text = real_text(numbers(1))//', '//real_text(numbers(2))//', '//real_text(numbers(3))
+    end function list_of
 end module gracecg_cli_design_whisper

@@ -15,7 +15,7 @@ module gracecg_estimation_information
     use gracecg_base_vectors, only: identity
     implicit none
     private
-    public :: information_t, eliminated_t, no_information, information_of, squares_of
+    public :: information_t, eliminated_t, no_information, information_of, gathered, squares_of
 
     type :: information_t
         !! About n parameters
@@ -77,13 +77,34 @@ contains
     end subroutine add
 
     !> That a parameter is 0 but for a standard deviation; where that is 0 nothing is known.
-    pure subroutine expect(self, place, sigma)
+    pure subroutine expect(self, place, sigma, at)
         class(information_t), intent(inout) :: self
         integer, intent(in) :: place        !! Of the parameter
         real(dp), intent(in) :: sigma       !! In its unit
+        real(dp), intent(in), optional :: at    !! Its value, of which the information is about corrections; absent: 0
 
-        if (sigma > 0) self%matrix(place, place) = self%matrix(place, place) + 1/sigma**2
+        if (.not. sigma > 0) return
+        self%matrix(place, place) = self%matrix(place, place) + 1/sigma**2
+        if (present(at)) self%rhs(place) = self%rhs(place) - at/sigma**2
     end subroutine expect
+
+    !> What several sources and what is known beforehand say together of corrections of the same parameters.
+    pure function gathered(sources, prior, at) result(all)
+        type(information_t), intent(in) :: sources(:)
+        real(dp), intent(in) :: prior(:)        !! A-priori standard deviations of the parameters, n; 0: none
+        real(dp), intent(in) :: at(:)           !! Values that are corrected, n
+        type(information_t) :: all
+
+        integer :: i
+
+        all = no_information(size(prior))
+        do i = 1, size(sources)
+            call all%add(sources(i))
+        end do
+        do i = 1, size(prior)
+            call all%expect(i, prior(i), at(i))
+        end do
+    end function gathered
 
     !> With x = map p + fixed: the information about p.
     pure function seen_through(self, map, fixed) result(seen)

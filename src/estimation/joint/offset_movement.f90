@@ -18,7 +18,7 @@ module gracecg_estimation_offset_movement
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_base_text, only: rounded_text
     use gracecg_environment_time, only: utc_t, seconds_between, utc_text
-    use gracecg_estimation_information, only: information_t, no_information
+    use gracecg_estimation_information, only: information_t, gathered
     implicit none
     private
     public :: movement_t, movement_of_arcs, likelier_movement, chance_of_jump, movement_words, axis_words
@@ -47,7 +47,7 @@ contains
         type(movement_t), intent(out) :: movement
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: AS_LIKELY = 6    ! Of chi square: places within it may be the jump's
+        real(dp), parameter :: AS_LIKELY = 6    ! Of chi square: places within it may be the jump's (nine in ten are: suite joint)
         type(movement_t) :: jumps(LEAST_ARCS:max(LEAST_ARCS, size(arcs) - LEAST_ARCS)), drift, likelier
         type(information_t) :: all
         real(dp), dimension(size(prior), size(prior)) :: covariance
@@ -55,14 +55,7 @@ contains
         integer :: i, k, n, best, first, last
 
         n = size(arcs)
-        all = no_information(size(prior))
-        do i = 1, n
-            call all%add(arcs(i))
-        end do
-        do k = 1, size(prior)
-            call all%expect(k, prior(k))
-            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - at(k)/prior(k)**2
-        end do
+        all = gathered(arcs, prior, at)
         call all%solve(value, covariance, error)
         if (allocated(error)) return
         movement%offset = at(:3) + value(:3)
@@ -166,7 +159,7 @@ contains
         logical :: drifts
 
         drifts = movement%kind == 'drift'
-        text = 'd '//trim(merge('drifts', 'jumps ', drifts))//' by '//&
+        text = 'd '//trim(merge('drifts', 'jumps ', drifts))//' by '// &
                trim(axis_words(movement%change/MICROMETRE, movement%sigma/MICROMETRE))//' um '// &
                trim(merge('from   ', 'between', drifts))//' '//trim(utc_text(movement%from))//' '// &
                trim(merge('to ', 'and', drifts))//' '//trim(utc_text(movement%to))

@@ -169,7 +169,7 @@ contains
         type(arc_t), intent(inout) :: arcs(:)
 
         integer, parameter :: FEWEST = 20               ! Arcs: of fewer most may be disturbed
-        real(dp), parameter :: MUCH = 1.5_dp, SIGMAS = 6    ! Times the noise of most, and beyond what so many samples may show
+        real(dp), parameter :: MUCH = 1.5_dp, SIGMAS = 6    ! Chosen: times the noise of most, and its scatter
         real(dp) :: noise(6, size(arcs))
         integer :: i, axis
 

@@ -19,7 +19,7 @@ module gracecg_estimation_arcs
     use gracecg_observations_parameters
     use gracecg_estimation_arc_problem, only: arc_t, arc_residuals_t, prepare_arc, open_arc, first_noise, find_disturbed, &
         reduce_arc, refresh_and_edit, covariance_of, LEAST_ANGLE
-    use gracecg_estimation_information, only: information_t, no_information
+    use gracecg_estimation_information, only: information_t, gathered, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
@@ -313,8 +313,7 @@ contains
         call gather_arcs(sets, options, arcs, places, result, all, error)
         if (allocated(error)) return
         do k = 1, n
-            call all%expect(k, prior(k))
-            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - result%value(k)/prior(k)**2
+            call all%expect(k, prior(k), result%value(k))
         end do
         sigma = a_priori_sigmas(sets(1)%knowledge)
         where (stated > 0) sigma = stated
@@ -494,14 +493,7 @@ contains
         real(dp) :: step(size(prior)), change(3)
         integer :: i, k
 
-        all = no_information(size(prior))
-        do i = 1, size(fit%arcs)
-            call all%add(fit%arcs(i))
-        end do
-        do k = 1, size(prior)
-            call all%expect(k, prior(k))
-            if (prior(k) > 0) all%rhs(k) = all%rhs(k) - fit%at(k)/prior(k)**2
-        end do
+        all = gathered(fit%arcs, prior, fit%at)
         fit%covariance = all%matrix
         call all%solve(step, fit%covariance, error, parameter_names(fit%shared))
         call add_context(error, 'what the arcs share')
