@@ -358,7 +358,7 @@ contains
         associate (flight => self%dynamics, acting => point%acting, rate => point%state(OMEGA))
             call flight%loads(time, point%state, acting)
             point%acceleration = flight%angular_acceleration(rate, acting)
-            point%current = flight%flowing_current(time) + flight%control_current(acting)
+            point%current = flight%flowing_current(time) + flight%control_current(time, point%state)
             point%current_rate = (flight%flowing_current(time + SAMPLE/2) - flight%flowing_current(time - SAMPLE/2) + &
                                   self%control_at(time + SAMPLE/2) - self%control_at(time - SAMPLE/2))/SAMPLE
             force = acting%drag + acting%srp + acting%erp
@@ -384,12 +384,7 @@ contains
         real(dp), intent(in) :: time        !! s
         real(dp) :: current(3)              !! mA
 
-        type(loads_t) :: acting
-
-        current = 0
-        if (.not. self%dynamics%rod_control) return
-        call self%dynamics%loads(time, self%arc%state_at(time), acting)
-        current = self%dynamics%control_current(acting)
+        current = self%dynamics%control_current(time, self%arc%state_at(time))
     end function control_at
 
     !> The offset at a time, body axes.
