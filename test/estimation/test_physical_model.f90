@@ -267,8 +267,8 @@ contains
         call check(error, index(data%warnings(size(data%warnings))%text, 'no orbit') > 0)
     end subroutine test_no_orbit
 
-    !> Moments of 0.1 Hz, known every half second: their rates, by which rods leak, are those of the sine within 0.1 % of the largest
-    !> one, at samples of 0.1 s and at means of 1 s.
+    !> Moments of 0.1 Hz, known every half second: their rates, by which rods leak, are those of the sine within 0.1 % of the
+    !> largest one, at samples of 0.1 s and at means of 1 s.
     subroutine test_moment_rates(error)
         type(error_type), allocatable, intent(out) :: error
 
