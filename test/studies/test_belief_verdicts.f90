@@ -15,7 +15,8 @@ module test_belief_verdicts
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
     use gracecg_base_quaternion, only: quaternion_product
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, begin_report, add_value, add_score, &
-        finish_report, CONFIRMED, UNTESTED, OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED
+        finish_report, CONFIRMED, UNTESTED, OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED, &
+        FIELD_AGAINST_MODEL, HEADS_APART
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
@@ -37,6 +38,8 @@ contains
                     new_unittest('samples-belong-to-one-satellite', test_other_satellite), &
                     new_unittest('a-long-arc-is-called-long', test_long_arc), &
                     new_unittest('what-is-stated-limits-what-is-unseen', test_stated), &
+                    new_unittest('what-is-stated-of-a-strange-field-limits-nothing', test_beside_the_fit), &
+                    new_unittest('no-trim-by-a-skew-magnetometer', test_skew_magnetometer), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
@@ -154,6 +157,54 @@ contains
         call check(error, maxval(abs(report%undetected(.true.) - 3*STATED*BY_ONE)) < 1e-15_dp)
         call check(error, report%values(1)%state, CONFIRMED)
     end subroutine test_stated
+
+    !> A magnetometer that does not follow the field model: what is stated of it limits nothing then, what is stated of rods
+    !> and mounting still does. Star-camera heads apart: the other way round.
+    subroutine test_beside_the_fit(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STATED = 0.005_dp, BY_ONE(3) = [1e-3_dp, 0.0_dp, 0.0_dp], INFORMATION = 100
+        type(belief_report_t) :: report
+        logical :: free(3), wanted(3)
+        integer :: subject, i, sign_of
+
+        associate (places => [ROD_GAIN, FIELD_SHEARS(3), MOUNTING_2(1)])
+            do subject = FIELD_AGAINST_MODEL, HEADS_APART
+                do sign_of = -1, 1, 2
+                    report = belief_report_t()
+                    call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
+                    do i = 1, size(places)
+                        call add_value(report, places(i), 0.0_dp, INFORMATION, STATED, BY_ONE, 2.0_dp, 3*STATED, .false.)
+                    end do
+                    call add_score(report, FIELD_AGAINST_MODEL + HEADS_APART - subject, 3.2_dp, 0.0_dp, .false.)
+                    call add_score(report, subject, sign_of*3.4_dp, 0.0_dp, .false.)
+                    call finish_report(report)
+                    free = abs(report%values%within(1) - report%values%effect(1)) <= 0
+                    wanted = [.false., subject == FIELD_AGAINST_MODEL, subject == HEADS_APART]
+                    call check(error, all(free .eqv. wanted), NOISE_SUBJECTS(subject))
+                    if (allocated(error)) return
+                end do
+            end do
+        end associate
+    end subroutine test_beside_the_fit
+
+    !> Axes z and x of the magnetometer are skew by 0.05 rad, six times what is stated and less than the fit can see: the field
+    !> model tells, and x, which is 0.1 mm off, is not trimmed.
+    subroutine test_skew_magnetometer(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(tally_t), allocatable :: tallies(:)
+        type(error_t), allocatable :: failure
+
+        call find_calibration('front-3', calibration, failure)
+        if (.not. allocated(failure)) &
+            call try_wrong_beliefs(calibration, ['optimal'], .false., [wrong_belief_t(OF_VALUE, FIELD_SHEARS(3), 0.05_dp)], &
+                                   1_i8, 1, 1, tallies, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, tallies(1)%worst > 4, 'the offset is wrong')
+        call check(error, tallies(1)%harmful, 0, 'trim')
+    end subroutine test_skew_magnetometer
 
     !> Wrong beliefs of several kinds: contradicted, and the right one named first.
     subroutine test_wrong_beliefs(error)

@@ -2,6 +2,8 @@
 module gracecg_estimation_belief_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: normal_quantile
+    use gracecg_observations_parameters, only: KIND_OF, OF_FIELD_BIAS, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, &
+        OF_FIELD_DELAY, OF_FIELD_TURN, OF_MOUNTING_1, OF_MOUNTING_2
     implicit none
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
@@ -16,7 +18,8 @@ module gracecg_estimation_belief_report
     integer, parameter :: CONTRADICTED = 3  !! By the data
     real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp   !! Probability that right beliefs are contradicted anywhere
     real(dp), parameter :: SUSPICIOUS = 3.3_dp
-    !! Score beyond which what the operator states of a value limits nothing: a sound one has it with the probability 1e-3
+    !! Score beyond which what the operator states of a value limits nothing: a sound one has it with the probability 1e-3.
+    !! Of the magnetometer and the star-camera heads also the score of what the fit does not look at
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
     !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra, and
@@ -228,7 +231,7 @@ contains
         do i = 1, size(report%values)
             associate (test => report%values(i))
                 test%within = test%effect
-                if (test%unseen > test%stated .and. abs(test%score) <= SUSPICIOUS) &
+                if (test%unseen > test%stated .and. max(abs(test%score), beside_the_fit(report, test%belief)) <= SUSPICIOUS) &
                     test%within = test%effect*(test%stated/test%unseen)
                 test%state = CONFIRMED
                 if (any(abs(test%within) > report%wanted)) test%state = UNTESTED
@@ -241,6 +244,24 @@ contains
             report%largest_within(axis) = maxloc(abs(report%values%within(axis)), 1)
         end do
     end subroutine weigh_values
+
+    !> How far the instrument that a belief is of is off what it is compared with beside the fit: the magnetometer off the
+    !> field model, the star-camera heads off each other. The size of a score; 0 for all else, and where not compared.
+    pure real(dp) function beside_the_fit(report, belief) result(score)
+        type(belief_report_t), intent(in) :: report
+        integer, intent(in) :: belief       !! The parameter's place
+
+        integer :: subject
+
+        subject = 0
+        select case (KIND_OF(belief))
+        case (OF_FIELD_BIAS, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, OF_FIELD_DELAY, OF_FIELD_TURN)
+            subject = FIELD_AGAINST_MODEL
+        case (OF_MOUNTING_1, OF_MOUNTING_2)
+            subject = HEADS_APART
+        end select
+        score = maxval([0.0_dp, pack(abs(report%noises%score), report%noises%subject == subject)])
+    end function beside_the_fit
 
     !> Takes another score for that of a value.
     pure subroutine take_score(self, i, score)
