@@ -1,15 +1,11 @@
 !> Coloured noise: the analytic spectrum against the law, the samples against the analytic ones.
 module test_coloured_noise
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_spectrum, only: power_spectrum, HANN
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
-    use fixture, only: check, check_fails
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_coloured_noise
@@ -300,17 +296,15 @@ contains
 
         shape = 1
         noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=shape), INTERVAL/2, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'last frequency', '= 5 Hz', '10'])
+        call check_fails(error, failure, [character(40) :: 'last frequency', '= 5 Hz', '10'])
         shape(30) = 1e4_dp
         noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=shape), INTERVAL, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'near', 'narrow lines'])
+        call check_fails(error, failure, [character(40) :: 'near', 'narrow lines'])
     end subroutine test_bad_tables
 
     subroutine test_arguments(error)
         type(error_type), allocatable, intent(out) :: error
-        real(dp) :: nan
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         call expect_failure(-LEVEL, 0.1_dp, TWO_SIDED, INTERVAL, 'noise level')
         call expect_failure(nan, 0.1_dp, TWO_SIDED, INTERVAL, 'noise level')
         call expect_failure(LEVEL, -0.1_dp, TWO_SIDED, INTERVAL, 'corner')
@@ -331,7 +325,7 @@ contains
 
             if (allocated(error)) return
             noise = coloured_noise(noise_spectrum_t(level, corner, sides), interval, failure)
-            call check_fails(error, message_of(failure), [word])
+            call check_fails(error, failure, [word])
         end subroutine expect_failure
     end subroutine test_arguments
 end module test_coloured_noise

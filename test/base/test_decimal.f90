@@ -1,12 +1,10 @@
 !> Decimal numbers: the nearest real number, whatever the way to it; and the digits of a real number: they read back, no
 !> fewer do, and none of that many are nearer.
 module test_decimal
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_text, only: integer_text
     use gracecg_base_decimal, only: scan_real, scan_integer, shortest_digits
     use gracecg_base_random, only: random_stream_t, new_stream
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_decimal
@@ -49,7 +47,6 @@ contains
     !> Numbers of 1 to 20 digits with exponents of -50 to 50, the point anywhere.
     subroutine test_random(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(random_stream_t) :: stream
         real(dp) :: u(4)
         character(:), allocatable :: digits, text
@@ -74,7 +71,6 @@ contains
     !> Numbers near the middle between two neighbours, where twice the precision may not tell.
     subroutine test_halfway(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(32), parameter :: HARD(10) = [character(32) :: '9007199254740993', '9007199254740992.99999999999', &
                                                 '9007199254740993.0000000001', '900719925474099301', &
                                                 '4503599627370496.5', '4503599627370497.5', '1.0000000000000002e23', &
@@ -88,7 +84,6 @@ contains
 
     subroutine test_forms(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(24), parameter :: FORMS(12) = [character(24) :: '0', '-0.0', '+7', '7.', '.5', '1e+33', '1D-3', &
                                                  '000000000000000000000001', '0.000000000000000000001', '1e-320', &
                                                  '65000', '-137.4900054931641']
@@ -101,7 +96,6 @@ contains
 
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(12), parameter :: WRONG(10) = [character(12) :: '.', '-', 'e5', '1e', '1.2.3', '1,5', 'nan', '1e400', &
                                                  '12x', '--1']
         real(dp) :: value
@@ -118,7 +112,6 @@ contains
 
     subroutine test_integers(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(24), parameter :: WRONG(6) = [character(24) :: '', '-', '1.5', '12a', '9223372036854775808', '+-1']
         integer(i8) :: value
         integer :: i, at
@@ -193,7 +186,6 @@ contains
     !> Numbers with all their bits, of most sizes that occur.
     subroutine test_samples(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(random_stream_t) :: stream
         integer :: i
 
@@ -206,7 +198,6 @@ contains
     !> Decimals of up to 15 digits come back as they were.
     subroutine test_short(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(random_stream_t) :: stream
         real(dp) :: x
         integer(i8) :: m, digits
@@ -232,7 +223,6 @@ contains
     !> Powers of two and their neighbours: below them the reals lie twice as close.
     subroutine test_powers_of_two(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer :: k
 
         do k = -90, 52
@@ -246,7 +236,6 @@ contains
     !> Numbers too large or too small for the quick way.
     subroutine test_far(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: X(5) = [1e17_dp, 1e-29_dp, 1e22_dp/7, tiny(1.0_dp), huge(1.0_dp)]
         integer :: i
 

@@ -1,13 +1,11 @@
 !> The parallel loop: every piece once, the same results with any number of threads, and the failure of the
 !> first piece that fails.
 module test_parallel
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail
+    use vocabulary
+    use gracecg_base_error, only: fail
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_parallel
@@ -71,7 +69,6 @@ contains
 
     subroutine test_once(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(error_t), allocatable :: failure
 
@@ -83,7 +80,6 @@ contains
 
     subroutine test_threads(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: one, other
         type(error_t), allocatable :: failure
         integer :: threads
@@ -101,7 +97,6 @@ contains
     !> That with the lowest number, whichever fails first in time; all pieces before it are done.
     subroutine test_failure(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(error_t), allocatable :: failure
         integer :: threads, attempt
@@ -121,7 +116,6 @@ contains
 
     subroutine test_nothing(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(error_t), allocatable :: failure
 
@@ -148,7 +142,6 @@ contains
     !> What was begun is ended, what was not is not, and the failure says how many are done.
     subroutine test_stop(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t), target :: sums
         type(listener_t) :: listener
         type(error_t), allocatable :: failure
@@ -170,7 +163,6 @@ contains
     !> Pieces, parts of a larger work, and percentages; many pieces are shown a few times only.
     subroutine test_line(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(listener_t) :: listener
         type(error_t), allocatable :: failure

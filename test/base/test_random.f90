@@ -1,12 +1,10 @@
 !> The random numbers: published vectors, independence of streams, distributions.
 module test_random
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES
     use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32
     use statistics, only: Z_999, mean, correlation, chi_square_limits, ljung_box
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_random

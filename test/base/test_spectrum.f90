@@ -1,14 +1,11 @@
 !> The power spectrum: conservation of power, lines, the level of known noise, gaps.
 module test_spectrum
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_base_spectrum
     use statistics, only: Z_999
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_spectrum
@@ -76,7 +73,6 @@ contains
     !> its frequency; in white noise of variance 1 a single line has the mean 2.
     subroutine test_strongest(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: SPACING = 1/240.0_dp, TONE = 20*SPACING
         integer, parameter :: SERIES = 2000
         type(random_stream_t) :: stream
@@ -120,8 +116,7 @@ contains
         do trial = 1, 3
             corner = merge(0.1_dp, 0.0_dp, trial == 1)
             noise = coloured_noise(noise_spectrum_t(1e-18_dp, corner, TWO_SIDED), H, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             stream = new_stream(99, 1, 1, trial, 1)
             allocate (x(N))
             call noise%generate(stream, x)

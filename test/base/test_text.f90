@@ -1,10 +1,8 @@
 !> Text helpers: strict numbers, and numbers as text that read back exactly.
 module test_text
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_text
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_text

@@ -1,11 +1,10 @@
 !> Commands run in this process, with what they say captured.
 module command_fixture
+    use vocabulary
     use gracecg_base_text, only: split_words
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE
     use gracecg_level1_commands, only: level1_commands
-    use testdrive, only: error_type
-    use fixture, only: check
     implicit none
     private
     public :: run, succeeds, refused

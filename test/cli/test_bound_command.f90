@@ -1,7 +1,6 @@
 !> `gracecg bound`, and what `estimate` and `montecarlo` say of `optimal`.
 module test_bound_command
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
+    use vocabulary
     use gracecg_base_text, only: string_t, split
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
@@ -9,8 +8,6 @@ module test_bound_command
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_bound_command
@@ -32,7 +29,6 @@ contains
 
     subroutine test_csv(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(string_t), allocatable :: rows(:), fields(:)
         type(case_t) :: case
         type(case_bound_t) :: bound
@@ -63,7 +59,6 @@ contains
 
     subroutine test_text(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: FLAG = 'estimate_scale_factors = ', NO = '.false.'
         character(:), allocatable :: output, messages, case_text
         integer :: status, first
@@ -75,7 +70,7 @@ contains
         call check(error, index(output, 'estimated, too') == 0)
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, FLAG) + len(FLAG)
-        call make_file(error, 'scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
+        call make_file('scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
         call run('bound '//FOLDER//'scaled.nml', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
         call check_fails(error, output, [character(58) :: 'a-priori sigmas of scale factors, which are estimated, too', &
@@ -84,7 +79,6 @@ contains
 
     subroutine test_wrong(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: output, messages, case_text
         integer :: status, first, last
 
@@ -93,7 +87,7 @@ contains
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, 'noise_level')
         last = first + index(case_text(first:), LF) - 2
-        call make_file(error, 'negative.nml', case_text(:first - 1)//'noise_level = -1e-20, 1e-18, 1e-20'// &
+        call make_file('negative.nml', case_text(:first - 1)//'noise_level = -1e-20, 1e-18, 1e-20'// &
                        case_text(last + 1:))
         call run('bound '//FOLDER//'negative.nml', status, output, messages)
         call check(error, status, STATUS_FAILED)
@@ -105,11 +99,10 @@ contains
 
     subroutine test_files(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: output, messages
         integer :: status
 
-        call make_folder(error)
+        call make_folder()
         call run('simulate front-1 --out '//FOLDER//'optimal-run', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
         call run('estimate '//FOLDER//'optimal-run --algorithm optimal', status, output, messages)
@@ -121,7 +114,6 @@ contains
 
     subroutine test_montecarlo(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: output, messages
         integer :: status
 

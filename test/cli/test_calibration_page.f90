@@ -2,8 +2,7 @@
 !> Python test/fixtures/page_maker.sh makes the page here: it is a copy of the JSON. The pages: python/tests/test_pages.py.
 module test_calibration_page
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_text, only: string_t
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
     use gracecg_files_json, only: read_json_numbers
@@ -12,8 +11,6 @@ module test_calibration_page
     use gracecg_estimation_solution, only: solution_t
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
     use command_fixture, only: run
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_file, read_content, check_passes
     implicit none
     private
     public :: collect_calibration_page
@@ -208,7 +205,7 @@ contains
         call observe(error, RUN_1)
         call get_environment_variable(PYTHON_VARIABLE, usual)
         do i = 1, size(PYTHONS)
-            if (.not. allocated(error)) call make_file(error, 'bare.html', 'an older page')
+            if (.not. allocated(error)) call make_file('bare.html', 'an older page')
             set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(PYTHONS(i))//c_null_char, 1_c_int)
             call run('estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', status, output, messages)
             set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(usual)//c_null_char, 1_c_int)
@@ -245,7 +242,7 @@ contains
         call read_content(error, FOLDER//'page-astray/options.nml', knowledge)
         if (allocated(error)) return
         place = index(knowledge, KEY) + len(KEY)
-        call make_file(error, 'page-astray/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
+        call make_file('page-astray/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
         call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --options '//FOLDER// &
                  'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
@@ -276,7 +273,7 @@ contains
         if (allocated(error)) return
         call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER, status, output, messages)
         call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'is a folder') > 0, messages)
-        if (.not. allocated(error)) call make_file(error, 'blocked_files', 'in the way')
+        if (.not. allocated(error)) call make_file('blocked_files', 'in the way')
         call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER//'blocked.html', status, output, messages)
         call check(error, status == STATUS_FAILED .and. index(messages, 'blocked_files: cannot make this folder') > 0, &
                    messages)
@@ -307,7 +304,7 @@ contains
             call check(error, status == STATUS_FAILED .and. index(messages, 'would destroy it; name another file') > 0, messages)
             do k = 1, size(INPUTS)
                 if (.not. allocated(failure)) call read_text_file(RUN_2//'/'//trim(INPUTS(k)), after, failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
                 call check(error, after%text == before(k)%text, trim(OUTPUTS(i))//' has changed '//INPUTS(k))
             end do
         end do
@@ -326,9 +323,8 @@ contains
                  messages)
         call check(error, status == 0, messages)
         call read_text_file(FOLDER//'page-bad/accelerometer.csv', samples, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call make_file(error, 'page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
+        if (failed(error, failure)) return
+        call make_file('page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
                        samples%text(samples%last(20) + 1:))
         call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
                  messages)
@@ -358,7 +354,7 @@ contains
             text = text(:place - 1)//KEY//'14'//text(place + len(KEY//'30'):)
             place = index(text, KEY//'30')
         end do
-        call make_file(error, 'page-refused/setup.nml', text)
+        call make_file('page-refused/setup.nml', text)
         do i = 1, size(ALGORITHMS)
             if (allocated(error)) return
             call run('estimate '//FOLDER//'page-refused --algorithm '//trim(ALGORITHMS(i))//' --report '//FOLDER// &

@@ -1,14 +1,11 @@
 !> Cases on the command line: the list, files of them, whole and broken, edited ones, and what refuses a case.
 module test_case_commands
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_text, only: string_t, split, split_words, real_text
     use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, remove_file
-    use gracecg_base_error, only: error_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_file, make_folder, check_same_files
     implicit none
     private
     public :: collect_case_commands
@@ -75,7 +72,7 @@ contains
             if (allocated(error)) return
             associate (name => REPORT_CASE_NAMES(i))
                 call succeeds(error, 'cases show '//name, output)
-                call make_file(error, 'case.nml', output)
+                call make_file('case.nml', output)
                 call succeeds(error, 'simulate '//name//' --out '//FOLDER//'named', output)
                 call succeeds(error, 'simulate '//FOLDER//'case.nml --out '//FOLDER//'filed', output)
             end associate
@@ -95,7 +92,7 @@ contains
         call succeeds(error, 'cases show front-3', output)
         if (allocated(error)) return
         at = index(output, 'front-3')
-        call make_file(error, 'case.nml', output(:at - 1)//NAME//output(at + len('front-3'):))
+        call make_file('case.nml', output(:at - 1)//NAME//output(at + len('front-3'):))
         call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', &
                       output)
         call check(error, index(output, LF//NAME//'  ascrest    x  ') > 0, output)
@@ -146,7 +143,7 @@ contains
                 if (index(adjustl(good%line(line)), key) == 1) exit
             end do
             call check(error, line <= good%line_count(), 'no key '//key)
-            call make_file(error, 'broken.nml', good%text(:good%first(line) - 1)//text// &
+            call make_file('broken.nml', good%text(:good%first(line) - 1)//text// &
                            good%text(good%last(line) + 1:))
             call refused(error, 'simulate '//FOLDER//'broken.nml --out '//FOLDER//'broken', &
                          STATUS_FAILED, parts)
@@ -165,10 +162,9 @@ contains
         call succeeds(error, 'cases show front-1', text)
         if (allocated(error)) return
         place = index(text, 'amplitude = 30 ')
-        call make_file(error, 'edited.nml', text(:place - 1)//'amplitude = 10 '//text(place + 15:))
-        if (allocated(error)) return
+        call make_file('edited.nml', text(:place - 1)//'amplitude = 10 '//text(place + 15:))
         place = index(text, 'front-1')
-        call make_file(error, 'renamed.nml', text(:place - 1)//'mine'//text(place + 7:))
+        call make_file('renamed.nml', text(:place - 1)//'mine'//text(place + 7:))
         call succeeds(error, 'verify --cases '//FOLDER//'edited.nml,'//FOLDER//'renamed.nml', output)
         call check(error, index(output, 'front-1, edited: not the case of the report'//achar(10)) > 0, output)
         call check(error, index(output, 'mine: curves and the printed axis') > 0, output)
@@ -199,7 +195,7 @@ contains
         character(:), allocatable :: output, messages
         integer :: status
 
-        call make_file(error, 'own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
+        call make_file('own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
         call succeeds(error, 'timing '//OWN//' --step 600', output)
         call check(error, index(output, 'best all') > 0, output)
         call succeeds(error, 'verify '//OWN, output)
@@ -207,9 +203,9 @@ contains
         call check(error, index(output, '     3.000  ') > 0 .and. index(output, '30.000  ') == 0, output)
         call succeeds(error, 'simulate '//FOLDER//'own-best.nml --out '//FOLDER//'own-run', output)
         call refused(error, 'design '//OWN//' --amplitude 4', STATUS_FAILED, [character(60) :: 'at most 3 A m^2 (largest_moment'])
-        call make_file(error, 'own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT)
+        call make_file('own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT)
         call refused(error, 'timing '//OWN, STATUS_FAILED, [character(60) :: "space_weather = 'given'", "space_weather = 'file'"])
-        call make_file(error, 'own.nml', BEGINNING//'2031-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
+        call make_file('own.nml', BEGINNING//'2031-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
         call run('timing '//OWN//' --step 600', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'is extrapolated: igrf14 ends') > 0, messages)
     end subroutine test_own_satellite
@@ -229,14 +225,14 @@ contains
 
         call succeeds(error, 'cases show front-1', case)
         i = index(case, 'noise_table = ''''')
-        call make_file(error, 'table.nml', case(:i + 13)//''''//FOLDER//'noise.csv'''//case(i + 16:))
+        call make_file('table.nml', case(:i + 13)//''''//FOLDER//'noise.csv'''//case(i + 16:))
         rows = ''
         do i = 1, 50
             f = 1e-4_dp*5e4_dp**((i - 1)/49.0_dp)
             rows = rows//real_text(f)//','//density(1e-20_dp, 0.005_dp)//','//density(1e-18_dp, 0.1_dp)//','// &
                    density(1e-20_dp, 0.005_dp)//LF
         end do
-        call make_file(error, 'noise.csv', HEADER//rows)
+        call make_file('noise.csv', HEADER//rows)
         call succeeds(error, 'bound front-1 --format csv', formula)
         call succeeds(error, 'bound '//FOLDER//'table.nml --format csv', table)
         call compare(2)
@@ -249,7 +245,7 @@ contains
         do i = 1, size(ALGORITHMS)
             call run('estimate '//FOLDER//'formula --format csv --algorithm '//trim(ALGORITHMS(i)), status, of_formula(i)%text, set)
         end do
-        call make_file(error, 'formula/setup.nml', setup%text)
+        call make_file('formula/setup.nml', setup%text)
         do i = 1, size(ALGORITHMS)
             call run('estimate '//FOLDER//'formula --format csv --algorithm '//trim(ALGORITHMS(i)), status, table, set)
             formula = of_formula(i)%text
@@ -297,7 +293,7 @@ contains
             character(100) :: parts(1)
 
             parts(1) = part
-            call make_file(error, 'noise.csv', 'frequency_hz,a_m_s2_sqrt_hz'//LF//text)
+            call make_file('noise.csv', 'frequency_hz,a_m_s2_sqrt_hz'//LF//text)
             call refused(error, 'bound '//FOLDER//'table.nml', STATUS_FAILED, parts)
         end subroutine broken
     end subroutine test_noise_table
@@ -315,7 +311,7 @@ contains
         call change('rotation = ''given''', 'rotation = ''gmst-1982''')
         call change('magnetic_field = ''igrf95''', 'magnetic_field = ''igrf14''')
         call change('space_weather = ''table''', 'space_weather = ''given''')
-        call make_file(error, 'later.nml', text)
+        call make_file('later.nml', text)
         call succeeds(error, 'simulate '//FOLDER//'later.nml --out '//FOLDER//'next-run', output)
         call follow()
         call succeeds(error, 'design '//FOLDER//'next-run --out '//FOLDER//'next.nml', output)
@@ -323,7 +319,7 @@ contains
         call change('duration = 60 ', 'duration = 180 ')
         call change('amplitude = 30 ', 'amplitude = 25 ')
         call change('amplitude = 30 ', 'amplitude = 25 ')
-        call make_file(error, 'held.nml', text//LF//'&control /')
+        call make_file('held.nml', text//LF//'&control /')
         call succeeds(error, 'simulate '//FOLDER//'held.nml --out '//FOLDER//'held-run', output)
         call check(error, index(output, '--algorithm optimal --arc 60') > 0, output)
         call follow()
@@ -362,7 +358,6 @@ contains
     !> warning.
     subroutine test_rods_off(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: text, messages, output
         integer :: place, status
 
@@ -373,7 +368,7 @@ contains
             if (place == 0) exit
             text = text(:place - 1)//'amplitude = 0'//text(place + len('amplitude = 30'):)
         end do
-        call make_file(error, 'off.nml', text)
+        call make_file('off.nml', text)
         call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, &
                      [character(W) :: 'all torque rods are off'])
         call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, [character(W) :: 'all torque rods are off'])
@@ -456,13 +451,13 @@ contains
         character(:), allocatable :: text, output, messages
         integer :: place, status
 
-        call make_folder(error)
+        call make_folder()
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'keeps', output)
         call succeeds(error, 'cases show front-1', text)
         ! of the accelerometer, which comes first
         call change('limited = .false.', 'limited = .true.')
         call change('range = 0.00005', 'range = 0.00002')
-        call make_file(error, 'beyond.nml', text)
+        call make_file('beyond.nml', text)
         call run('simulate '//FOLDER//'beyond.nml --out '//FOLDER//'beyond', status, output, messages)
         call check(error, status == STATUS_DONE, messages)
         call says('accelerometer: 600 of 600 samples are cut off at its full scale')
@@ -492,7 +487,7 @@ contains
         character(:), allocatable :: text, output
         integer :: place
 
-        call make_folder(error)
+        call make_folder()
         call succeeds(error, 'timing --step 600', output)
         call check(error, index(output, 'case 2    1400  00:23:20') > 0 .and. &
                    index(output, 'case 3    2658  00:44:18') > 0, output)
@@ -513,7 +508,7 @@ contains
         call check(error, place > 0, text)
         if (allocated(error)) return
         text = text(:place - 1)//'density = ''none'''//text(place + len('density = ''dtm77'''):)
-        call make_file(error, 'leap.nml', text)
+        call make_file('leap.nml', text)
         call succeeds(error, 'timing '//FOLDER//'leap.nml --step 600 --format csv', output)
         call check(error, index(output, LF//'600,1990-12-31T23:59:60,') > 0 .and. &
                    index(output, LF//'1200,1991-01-01T00:09:59,') > 0, output)

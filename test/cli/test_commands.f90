@@ -1,8 +1,7 @@
 !> The commands, run in this process with what they say captured: usage, help, formats, what cannot be written,
 !> and the commands that have no tests of their own.
 module test_commands
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, split, split_words
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory
@@ -13,8 +12,6 @@ module test_commands
     use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use command_fixture, only: run, succeeds, refused
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_file, make_folder, read_content, check_passes
     implicit none
     private
     public :: collect_commands
@@ -206,7 +203,7 @@ contains
             end do
         end do
         call read_csv(FOLDER//'curves/verify_back-3.csv', columns, table, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, size(table, 1), 601)
         if (allocated(error)) return
         ! a_total = a_vel + a_gg + a_acc
@@ -230,8 +227,7 @@ contains
 
         if (allocated(error)) return
         call read_text_file(FOLDER//name, file, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         rest = ''
         do i = 1, file%line_count()
             fields = split(file%line(i), ',')
@@ -244,7 +240,7 @@ contains
             end do
             rest = rest//LF
         end do
-        call make_file(error, name, rest)
+        call make_file(name, rest)
     end subroutine drop_utc
 
     pure integer function longest_line(text) result(longest)
@@ -264,7 +260,6 @@ contains
     !> The designed case is a case like any other; the map has its columns; contradictions are refused.
     subroutine test_design_command(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: QUICK = 'design --frequencies 0.1 0.1 --waveforms sine --threads 1 '
         character(:), allocatable :: output
         real(dp), allocatable :: table(:, :)
@@ -273,7 +268,7 @@ contains
             'longitude_deg', 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'worst_sigma_mm', 'worst_x', 'worst_y', &
             'worst_z']
 
-        call make_folder(error)
+        call make_folder()
         call succeeds(error, QUICK//'back-1 --at 1400 --out '//FOLDER// &
                       'design.nml --map '//FOLDER//'map.csv --step 600', output)
         call check(error, index(output, 'this manoeuvre') > 0 .and. index(output, '5, 6, 7 cycles') > 0 .and. &
@@ -310,12 +305,11 @@ contains
     !> Tones all the time: a table of what they reach, members of JSON, a file that `level1 simulate` reads with what was printed.
     subroutine test_whisper_command(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: level1
         type(error_t), allocatable :: failure
         character(:), allocatable :: output
 
-        call make_folder(error)
+        call make_folder()
         call succeeds(error, 'design front-3 --whisper --amplitude 0.5 --out '//FOLDER//'tones.nml', output)
         call check(error, index(output, 'week') > 0 .and. index(output, 'next: gracecg level1 simulate front-3') > 0, output)
         if (allocated(error)) return
@@ -349,7 +343,7 @@ contains
         call drop_utc(error, 'back.csv')
         if (allocated(error)) return
         call read_csv(FOLDER//'back.csv', COLUMNS, table, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, size(table, 1), 19)
         call check(error, table(19, 1), 5400.0_dp)
         if (allocated(error)) return
@@ -367,7 +361,7 @@ contains
         character(*), parameter :: UNWRITABLE(1) = ['/proc/gracecg: cannot be written']
         character(:), allocatable :: output
 
-        call make_file(error, 'a-file', 'text')
+        call make_file('a-file', 'text')
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file/run', STATUS_FAILED, &
                      [character(W) :: 'a-file: cannot make this folder: a file of that name'])
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file', STATUS_FAILED, &
@@ -468,7 +462,7 @@ contains
         character(:), allocatable :: output
         integer :: i
 
-        call make_folder(error)
+        call make_folder()
         do i = 1, size(LINES)
             if (allocated(error)) return
             if (index(LINES(i), 'map.csv') > 0) then
@@ -497,7 +491,6 @@ contains
     !> Level-1 files are listed, shown, converted and checked; a broken one among others is told.
     subroutine test_level1(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: DAY = FOLDER//'level1-day', TNK = 'TNK1B_2020-02-01_C_04', MAS = 'MAS1B_2020-02-01_C_04'
         character(*), parameter :: HEAD = 'header:'//LF//'    platform: GRACE C'//LF//'# End of YAML header'//LF
         character(:), allocatable :: output
@@ -506,9 +499,9 @@ contains
         integer :: status
 
         call make_directory(DAY, failure)
-        call make_file(error, 'level1-day/'//TNK//'.txt', HEAD//'633798000 250000 G C 2 00000100 00000011 221.75 1.5'//LF// &
+        call make_file('level1-day/'//TNK//'.txt', HEAD//'633798000 250000 G C 2 00000100 00000011 221.75 1.5'//LF// &
                        '633798001 250000 G C 2 00000000 00000001 221.5'//LF)
-        call make_file(error, 'level1-day/'//MAS//'.txt', HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
+        call make_file('level1-day/'//MAS//'.txt', HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
                        '633802200 0 G C 00000000 11000000 13.4990234375 13.248046875'//LF)
         call succeeds(error, 'level1 list '//DAY//' --format csv', output)
         call check(error, index(output, TNK//'.txt,TNK1B,C,text,2,633798000.25,633798001.25,2020-02-01T03:00:00.250000,'// &
@@ -523,7 +516,7 @@ contains
         call succeeds(error, 'level1 check '//DAY//' --format csv', output)
         call check(error, index(output, 'quantity,value,unit,verdict'//LF//'gas_used_1,0.0009765625,kg,ok'//LF// &
                                 'gas_used_2,0.001953125,kg,ok') > 0, output)
-        call make_file(error, 'level1-day/'//MAS//'.txt', HEAD//'633798600 0 G'//LF)
+        call make_file('level1-day/'//MAS//'.txt', HEAD//'633798600 0 G'//LF)
         call refused(error, 'level1 dump '//DAY//'/'//MAS//'.txt', STATUS_FAILED, [character(W) :: MAS//'.txt:4', &
                                                                                    'field id of MAS1B'])
         ! In a list the others are shown all the same.
@@ -541,9 +534,8 @@ contains
         type(console_t) :: console
         integer :: status
 
-        call make_folder(error)
-        call make_file(error, 'a-file', 'x')
-        if (allocated(error)) return
+        call make_folder()
+        call make_file('a-file', 'x')
         console%captured = .true.
         call run_command_line([string_t('simulate'), string_t('front-1'), string_t('--out'), string_t('')], console, status)
         call check(error, status == STATUS_MISUSED .and. index(console%messages, 'the value DIR is empty') > 0, console%messages)

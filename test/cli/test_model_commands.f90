@@ -1,13 +1,11 @@
 !> The commands of `model`: their numbers, and places where no model holds.
 module test_model_commands
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
     use gracecg_base_text, only: string_t, split, parse_real
     use gracecg_files_file, only: text_file_t, text_file_of
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check
     implicit none
     private
     public :: collect_model_commands

@@ -1,16 +1,13 @@
 !> gracecg report: the numbers that the page is made of (test/fixtures/page_maker.sh stands for Python).
 !> tools/check_report.py looks at the page.
 module test_report
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_text, only: real_text, share_text, pick_text
     use gracecg_files_file, only: file_exists, make_directory, remove_file
     use gracecg_studies_table_report_rms, only: RMS_VALUES
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_cli_campaign_tables, only: percent_text
     use command_fixture, only: run, refused
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, make_file, read_content, check_passes
     implicit none
     private
     public :: collect_report
@@ -48,7 +45,7 @@ contains
     subroutine test_wrong_usage(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call make_file(error, 'in-the-way', 'a file')
+        call make_file('in-the-way', 'a file')
         call refused(error, 'report', STATUS_MISUSED, ['--out'])
         call refused(error, 'report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, ['--runs'])
         call refused(error, 'report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, ['--threads'])
@@ -67,9 +64,9 @@ contains
         integer :: status
 
         call make_directory(PATH//'com_budget.csv', failure)        ! in the way of the second table
-        call check_passes(error, message_of(failure))
-        call make_file(error, 'stopped-report/index.html', 'a page of before')
-        call make_file(error, 'stopped-report/result.json', '{}')
+        call check_passes(error, failure)
+        call make_file('stopped-report/index.html', 'a page of before')
+        call make_file('stopped-report/result.json', '{}')
         call run('report --runs 15 --out '//FOLDER//'stopped-report', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
         call check(error, index(messages, 'com_budget.csv') > 0, messages)
@@ -108,7 +105,7 @@ contains
         real(dp) :: value
         integer :: status, i
 
-        call make_folder(error)
+        call make_folder()
         path = FOLDER//'report/'
         call remove_file(path//'index.html')
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)

@@ -1,7 +1,6 @@
 !> `simulate` and `estimate` on the command line: what they write, and what an estimate says of itself.
 module test_run_commands
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, split, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory, remove_file
@@ -9,8 +8,6 @@ module test_run_commands
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run, succeeds, refused
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, check_fails, FOLDER, make_file, read_content, check_passes
     implicit none
     private
     public :: collect_run_commands
@@ -56,7 +53,7 @@ contains
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'run2/accelerometer.csv', ACCELEROMETER, noisy_2, failure)
         if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, rows%comments(1)%text == 'gracecg '//VERSION//' simulate' .and. &
                    rows%comments(2)%text == 'case front-3, seed 5, run 1')
         call check(error, size(truth_1, 1) == 601 .and. size(noisy_1, 1) == 600)
@@ -73,7 +70,7 @@ contains
         type(error_t), allocatable :: failure
 
         call make_directory(BLOCKED//'/options.nml', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call refused(error, 'simulate front-3 --out '//BLOCKED, STATUS_FAILED, [character(11) :: 'options.nml', 'is a folder'])
         call check(error, .not. any([file_exists(BLOCKED//'/truth.csv'), file_exists(BLOCKED//'/setup.nml'), &
                                      file_exists(BLOCKED//'/accelerometer.csv')]))
@@ -157,7 +154,7 @@ contains
                 if (index(names(i)%text, '_rad_s') > 0 .and. index(names(i)%text, 'wd') == 0) rates = rates//' '//values(i)%text
             end do
             call read_text_file(FOLDER//'run4/setup.nml', setup, failure)
-            call make_file(error, 'run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
+            call make_file('run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
                            ' sigma = 3*1e-8 /'//new_line('a'))
             call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
             call check(error, status == STATUS_NOT_TO_BE_USED .and. index(messages, 'from other means') > 0, messages)
@@ -203,7 +200,7 @@ contains
         call check(error, status, STATUS_DONE, messages)
         if (allocated(error)) return
         call read_csv(FILE, COLUMNS, table, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, size(table, 1), 601)
         if (allocated(error)) return
         text = text_file_of(output, 'output')
@@ -234,7 +231,7 @@ contains
         call read_content(error, FOLDER//'lost/options.nml', knowledge)
         if (allocated(error)) return
         place = index(knowledge, KEY) + len(KEY)
-        call make_file(error, 'lost/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
+        call make_file('lost/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
         call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv --options '//FOLDER// &
                  'lost/options.nml', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
@@ -255,11 +252,11 @@ contains
         if (allocated(error)) return
         call read_content(error, FOLDER//'old/setup.nml', setup)
         call read_content(error, FOLDER//'old/options.nml', options)
-        call make_file(error, 'old/setup.nml', setup//options)
+        call make_file('old/setup.nml', setup//options)
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
         call check(error, output == told .and. output /= untold, 'the groups of the setup count')
-        call make_file(error, 'old/empty.nml', '&estimation /')
+        call make_file('old/empty.nml', '&estimation /')
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &
                  status, output, messages)
         call check(error, output == untold, '--options takes their place')

@@ -1,8 +1,7 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, split_words
     use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, make_directory
     use gracecg_estimation_options, only: estimation_options_t
@@ -21,8 +20,6 @@ module test_studies
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_MISUSED
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, check_passes
     implicit none
     private
     public :: collect_studies
@@ -61,7 +58,7 @@ contains
         call report_case(name, case, failure)
         if (.not. allocated(failure)) call new_switched_simulator(case, study_switches(study), simulator, &
                                                                   failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine prepare
 
     pure function first_runs(n) result(runs)
@@ -85,8 +82,7 @@ contains
             call prepare(error, 'front-1', STUDY_NAMES(i), simulator)
             if (allocated(error)) return
             call observe(simulator, 1, 1, off, failure, only_used_head=.true.)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             if (i == 1) all_noise = off
             same = [all(abs(off%acceleration - all_noise%acceleration) <= 0), &
                     all(abs(off%quaternion - all_noise%quaternion) <= 0), &
@@ -149,8 +145,7 @@ contains
             call prepare(error, 'front-1', STUDY_NAMES(i), simulator)
             if (allocated(error)) return
             call predict_errors(simulator, 'ascfest', estimation_options_t(), prediction, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             rms(:, i) = prediction%rms/MILLIMETRE
             call check(error, all(rms(:, i) < 1.1_dp*AXIS_LIMIT), STUDY_NAMES(i))
             call check(error, all(rms(:, i) < 1.001_dp*rms(:, 1)), STUDY_NAMES(i))
@@ -175,8 +170,7 @@ contains
         call prepare(error, 'front-2', 'all-noise', simulator)
         if (allocated(error)) return
         call observe(simulator, 1, 1, observations, failure, only_used_head=.true.)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         do run = 1, 100
             call model%alter(simulator, 1_i8, run, observations)
             do i = 1, 60
@@ -205,8 +199,7 @@ contains
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(rms < 1.03_dp*prediction%rms), 'case 2')
 
         call prepare(error, 'front-3', 'all-noise', simulator)
@@ -217,8 +210,7 @@ contains
         if (.not. allocated(failure)) &
             call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, first_runs(100), 2, &
                                                            results, failure, field_model_t())
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(rms(2:3) < 1.03_dp*prediction%rms(2:3)), 'case 3')
         call check(error, rms(1) > 1.2_dp*prediction%rms(1), 'x feels the field')
         statistics = statistics_of(results%offset, simulator%case%satellite%offset)
@@ -238,8 +230,7 @@ contains
         settings%threshold = 0.15_dp*MILLIMETRE
         if (.not. allocated(failure)) &
             call trim_offset(case, 'assest-fde', estimation_options_t(), settings, rounds, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         n = size(rounds)
         call check(error, n > 1 .and. n < settings%rounds)
         call check(error, all(abs(rounds(n)%estimate) < settings%threshold))
@@ -262,8 +253,7 @@ contains
         settings%by_sigma = .true.
         if (.not. allocated(failure)) &
             call trim_offset(case, 'assest-fde', report_options('front-3'), settings, rounds, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         n = size(rounds)
         call check(error, n > 1 .and. all(abs(rounds(n)%estimate) < 3*rounds(n)%sigma))
         call check(error, any(abs(rounds(n - 1)%estimate) >= 3*rounds(n - 1)%sigma))
@@ -292,8 +282,7 @@ contains
         settings%balance_error = 0
         if (.not. allocated(failure)) &
             call trim_offset(case, 'ascrest', estimation_options_t(), settings, rounds, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(rounds), 2)
         if (allocated(error)) return
         call check(error, maxval(abs(rounds(2)%offset - (rounds(1)%offset - rounds(1)%estimate))), 0.0_dp, &
@@ -344,13 +333,12 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
+        call make_folder()
         if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 '// &
                                                   '--out loss.csv', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'loss.csv', file, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, index(file%line(2), 'back-2,ascfest,measured,x,1,'), 1, file%line(2))
         call check(error, index(file%line(25), 'back-3,ascrest,model,z,1,'), 1, file%line(25))
     end subroutine test_back_labels
@@ -365,7 +353,7 @@ contains
         integer :: i, k
         logical :: in_example
 
-        call make_folder(error)
+        call make_folder()
         do i = 1, size(COMMANDS)
             if (allocated(error)) return
             call succeeds(error, trim(COMMANDS(i))//' --help', output)
@@ -389,7 +377,7 @@ contains
         character(:), allocatable :: output, messages
         integer :: status
 
-        call make_folder(error)
+        call make_folder()
         if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --out t.csv --runs-out r.csv', output)
         if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --shard 1/2 --runs-out r1.csv', output)
         if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --shard 2/2 --runs-out r2.csv', output)

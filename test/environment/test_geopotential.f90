@@ -1,15 +1,12 @@
 !> The geopotential: identities, independently computed values, and the reader of .gfc files.
 module test_geopotential
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc
     use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_geopotential
@@ -113,7 +110,7 @@ contains
         c(:, 0) = [1.0_dp, 0.0_dp, -J2/sqrt(5.0_dp)]
         s = 0
         call new_geopotential('oblate', MU, RADIUS, c, s, 2, 0, model, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do i = 1, size(PLACES, 2)
             r = norm2(PLACES(:, i))
             ratio = (PLACES(3, i)/r)**2
@@ -138,8 +135,7 @@ contains
         allocate (c(0:N, 0:N), s(0:N, 0:N), source=0.0_dp)
         c(N, 0) = 0.5_dp
         call new_geopotential('zonal', MU, RADIUS, c, s, N, 0, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call model%potential([0.0_dp, 0.0_dp, R], u)
         call check(error, u, MU/R*(RADIUS/R)**N*c(N, 0)*sqrt(2.0_dp*N + 1), &
                    thr=1e-12_dp, rel=.true.)
@@ -147,8 +143,7 @@ contains
         c(N, 0) = 0
         s(N, N) = 0.25_dp
         call new_geopotential('sectorial', MU, RADIUS, c, s, N, N, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         sectorial = sqrt(2*product([((2*k + 1)/(2.0_dp*k), k=1, N)]))
         call model%potential(R*[cos(LONGITUDE), sin(LONGITUDE), 0.0_dp], u)
         call check(error, u, MU/R*(RADIUS/R)**N*s(N, N)*sectorial*sin(N*LONGITUDE), &
@@ -334,16 +329,15 @@ contains
     subroutine test_no_number(error)
         type(error_type), allocatable, intent(out) :: error
         type(geopotential_t) :: model
-        real(dp) :: u, a(3), tensor(3, 3), nan
+        real(dp) :: u, a(3), tensor(3, 3)
         real(dp), dimension(3, size(PLACES, 2)) :: places_of, many, expected
         integer :: axis, i
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         call make_egm96(20, 20, model, error)
         call model%accelerations(PLACES, expected)
         do axis = 1, 3
             places_of = PLACES
-            places_of(axis, 2) = nan
+            places_of(axis, 2) = NAN
             call model%all_derivatives(places_of(:, 2), u, a, tensor)
             call check(error, ieee_is_nan(u) .and. all(ieee_is_nan(a)) .and. all(ieee_is_nan(tensor)), 'a number at no place')
             call model%accelerations(places_of, many)
@@ -403,10 +397,9 @@ contains
             s_turned(:, m) = s(:, m)*cos(m*ANGLE) + c(:, m)*sin(m*ANGLE)
         end do
         call new_geopotential('a', MU, RADIUS, c, s, N, N, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call new_geopotential('b', MU, RADIUS, c_turned, s_turned, N, N, turned, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         back = rotation_z(ANGLE)
         do i = 1, size(PLACES, 2)
             call model%acceleration(matmul(back, PLACES(:, i)), a)
@@ -425,12 +418,11 @@ contains
 
         call lively_coefficients(c, s)
         call new_geopotential('a', 4e14_dp, 6.4e6_dp, c, s, N, M, cut, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         c(:, M + 1:) = 0
         s(:, M + 1:) = 0
         call new_geopotential('b', 4e14_dp, 6.4e6_dp, c, s, N, N, zeroed, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do i = 1, size(PLACES, 2)
             if (.not. allocated(error)) call check_same(cut, zeroed, PLACES(:, i), 1e-15_dp, error)
         end do
@@ -452,24 +444,24 @@ contains
         real(dp) :: c(0:2, 0:2), s(0:2, 0:2)
 
         call egm96(71, 0, model, failure)
-        call check_fails(error, message_of(failure), &
+        call check_fails(error, failure, &
                          ['degree = 71 is outside the allowed range 0 to 70'])
         call egm96(-1, 0, model, failure)
-        call check_fails(error, message_of(failure), ['degree = -1'])
+        call check_fails(error, failure, ['degree = -1'])
         call egm96(20, 21, model, failure)
-        call check_fails(error, message_of(failure), &
+        call check_fails(error, failure, &
                          ['order = 21 is outside the allowed range 0 to 20'])
         c = 0
         s = 0
         call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 3, 0, model, failure)
-        call check_fails(error, message_of(failure), ['degree = 3'])
+        call check_fails(error, failure, ['degree = 3'])
         call new_geopotential('x', 4e14_dp, 6e6_dp, c(:, :1), s(:, :1), 2, 2, model, failure)
-        call check_fails(error, message_of(failure), ['no coefficients up to order 2'])
+        call check_fails(error, failure, ['no coefficients up to order 2'])
         call new_geopotential('x', -4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
-        call check_fails(error, message_of(failure), ['must be positive'])
+        call check_fails(error, failure, ['must be positive'])
         s(2, 1) = ieee_value(s(2, 1), ieee_quiet_nan)
         call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
-        call check_fails(error, message_of(failure), ['not a finite number'])
+        call check_fails(error, failure, ['not a finite number'])
     end subroutine test_bad_arguments
 
     !> Files with the figures of EGM96: head complete or not, lines in order or not.
@@ -481,14 +473,14 @@ contains
 
         call make_egm96(3, 3, embedded, error)
         call read_gfc(FIXTURES//'valid.gfc', 3, 3, from_file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, from_file%name, 'EGM96-to-degree-3')
         do i = 1, size(PLACES, 2)
             call check_same(from_file, embedded, PLACES(:, i), 1e-15_dp, error)
         end do
         call make_egm96(2, 1, embedded, error)
         call read_gfc(FIXTURES//'valid-without-end-of-head.gfc', 2, 1, from_file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check_same(from_file, embedded, PLACES(:, 1), 1e-15_dp, error)
     end subroutine test_gfc_file
 
@@ -534,7 +526,7 @@ contains
         n = 3
         if (present(degree)) n = degree
         call read_gfc(FIXTURES//name//'.gfc', n, n, model, failure)
-        call check_fails(error, message_of(failure), [part])
+        call check_fails(error, failure, [part])
     end subroutine refuse
 
     subroutine make_egm96(degree, order, model, error)
@@ -544,7 +536,7 @@ contains
         type(error_t), allocatable :: failure
 
         call egm96(degree, order, model, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine make_egm96
 
     !> Coefficients of arbitrary size and sign, around a central term.

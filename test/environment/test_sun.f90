@@ -1,12 +1,10 @@
 !> The Sun against the JPL ephemeris DE421, and the Earth's shadow.
 module test_sun
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: PI, ARCSECOND, ASTRONOMICAL_UNIT, SOLAR_RADIUS, &
         WGS84_SEMI_MAJOR_AXIS
     use gracecg_base_vectors, only: cross
     use gracecg_environment_sun, only: sun_position, conical_shadow
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_sun

@@ -1,8 +1,7 @@
 !> The reduced state and the combined problems: partials against differences, and the agreement of the
 !> four estimators.
 module test_algorithms
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_vectors, only: cross_matrix, identity
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
         rotation_angle_between
@@ -17,8 +16,6 @@ module test_algorithms
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use test_estimators, only: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_algorithms
@@ -113,8 +110,7 @@ contains
         call example(observations, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         n = fit%steps
         call fit%integrate(normalised(Q_0), OMEGA_0, nominal)
@@ -177,8 +173,7 @@ contains
         options%guess_angular_velocity = OMEGA_0
         options%guess_offset = OFFSET
         call preprocess(observations, options, data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call prepare_problem(observations%knowledge, options, data, reduced, nominal)
         call nominal%choose(attitude=.true., offset=.true.)
         nominal%offset_state(4:6) = DRIFT
@@ -188,8 +183,7 @@ contains
                   weights(nominal%observations))
         unused = partials
         call nominal%linearise(partials, residuals(:, 1), weights, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(residuals(:nominal%attitude_observations, 1))) < 1e-12_dp)
         call check(error, maxval(abs(residuals(nominal%attitude_observations + 1:, 1))) < 1e-15_dp)
         do i = 1, n
@@ -263,8 +257,7 @@ contains
         do a = 1, size(REPORT_ESTIMATORS)
             if (.not. allocated(failure)) &
                 call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, solution%converged, REPORT_ESTIMATORS(a))
         end do
     end subroutine test_long_arc
@@ -286,12 +279,10 @@ contains
             if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
             if (.not. allocated(failure)) &
                 call estimate_offset(REPORT_ESTIMATORS(1), observations, estimation_options_t(), first, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             do a = 2, size(REPORT_ESTIMATORS)
                 call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), other, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a))
                 call check(error, maxval(abs(other%offset - first%offset)), 0.0_dp, &
                            REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a), thr=1e-9_dp)

@@ -1,10 +1,8 @@
 !> Long runs in arcs: an arc that is cut out is the run that begins there, the chain is the joint estimate of its arcs,
 !> and what cannot be estimated is left out or refused.
 module test_arc_chain
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_plus, sidereal_angle, parse_utc
@@ -19,8 +17,6 @@ module test_arc_chain
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_arc_chain
@@ -66,7 +62,7 @@ contains
             end if
             call new_simulator(case, simulator, failure)
         end associate
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         options%optimal%density_wave = WAVE_NONE
         options%covariance = .false.
     end subroutine open_case
@@ -75,7 +71,6 @@ contains
     !> manoeuvre, the Earth's angle and the density wave of that time.
     subroutine test_arc(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: FROM = 16, LATER = 160        ! s, epochs
         type(calibration_t) :: calibration
         type(simulator_t) :: whole, part
@@ -87,8 +82,7 @@ contains
         call find_calibration('front-3', calibration, failure)
         calibration%case%duration = 40
         call new_simulator(calibration%case, whole, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         wave = density_wave_t(0.003_dp, 12.0_dp, 0.7_dp)
         call observe_without_noise(whole, wave, run)
         call arc_of_run(run, run%knowledge, real(FROM, dp), calibration%case%duration, cut)
@@ -107,8 +101,7 @@ contains
             end associate
         end associate
         call new_simulator(calibration%case, part, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         wave%phase = wave%phase + TWO_PI*FROM/wave%period
         call observe_without_noise(part, wave, begun)
 
@@ -134,7 +127,6 @@ contains
     !> between samples and where a wave begins and ends.
     subroutine test_rods(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FROM(4) = [0.0_dp, 7.3_dp, 12.0_dp, 31.77_dp], LENGTH = 25
         type(torque_rods_t) :: rods, cut
         type(moment_series_t) :: series
@@ -145,8 +137,7 @@ contains
         call new_torque_rods(rods, [rod_activation_t(axis=2, amplitude=10, frequency=0.13_dp, phase=0.4_dp, start=9, stop=33), &
                                     rod_activation_t(axis=3, amplitude=7, frequency=0.05_dp, start=30, stop=50, taper=3.0_dp)], &
                              failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         rods%delay = [0.0_dp, 0.3_dp, 1.7_dp]
         call check(error, moves_rods(rods, 60.0_dp))
         cut = rods
@@ -156,7 +147,7 @@ contains
             if (measured == 1) then
                 call new_moment_series(series, [(0.5_dp*i, i=0, 130)], &
                                        reshape([([0.1_dp*i, 8*sin(0.3_dp*i), cos(0.11_dp*i)], i=0, 130)], [3, 131]), failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
                 rods%measured = series
             end if
             do k = 1, size(FROM)
@@ -177,7 +168,6 @@ contains
     !> The Earth stands as in the run, on the last day of 1998, too, which had a leap second: UT1 did not jump.
     subroutine test_earth(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FROM = 7200, T = 33
         type(observation_set_t) :: run, cut
         type(earth_orientation_t) :: earth, of_arc
@@ -192,8 +182,7 @@ contains
             knowledge%earth_parameters%ut1_minus_utc = -0.28_dp
             call new_earth_orientation('iau', knowledge%epoch, 0.0_dp, knowledge%earth_parameters, earth, failure)
         end associate
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call arc_of_run(run, run%knowledge, FROM, FROM + 100, cut)
         associate (knowledge => cut%knowledge)
             call check(error, knowledge%earth_parameters%ut1_minus_utc, 0.72_dp, thr=1e-12_dp)
@@ -207,7 +196,6 @@ contains
     !> The chain of a run of 60 s is the joint estimate of its three arcs, linearised anew at it; on one thread and on two.
     subroutine test_chain(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, part
@@ -223,8 +211,7 @@ contains
         if (allocated(error)) return
         call observe(simulator, 3, 1, observations, failure)
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)
         if (allocated(error)) return
         call check(error, maxval(abs(chain%arcs%to - [20, 40, 60])) + maxval(abs(chain%arcs%from - [0, 20, 40])) < 1e-9_dp)
@@ -232,12 +219,11 @@ contains
             if (allocated(error)) return
             call arc_of_run(observations, observations%knowledge, (i - 1)*ARC, i*ARC, part)
             call run_from_observations(part, options, runs(i), failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
         end do
         if (allocated(error)) return
         call estimate_runs(runs, joint, anew, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do i = 1, 3
             if (allocated(error)) return
             associate (matrix => runs(i)%information%matrix)
@@ -259,7 +245,6 @@ contains
     !> stays in the chain.
     subroutine test_left_out(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -280,8 +265,7 @@ contains
         observations%quaternion = reshape(pack(observations%quaternion, spread(seen, 1, 4)), [4, count(seen)])
         observations%star_camera_time = pack(observations%star_camera_time, seen)
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, count(chain%arcs%joined) == 2 .and. .not. chain%arcs(3)%joined .and. &
                    .not. chain%arcs(3)%moves_rods .and. size(chain%solution%runs) == 2)
         if (allocated(error)) return
@@ -290,7 +274,7 @@ contains
         ! with a manoeuvre in it, one arc of three is too much
         observations%knowledge%rods%activations%stop = 60
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: '1 of 3 arcs with a manoeuvre are refused', '40 to 60 s', &
+        call check_fails(error, failure, [character(W) :: '1 of 3 arcs with a manoeuvre are refused', '40 to 60 s', &
                                           'star camera'])
     end subroutine test_left_out
 
@@ -298,7 +282,6 @@ contains
     !> offset is that of the others.
     subroutine test_apart(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: SPOILT = 12
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -319,8 +302,7 @@ contains
             where (touched) z = z + 0.5_dp*(z - mean)
         end associate
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(chain%arcs) == 20 .and. .not. chain%arcs(SPOILT)%joined .and. count(chain%arcs%joined) > 15)
         if (allocated(error)) return
         call check(error, any([(index(chain%warnings(i)%text, 'the arc from 220 to 240 s is left out: it disagrees') == 1, &
@@ -335,7 +317,6 @@ contains
     !> shadow, is left out for its residuals; those behind it, in the dark, are not.
     subroutine test_shadow(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: DARK = 3
         real(dp), parameter :: LIGHT(3) = [1e-8_dp, -5e-8_dp, -2e-8_dp]     ! m/s^2
         type(simulator_t) :: simulator
@@ -355,8 +336,7 @@ contains
             observations%acceleration(:, i) = observations%acceleration(:, i) - LIGHT*part**2*(3 - 2*part)
         end do
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(chain%arcs%joined .eqv. [(i /= DARK, i=1, 6)]), 'arcs joined')
         call check(error, any([(index(chain%warnings(i)%text, 'the arc from 40 to 60 s is left out: its residuals') == 1, &
                                 i=1, size(chain%warnings))]), 'the reason')
@@ -371,7 +351,6 @@ contains
 
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, broken
@@ -383,19 +362,19 @@ contains
         if (allocated(error)) return
         call observe(simulator, 3, 1, observations, failure)
         call estimate_chain(observations, options, joint, 5.0_dp, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'arcs of 5 s', '10 s to 1'])
+        call check_fails(error, failure, [character(W) :: 'arcs of 5 s', '10 s to 1'])
         call estimate_chain(observations, options, joint, 2000.0_dp, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'arcs of 2000 s'])
+        call check_fails(error, failure, [character(W) :: 'arcs of 2000 s'])
         broken = observations
-        broken%acceleration(2, 400) = ieee_value(1.0_dp, ieee_quiet_nan)
+        broken%acceleration(2, 400) = NAN
         call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'accelerometer', '40 s', 'NaN'])
+        call check_fails(error, failure, [character(W) :: 'accelerometer', '40 s', 'NaN'])
         broken = observations
         broken%knowledge%rods%count = 0
         call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'all torque rods are off'])
+        call check_fails(error, failure, [character(W) :: 'all torque rods are off'])
         options%largest_offset = 1e-6_dp
         call estimate_chain(observations, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'no arc tells an offset', '0 to 20 s', 'largest_offset_mm'])
+        call check_fails(error, failure, [character(W) :: 'no arc tells an offset', '0 to 20 s', 'largest_offset_mm'])
     end subroutine test_refused
 end module test_arc_chain

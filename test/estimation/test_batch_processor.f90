@@ -1,15 +1,11 @@
 !> The batch processor and the iteration of `optimal` on a problem of known answer, and against each other.
 module test_batch_processor
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_estimation_iteration, only: iteration_t, rms_of
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
-    use fixture, only: check, check_fails
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_batch_processor
@@ -92,7 +88,7 @@ contains
             t = (i - 1)/20.0_dp
             residuals(i) = (TRUE_A*exp(TRUE_B*t) + self%disturbance*(-1)**i - self%a*exp(self%b*t))/SIGMA
         end do
-        if (self%poison) residuals(5) = ieee_value(1.0_dp, ieee_quiet_nan)
+        if (self%poison) residuals(5) = NAN
     end subroutine compare_decay
 
     subroutine correct_decay(self, correction)
@@ -306,7 +302,7 @@ contains
         do i = 1, 2
             own = problem
             call solve(i == 2, own, solution, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end do
     end subroutine refused
 end module test_batch_processor

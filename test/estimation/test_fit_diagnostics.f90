@@ -1,9 +1,7 @@
 !> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
 module test_fit_diagnostics
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_lapack, only: solve_normal_equations
@@ -23,8 +21,6 @@ module test_fit_diagnostics
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use statistics, only: Z_999
-    use fixture, only: check, test_failed, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_fit_diagnostics
@@ -67,8 +63,7 @@ contains
 
         covariance = turned_covariance(axes)
         call error_ellipsoid(covariance, ellipsoid, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(ellipsoid%semi_axis - 1e-3_dp*[3, 2, 1])), 0.0_dp, thr=1e-15_dp)
         do k = 1, 3
             if (allocated(error)) return
@@ -102,15 +97,13 @@ contains
         do axis = 1, 3
             noise = coloured_noise(noise_spectrum_t(LEVELS(axis), CORNERS(axis), TWO_SIDED), H, failure)
             call new_whitener(noise, epoch, whitener, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             total = total + information_by_axis(epoch, partials(axis, :, :), whitener)
             do j = 1, N
                 matrix(:, j) = noise%autocovariance(abs(epoch - epoch(j)))
             end do
             call solve_normal_equations(matrix, [(0.0_dp, i=1, N)], unused, weight, condition, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             rows = 0
             rows(:3, :) = partials(axis, :, :)
             rows(2*axis + 2, :) = 1
@@ -118,8 +111,7 @@ contains
             whole = whole + matmul(rows, matmul(weight, transpose(rows)))
         end do
         call solve_normal_equations(whole, [(0.0_dp, i=1, 9)], solved, inverse, condition, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         expected = inverse_3x3(inverse(:3, :3))
         call check(error, maxval(abs(total - expected)), 0.0_dp, thr=1e-8_dp*maxval(abs(expected)))
         ! white noise of variance 1: the partials without their straight line
@@ -144,7 +136,7 @@ contains
         if (quiet) case%density_wave%amplitude = 0
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine simulate
 
     !> What every estimator has to put into the record: complete, and in agreement with its solution,
@@ -169,8 +161,7 @@ contains
                 call estimate_offset(name, observations, estimation_options_t(), solution, failure, record=record)
             if (.not. allocated(failure)) &
                 call diagnose(observations%knowledge, solution, record, diagnostics, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, maxval(abs(solution%offset - alone%offset)), 0.0_dp, name)
             call check(error, maxval(abs(solution%covariance - alone%covariance)), 0.0_dp, name, &
                        thr=1e-12_dp*maxval(abs(alone%covariance)))
@@ -223,8 +214,7 @@ contains
 
         noise = coloured_noise(noise_spectrum_t(1e-18_dp, 0.1_dp, TWO_SIDED), H, failure)
         call new_whitener(noise, [(i, i=1, N)], whitener, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         power = 0
         do run = 1, RUNS
             stream = new_stream(7, 1, 1, run, 1)
@@ -261,8 +251,7 @@ contains
             call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure, &
                                  record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         ! in x the drag bends a little, which its whiteness tells
         call check(error, .not. any(d%residuals%peak_counts) .and. all(d%residuals(2:)%probability > 1e-3_dp) .and. &
                    all(abs(d%residuals%ratio - 1) < 4*d%residuals%ratio_sigma), 'noise alone')
@@ -272,8 +261,7 @@ contains
         record%residual(2, :) = (record%residual(2, :) + eoshift(record%residual(2, :), 1))/sqrt(2.0_dp)
         record%residual(1, :) = record%residual(1, :) + 3e-10_dp*[(sin(TWO_PI*k*H/12), k=1, N)]
         call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, d%residuals(3)%ratio, 2*ratio, thr=1e-10_dp)
         call check(error, d%residuals(2)%autocorrelation(1), 0.5_dp, thr=0.15_dp)
         call check(error, d%residuals(2)%probability < 1e-6_dp)
@@ -300,8 +288,7 @@ contains
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('ascrest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, .not. any(d%residuals%noise_known) .and. d%bound_known .and. all(d%bound > 5e-6_dp) .and. &
                    all(d%bound < 5e-5_dp), 'bound')
         call check(error, maxval(abs(sum(d%information_share, 2) - 1)), 0.0_dp, thr=1e-12_dp)
@@ -365,7 +352,7 @@ contains
         if (tested) options%wanted_accuracy = 1
         call estimate_offset('assest-fde', observations, options, solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, diagnostics, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) verdict = judge(observations%knowledge, solution, record, diagnostics)
     end subroutine judged
 
@@ -425,8 +412,7 @@ contains
         if (.not. allocated(error)) &
             call estimate_offset('ascfest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         solution%converged = .false.
         verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_BAD)
@@ -457,7 +443,7 @@ contains
         call decide(known_offset_t(value=[1e-5_dp, 4e-4_dp, 3e-5_dp], sigma=[2e-5_dp, 2e-4_dp, 2e-5_dp], signs_known=.true.), &
                     400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 2, 'leave x and z (within 3 sigma of 0); calibrate again for y')
-        call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=ieee_value(1.0_dp, ieee_quiet_nan), &
+        call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=NAN, &
                                    signs_known=.true.), 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'sigma of x NaN mm')
     end subroutine test_leave

@@ -1,9 +1,9 @@
 !> The estimator optimal: editing, noise levels, waves and extra parameters on observations made from
 !> known dynamics, noise drawn here.
 module test_optimal
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of, number_text
+    use gracecg_base_error, only: number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_vectors, only: unit
@@ -19,8 +19,6 @@ module test_optimal
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_variance_components, only: estimate_spectrum
     use test_estimators, only: example, OFFSET
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_optimal
@@ -99,14 +97,13 @@ contains
         own%optimal%estimate_within_limits = .false.
         if (present(with_checks)) own%covariance = with_checks
         call estimate_offset('optimal', observations, own, solution, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, solution%converged)
     end subroutine estimate
 
     !> Star-camera epochs that are no multiples of the accelerometer's interval.
     subroutine test_own_epochs(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: fine, observations
         type(solution_t) :: solution
         integer :: i
@@ -133,7 +130,6 @@ contains
     !> told.
     subroutine test_editing(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: clean, observations
         type(solution_t) :: reference, solution
         integer :: i
@@ -165,7 +161,6 @@ contains
     !> In 60 arcs nothing is left out and no wave is found.
     subroutine test_clean(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         integer :: run
@@ -185,7 +180,6 @@ contains
     !> Where a third of an axis is scattered, the samples cannot be told from the faults.
     subroutine test_too_many(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
@@ -195,7 +189,7 @@ contains
         observations%acceleration(3, ::6) = observations%acceleration(3, ::6) + 1e-6_dp
         observations%acceleration(3, 3::6) = observations%acceleration(3, 3::6) - 1e-6_dp
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'optimal', 'axis z', 'samples', 'noise levels'])
+        call check_fails(error, failure, [character(20) :: 'optimal', 'axis z', 'samples', 'noise levels'])
     end subroutine test_too_many
 
     !> Level and corner of 80 records of a minute with a straight line in them. A level's standard
@@ -203,7 +197,6 @@ contains
     !> flicker cannot be seen in a minute, that of the strong one only roughly.
     subroutine test_spectrum(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RECORDS = 80, N = 600
         type(random_stream_t) :: stream
         type(coloured_noise_t) :: noise
@@ -226,8 +219,7 @@ contains
                 series = series + 1e-6_dp*line(1, :) - 2e-7_dp*line(2, :)
                 series(100:105) = 1
                 call estimate_spectrum(0.1_dp, TWO_SIDED, [(k, k=1, N)], kept, series, line, found(i), failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
             end do
             call check(error, abs(sum(found%level)/RECORDS/LEVEL(which) - 1) < 0.03_dp, 'level')
             if (which == 1) then
@@ -242,7 +234,6 @@ contains
     !> The setup says nothing of the noise: mean levels of 20 calibrations, and the estimate.
     subroutine test_levels(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 20
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
@@ -282,7 +273,6 @@ contains
     !> A wave along x (without an orbit the airflow is taken along x) of unknown period.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: PERIOD = 12.7_dp, AMPLITUDE = 2e-9_dp
         type(observation_set_t) :: clean, observations
         type(estimation_options_t) :: options
@@ -321,7 +311,6 @@ contains
     !> noise has none, and what is no noise is not taken for one.
     subroutine test_jump(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: JUMP = 2e-9_dp
         integer, parameter :: PLACE = 84
         type(observation_set_t) :: clean, observations
@@ -335,7 +324,7 @@ contains
             call noisy_example(observations, run, error)
             if (allocated(error)) return
             call estimate_offset('optimal', observations, options, solution, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, .not. any(solution%parameters%name == 'jump_x'), 'none is there')
             if (run /= 5) cycle
             reference = solution
@@ -344,8 +333,7 @@ contains
         observations = clean
         observations%acceleration(1, PLACE:) = clean%acceleration(1, PLACE:) + JUMP
         call estimate_offset('optimal', observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         i = findloc(solution%parameters%name, 'jump_x', 1)
         call check(error, i > 0, 'found')
         if (allocated(error)) return
@@ -359,7 +347,7 @@ contains
         observations%acceleration(1, :) = clean%acceleration(1, :) + 1e-8_dp*sin(TWO_PI*clean%accelerometer_time/3)
         options%optimal%density_wave = 'none'
         call estimate_offset('optimal', observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, .not. any(solution%parameters%name == 'jump_x'), 'a wave is none')
     end subroutine test_jump
 
@@ -367,7 +355,6 @@ contains
     !> with those of an earlier one: another step of Gauss and Newton moves no parameter by 1e-5 of its sigma.
     subroutine test_settled(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
         type(solution_t) :: solution
@@ -384,15 +371,13 @@ contains
             observations%acceleration(1, :) = observations%acceleration(1, :) + &
                                               (run - 1)*1e-9_dp*sin(TWO_PI*observations%accelerometer_time/12 + run)
             call estimate_optimal(observations, options, solution, failure, problem=problem)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, any(solution%parameters%name == 'wave_sin') .eqv. run > 1)
             call information_matrix(problem, information, rhs, residuals)
             n = size(rhs)
             allocate (change(n), covariance(n, n))
             call solve_normal_equations(information, rhs, change, covariance, condition, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, all(abs(change) < 1e-5_dp*[(sqrt(covariance(i, i)), i=1, n)]), 'run '//integer_text(run))
             deallocate (change, covariance)
         end do
@@ -402,7 +387,6 @@ contains
     !> which the parabola pulls, leaves an error of the offset of several sigma.
     subroutine test_curved_drag(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: PERIOD = 11.3_dp, AMPLITUDE = 2e-9_dp, PARABOLA = 3e-9_dp
         type(observation_set_t) :: clean, observations
         type(solution_t) :: reference, solution
@@ -432,7 +416,6 @@ contains
     !> the rods are in phase; of the bias, only what changes the torque can be seen: b_y - b_z.)
     subroutine test_extra(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: GAIN = 0.02_dp, FIELD(3) = [0.0_dp, 3e-7_dp, -2e-7_dp]
         type(observation_set_t) :: clean, observations
         type(estimation_options_t) :: options
@@ -495,7 +478,6 @@ contains
     !> A gain of one rod and a delay of all that are believed wrong, named in the options, are found, and d with them.
     subroutine test_by_name(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: GAIN = 2, LATE = 0.3_dp     ! Of rod y, believed by true; of all rods, s
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
@@ -513,8 +495,7 @@ contains
         options%optimal%also = 'rod_gain_y, rod_delay'
         options%covariance = .false.
         call estimate_optimal(observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         do i = 1, size(NAMES)
             k = findloc(solution%parameters%name, NAMES(i)(:12), 1)
             associate (one => solution%parameters(k))
@@ -529,7 +510,6 @@ contains
     !> Rods at rest: the offset is hardly observable, or not at all; said, or an error.
     subroutine test_without_rods(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
@@ -546,13 +526,12 @@ contains
         options%guess_angular_velocity = [0.0_dp, 1.1e-3_dp, 0.0_dp]
         observations%quaternion = spread(observations%quaternion(:, 1), 2, size(observations%quaternion, 2))
         call estimate_offset('optimal', observations, options, solution, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'optimal', 'singular', 'd_'])
+        call check_fails(error, failure, [character(12) :: 'optimal', 'singular', 'd_'])
     end subroutine test_without_rods
 
     !> The satellite turned by its rods, but the setup has them at rest during most of the arc.
     subroutine test_not_fired(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
@@ -561,6 +540,6 @@ contains
         if (allocated(error)) return
         observations%knowledge%rods%activations%amplitude = -observations%knowledge%rods%activations%amplitude
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        call check_fails(error, message_of(failure), ['optimal'])
+        call check_fails(error, failure, ['optimal'])
     end subroutine test_not_fired
 end module test_optimal

@@ -1,9 +1,8 @@
 !> The physical calibration model: partials of every parameter against differences, torques against the
 !> dynamics of the simulation, conservation of angular momentum.
 module test_physical_model
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross, identity, cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
@@ -15,8 +14,6 @@ module test_physical_model
         prepare_model, integrate_trajectory, predict_accelerations, predict_channels, star_angles, turned_by, &
         turn_between, correct_state
     use test_estimators, only: example, OMEGA_0, Q_0
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_physical_model, add_orbit
@@ -65,8 +62,7 @@ contains
         if (allocated(error)) return
         if (with_orbit) call add_orbit(observations)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
         model%wave_frequency = 1/13.0_dp
         model%jump = model%steps/3
@@ -120,7 +116,6 @@ contains
 
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(model_state_t) :: state, changed
         type(model_trajectory_t) :: trajectory, other
@@ -179,7 +174,6 @@ contains
     !> At the epoch, without rods: J d omega/dt + omega x J omega is the simulation's torque (2-23).
     subroutine test_gravity_torque(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(model_state_t) :: state
         type(model_trajectory_t) :: trajectory
@@ -204,7 +198,6 @@ contains
     !> Without torque R^T J omega does not change.
     subroutine test_momentum(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(model_state_t) :: state
         type(model_trajectory_t) :: trajectory
@@ -228,7 +221,6 @@ contains
 
     subroutine test_turns(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp) :: q(4), zeta(3), turned(3, 3)
         integer :: i
 
@@ -245,7 +237,6 @@ contains
 
     subroutine test_no_orbit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(fitting_data_t) :: data
         integer :: before

@@ -1,9 +1,8 @@
 !> Preprocessing: the report's interpolation formulae, sign flips, mounting, gaps, refusals.
 module test_preprocessing
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
-    use gracecg_base_kinds, only: dp
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI, SOLAR_RADIUS, WGS84_SEMI_MAJOR_AXIS
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
@@ -13,8 +12,6 @@ module test_preprocessing
     use gracecg_environment_time, only: utc_t, parse_utc, julian_centuries_tt
     use gracecg_estimation_fitting_data
     use gracecg_estimation_jump_search, only: edge_of_shadow
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_preprocessing
@@ -67,7 +64,7 @@ contains
             call new_harmonic_manoeuvre(knowledge%rods, [0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
         end associate
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         observations%accelerometer_time = [(0.1_dp*i, i=1, 600)]
         observations%acceleration = reshape([(1e-6_dp*cos(0.37_dp*i), i=1, 1800)], [3, 600])
         observations%magnetometer_time = [(1.0_dp*i, i=1, 60)]
@@ -97,8 +94,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(data%attitude_epoch), 600)
         if (allocated(error)) return
         do i = 1, 600
@@ -129,8 +125,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(data%torque, 2), 1201)
         if (allocated(error)) return
         do j = 0, 1200
@@ -162,8 +157,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
         call check(error, all(data%accelerometer_epoch == [(i, i=1, 600)]))
         call check(error, maxval(abs(data%acceleration - observations%acceleration)), 0.0_dp)
@@ -180,13 +174,11 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
         observations%quaternion = (1 + 0.9_dp*SAMPLE_TOLERANCE)*observations%quaternion
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
     end subroutine test_mounting
 
@@ -201,19 +193,16 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), clean, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         do i = 1, 120
             if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
         end do
         call preprocess(observations, estimation_options_t(), flipped, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
         observations%quaternion = -observations%quaternion
         call preprocess(observations, estimation_options_t(), flipped, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
     end subroutine test_sign_flips
 
@@ -229,8 +218,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, estimation_options_t(), alone, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         both = observations
         both%star_camera_time = [(0.25_dp*i, i=1, 240)]
         both%star_camera_head = [(1 + mod(i, 2), i=1, 240)]     ! heads 2, 1, 2, 1, ...
@@ -239,8 +227,7 @@ contains
         both%quaternion(:, 1::2) = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, 120)
         both%quaternion(:, 2::2) = observations%quaternion
         call preprocess(both, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(data%quaternion - alone%quaternion)), 0.0_dp)
     end subroutine test_other_head
 
@@ -267,8 +254,7 @@ contains
         if (allocated(error)) return
         call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(data%attitude_epoch), 600)
         if (allocated(error)) return
         call check(error, maxval(abs(data%quaternion(:, 98) - &
@@ -290,8 +276,7 @@ contains
         call preprocess(observations, estimation_options_t(), whole, failure)
         call drop_stars(observations, abs(observations%star_camera_time - 21.5_dp) > 1.4_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, .not. any(data%attitude_epoch > 200 .and. data%attitude_epoch < 230))
         call check(error, all([(any(data%attitude_epoch == k), k=1, 199)]) .and. &
                    all([(any(data%attitude_epoch == k), k=231, 600)]))
@@ -317,8 +302,7 @@ contains
         if (allocated(error)) return
         call drop_stars(observations, observations%star_camera_time < 50.1_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(data%attitude_epoch), 505)
         call check(error, maxval(abs(data%quaternion(:, 503) - q(:, 100))), 0.0_dp, thr=1e-15_dp)
     end subroutine test_early_end
@@ -335,8 +319,7 @@ contains
         observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
         observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(data%accelerometer_epoch == [1, 2, 5, 100, 600]))
         call check(error, size(data%torque, 2), 1201)
     end subroutine test_missing_samples
@@ -376,9 +359,9 @@ contains
         call refused(bad, good, [character(W) :: 'accelerometer', '60.1 s', 'outside', '60 s'], error)
         bad%accelerometer_time(1) = -0.1_dp
         call refused(bad, good, [character(W) :: 'accelerometer', '-0.1 s', 'outside'], error)
-        bad%star_camera_time(4) = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad%star_camera_time(4) = NAN
         call refused(bad, good, [character(W) :: 'star camera', 'NaN'], error)
-        bad%accelerometer_time(3) = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad%accelerometer_time(3) = NAN
         call refused(bad, good, [character(W) :: 'accelerometer', 'time tag 3', 'NaN'], error)
         bad%orbit_time = [(1.0_dp*i, i=0, 60)]
         bad%orbit_time(30:) = bad%orbit_time(30:) - 1.5_dp
@@ -394,9 +377,9 @@ contains
         call example(good, q, error)
         if (allocated(error)) return
         bad = good
-        bad%acceleration(2, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad%acceleration(2, 17) = NAN
         call refused(bad, good, [character(W) :: 'accelerometer', 'at 1.7 s', 'NaN', 'leave it out'], error)
-        bad%field(1, 60) = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad%field(1, 60) = NAN
         call refused(bad, good, [character(W) :: 'magnetometer', 'at 60 s', 'NaN'], error)
         bad%field(3, 17) = ieee_value(1.0_dp, ieee_positive_inf)
         call refused(bad, good, [character(W) :: 'magnetometer', 'infinite'], error)
@@ -404,7 +387,7 @@ contains
         call refused(bad, good, [character(W) :: 'magnetometer', 'have to be in T'], error)
         bad%acceleration(2, 17) = 1e300_dp
         call refused(bad, good, [character(W) :: 'accelerometer', 'have to be in m/s^2'], error)
-        bad%quaternion(1, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad%quaternion(1, 17) = NAN
         call refused(bad, good, [character(W) :: 'star camera 1', 'at 8.5 s', 'NaN'], error)
         bad%quaternion(:, 17) = 1.01_dp*bad%quaternion(:, 17)
         call refused(bad, good, [character(W) :: 'star camera', 'unit length'], error)
@@ -507,7 +490,7 @@ contains
         bad = good
         bad%knowledge%duration = 0
         call refused(bad, good, [character(W) :: 'duration'], error)
-        bad%knowledge%duration = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad%knowledge%duration = NAN
         call refused(bad, good, [character(W) :: 'duration'], error)
         bad%knowledge%accelerometer_interval = 0
         call refused(bad, good, [character(W) :: 'sampling intervals', 'positive'], error)
@@ -530,7 +513,7 @@ contains
         type(error_t), allocatable :: failure
 
         call preprocess(bad, estimation_options_t(), data, failure)
-        call check_fails(error, message_of(failure), parts)
+        call check_fails(error, failure, parts)
         bad = good
     end subroutine refused
 

@@ -1,9 +1,9 @@
 !> The estimator `sequential` on simulated calibrations. Systematic errors (scale factors, biases) are off
 !> but where said: they are not what filter and batch differ in.
 module test_sequential
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of, number_text
+    use gracecg_base_error, only: number_text
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process
@@ -19,8 +19,6 @@ module test_sequential
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use statistics, only: chi_square_limits
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_sequential
@@ -134,7 +132,6 @@ contains
     !> adds more.
     subroutine test_tone(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: M = 4, N = 200
         real(dp), parameter :: INTERVAL = 0.1_dp, FREQUENCY = 0.23_dp   ! s, Hz
         type(gauss_markov_t) :: noise
@@ -190,7 +187,6 @@ contains
     !> Drag a straight line: estimate and sigma of the batch, in every case.
     subroutine test_straight(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: sequential, optimal, with, without
         real(dp) :: true_offset(3)
@@ -222,7 +218,6 @@ contains
     !> the offset is moved by less than half a sigma.
     subroutine test_curved(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: PERIOD = 11.3_dp, AMPLITUDE = 0.006_dp, PARABOLA = 0.009_dp   ! of the drag
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -252,7 +247,6 @@ contains
     !> bend nor are instruments wrong, and the estimator knows it.
     subroutine test_honest(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 10
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -283,7 +277,6 @@ contains
     !> the other would be 2.6 and 2.4 in runs 4 and 6.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 8
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -360,7 +353,6 @@ contains
     !> say so.
     subroutine test_wander(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 10
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -393,7 +385,6 @@ contains
     !> Spikes of all sizes, at the ends and in a row; wrong quaternions. The estimate hardly changes.
     subroutine test_spikes(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: AT(8) = [1, 100, 200, 201, 202, 350, 351, 600]
         real(dp), parameter :: SIZES(8) = [1e-6_dp, 4e-9_dp, 1e-5_dp, -1e-6_dp, 1e-8_dp, 5e-9_dp, 5e-9_dp, -1e-7_dp]
         type(observation_set_t) :: observations
@@ -428,7 +419,6 @@ contains
     !> Ten seconds without accelerometer, six without star camera.
     subroutine test_gaps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: whole, with_gaps
         real(dp) :: true_offset(3)
@@ -461,7 +451,6 @@ contains
     !> Ends with the estimate; the sigma never grows.
     subroutine test_running(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution, half
         real(dp) :: true_offset(3)
@@ -497,7 +486,6 @@ contains
 
     subroutine test_no_noise_level(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
@@ -518,7 +506,6 @@ contains
     !> A satellite that hardly turns does not show its offset.
     subroutine test_rods_off(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -542,7 +529,6 @@ contains
     !> A straight line asked for, and a wave in the drag: the sigmas are enlarged, with a warning.
     subroutine test_misfit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution

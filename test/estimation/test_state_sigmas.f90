@@ -1,8 +1,7 @@
 !> What every estimator delivers: attitude, angular velocity, drift and bias with their standard deviations,
 !> against the scatter of many calibrations; and the history of the iterations.
 module test_state_sigmas
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_text, only: real_text
     use gracecg_observations_observation_set, only: observation_set_t
@@ -13,8 +12,6 @@ module test_state_sigmas
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_state_sigmas
@@ -49,7 +46,7 @@ contains
         if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
         if (.not. allocated(failure)) call switch_off(switches, 'magnetometer-noise', failure)
         if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         options = calibration%options
         options%optimal%estimate_within_limits = .false.        ! only noise is drawn
         options%sequential%estimate_within_limits = .false.
@@ -57,7 +54,6 @@ contains
 
     subroutine test_scatter(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -75,8 +71,7 @@ contains
                 call observe(simulator, 3, run, observations, failure)
                 if (.not. allocated(failure)) &
                     call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 if (run == 1) quaternion = solution%quaternion
                 found(STATE_OFFSET, run) = solution%offset
                 found(STATE_DRIFT, run) = solution%drift
@@ -115,7 +110,6 @@ contains
     !> Its first block is the covariance of the offset; it is symmetric, and no correlation exceeds 1.
     subroutine test_covariance(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -129,8 +123,7 @@ contains
         call observe(simulator, 3, 1, observations, failure)
         do a = 1, size(ESTIMATOR_NAMES)
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             sigma = state_sigmas(solution)
             associate (p => solution%state_covariance)
                 call check(error, all(abs(p(:3, :3) - solution%covariance) <= 1e-12_dp*maxval(solution%covariance)) .and. &
@@ -150,7 +143,6 @@ contains
     !> with the estimate.
     subroutine test_history(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -166,8 +158,7 @@ contains
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
             options%history = .true.
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, again, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, .not. allocated(solution%history) .and. all(abs(solution%offset - again%offset) <= 0))
             if (allocated(error)) return
             last = size(again%history)

@@ -1,14 +1,11 @@
 !> CSV files: one corrupted file for each failure, and exact round trips.
 module test_csv
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
+    use vocabulary
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_table, only: read_csv, table_file_t
     use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
     use gracecg_base_text, only: string_t
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_csv
@@ -35,7 +32,7 @@ contains
     end subroutine collect_csv
 
     !> Reads a file with the given content.
-    subroutine read_content(error, content, table, failure, comments)
+    subroutine read_table(error, content, table, failure, comments)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: content
         real(dp), allocatable, intent(out) :: table(:, :)
@@ -44,13 +41,12 @@ contains
         type(table_file_t) :: file
         type(error_t), allocatable :: other
 
-        call make_file(error, 'table.csv', content)
-        if (allocated(error)) return
+        call make_file('table.csv', content)
         call read_csv(PATH, COLUMNS, table, failure)
         if (present(comments)) call read_csv(PATH, COLUMNS, file, other)
         if (present(comments)) comments = file%comments
         call remove_file(PATH)
-    end subroutine read_content
+    end subroutine read_table
 
     !> The content must be refused with all of the parts in the message.
     subroutine check_refused(error, content, parts)
@@ -59,9 +55,9 @@ contains
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
-        call read_content(error, content, table, failure)
+        call read_table(error, content, table, failure)
         if (allocated(error)) return
-        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
+        call check_fails(error, failure, [character(60) :: PATH, parts])
     end subroutine check_refused
 
     subroutine test_read(error)
@@ -70,10 +66,10 @@ contains
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: comments(:)
 
-        call read_content(error, '# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
+        call read_table(error, '# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
                           LF//'0.1, 3 ,4'//LF//LF//'  '//LF, table, failure, comments)
         if (allocated(error)) return
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(shape(table) == [2, 3]) .and. &
                    all(abs(table(1, :) - [0.0_dp, 1e-9_dp, -2.5e-3_dp]) <= 0) .and. &
                    all(abs(table(2, :) - [0.1_dp, 3.0_dp, 4.0_dp]) <= 0))
@@ -86,9 +82,9 @@ contains
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
-        call read_content(error, 'time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
+        call read_table(error, 'time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
         if (allocated(error)) return
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(table(:, 3) - [3.0_dp, 6.0_dp]) <= 0))
     end subroutine test_windows
 
@@ -139,7 +135,7 @@ contains
         call check_refused(error, 'time_s,ax,ay'//LF, [character(60) :: 'no row'])
         if (allocated(error)) return
         call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
-        call check_fails(error, message_of(failure), &
+        call check_fails(error, failure, &
                          [character(60) :: FOLDER//'missing.csv', 'no such file'])
     end subroutine test_empty_fails
 
@@ -165,8 +161,7 @@ contains
             rows(i, :) = [0.1_dp*i, sin(1.0_dp*i)*10.0_dp**(-i), -exp(13.7_dp*i)]
         end do
         rows(1, :) = [tiny(1.0_dp), huge(1.0_dp), 0.0_dp]
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         call writer%open(PATH, 'time_s,ax,ay', [character(8) :: 'seed 1', 'two'], failure)
         do i = 1, size(rows, 1)
             call writer%row(rows(i, :))
@@ -174,13 +169,13 @@ contains
         call check(error,.not. file_exists(PATH))
         call writer%commit(failure)
         if (allocated(error)) return
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, file_exists(PATH//'.meta.json'))
         call read_csv(PATH, COLUMNS, table, failure)
         call read_csv(PATH, COLUMNS, read_back, other)
         comments = read_back%comments
         call read_text_file(PATH, file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(table - rows) <= 0) .and. comments(2)%text == 'two')
         call check(error, index(file%text, ' ') == 0 .and. file%line(1) == 'time_s,ax,ay', 'the header comes first')
         call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)      ! what told of it is of the past
@@ -197,14 +192,12 @@ contains
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: fields(:)
 
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         call writer%open(PATH, 'case,said,runs', [character(1) ::], failure)
         call writer%fields([string_t('a, b'), string_t('he said "x"'), string_t('15')])
         call writer%fields([string_t('"'), string_t(''), string_t(',')])
         call writer%commit(failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call read_csv(PATH, [character(4) :: 'case', 'said', 'runs'], rows, failure)
         call remove_file(PATH)
         call check(error, rows%text%line(2), '"a, b","he said ""x""",15')
@@ -216,9 +209,8 @@ contains
 
     subroutine test_writer_refuses(error)
         type(error_type), allocatable, intent(out) :: error
-        real(dp) :: nan, infinity
+        real(dp) :: infinity
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         infinity = ieee_value(infinity, ieee_positive_inf)
         call check_row_refused(error, [1.0_dp, nan, nan], [character(60) :: 'row 2', 'column ax', &
                                                            'NaN'])
@@ -236,14 +228,13 @@ contains
         type(csv_writer_t) :: writer
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%row(row)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%commit(failure)
-        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
+        call check_fails(error, failure, [character(60) :: PATH, parts])
         call check(error,.not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
     end subroutine check_row_refused
 end module test_csv

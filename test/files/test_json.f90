@@ -1,13 +1,10 @@
 !> JSON texts against what RFC 8259 asks for, written out by hand, and the names of units.
 module test_json
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
+    use vocabulary
     use gracecg_base_text, only: string_t, parse_real
     use gracecg_files_json, only: json_writer_t, read_json_list, read_json_numbers, read_json_text
     use gracecg_files_units, only: unit_of_column
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_json
@@ -59,7 +56,7 @@ contains
         call json%end()
         call json%end()
         call json%finish(text, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, text, '{'//LF//'  "name": "front-1",'//LF//'  "runs": 15,'//LF// &
                    '  "seed": 9007199254740993,'//LF//'  "converged": true,'//LF//'  "published": null,'//LF// &
                    '  "d": [1.5, -2e-9],'//LF//'  "matrix": ['//LF//'    [1, 3],'//LF//'    [2, 4]'//LF//'  ],'//LF// &
@@ -130,11 +127,11 @@ contains
         character(:), allocatable :: text
 
         call json%begin()
-        call json%member('sigma_x_mm', ieee_value(1.0_dp, ieee_quiet_nan))
+        call json%member('sigma_x_mm', NAN)
         call json%member('dx_mm', ieee_value(1.0_dp, ieee_positive_inf))
         call json%end()
         call json%finish(text, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'sigma_x_mm', 'not a finite number'])
+        call check_fails(error, failure, [character(W) :: 'sigma_x_mm', 'not a finite number'])
         call check(error, text, '')
     end subroutine test_not_finite
 
@@ -148,7 +145,7 @@ contains
         call json%begin_array('rows')
         call json%end()
         call json%finish(text, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'not ended'])
+        call check_fails(error, failure, [character(W) :: 'not ended'])
     end subroutine test_not_ended
 
     !> However it is laid out, and whatever stands beside; a member of an inner object is another.
@@ -194,7 +191,6 @@ contains
 
     subroutine test_members(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: TEXT = '{"a": "x,}\"", "b": [1, [2.5e-3 , -4]], "c": {"d": 7, "e":{"b" :[8]}}, "f": true}'
         real(dp), allocatable :: values(:)
         character(:), allocatable :: word

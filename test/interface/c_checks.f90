@@ -1,17 +1,16 @@
 !> What the tests of the C interface have in common.
 module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
+    use vocabulary
     use gracecg, only: dp, error_t, case_t, simulator_t, observation_set_t, find_case, new_simulator, observe
     use c_library
-    use fixture, only: check
-    use testdrive, only: error_type
     implicit none
     private
     public :: check_ok, check_refused, check_equal, check_answer, simulate, simulated_set
-    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
+    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, HAS_FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
 
     integer(c_int), parameter :: OK = 0, NULL_POINTER = 1, BAD_HANDLE = 2, BAD_SIZE = 3, BAD_VALUE = 4
-    integer(c_int), parameter :: FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7
+    integer(c_int), parameter :: HAS_FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7
     integer(c_size_t), parameter :: ONE = 1, NONE = 0
     character(*), parameter :: DATE = '1989-01-02T00:00:00'
     real(dp), parameter :: PLACE(3) = [-1.2e6_dp, 5.3e6_dp, 4.1e6_dp]   !! m

@@ -2,6 +2,7 @@
 !> Fortran API.
 module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
+    use vocabulary
     use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
         build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
         simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
@@ -9,8 +10,6 @@ module test_c_cases
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
     use c_checks
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_cases
@@ -31,7 +30,6 @@ contains
     !> The text of a case is that of the Fortran API, and makes the same case again.
     subroutine test_case_text(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(calibration_t) :: calibration
         type(error_t), allocatable :: problem
@@ -64,13 +62,12 @@ contains
         status = gracecg_free(handle)
         status = gracecg_free(copy)
         status = gracecg_case_open(c_string('&truth positon = 1 /'), handle, failure)
-        call check_refused(error, status, FAILED, failure, 'text')
+        call check_refused(error, status, HAS_FAILED, failure, 'text')
     end subroutine test_case_text
 
     !> Two epochs at once, parts and sum; each output may be NULL.
     subroutine test_force_model(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
@@ -116,14 +113,13 @@ contains
         status = gracecg_case_open(c_string(text), handle, failure)
         call check_ok(error, status, failure)
         status = gracecg_force_model_open(handle, model, failure)
-        call check_refused(error, status, FAILED, failure, 'nowhere.gfc')
+        call check_refused(error, status, HAS_FAILED, failure, 'nowhere.gfc')
         call check(error, model == 0, 'a handle after a failure')
         status = gracecg_free(handle)
     end subroutine test_force_model
 
     subroutine test_torques(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
@@ -155,7 +151,6 @@ contains
 
     subroutine test_propagation(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: STEPS = 50
         type(error_struct) :: failure
         type(case_t) :: case
@@ -182,9 +177,9 @@ contains
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, NONE, 0.0_dp, states, failure)
         call check_equal(error, states(:, 0), state, 'no step')
         status = gracecg_force_model_propagate(model, state, 0, -0.2_dp, ONE, 0.0_dp, states, failure)
-        call check_refused(error, status, FAILED, failure, 'interval')
+        call check_refused(error, status, HAS_FAILED, failure, 'interval')
         status = gracecg_force_model_propagate(model, state, 2, 2.0_dp**31, ONE, 0.0_dp, states, failure)
-        call check_refused(error, status, FAILED, failure, '86400 s) at most')
+        call check_refused(error, status, HAS_FAILED, failure, '86400 s) at most')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, -1.0_dp, states, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'tolerance')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
@@ -242,7 +237,6 @@ contains
 
     subroutine test_truth(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(case_t) :: case
         type(simulator_t) :: expected

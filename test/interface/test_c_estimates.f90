@@ -1,15 +1,13 @@
 !> The C interface to observation sets and estimates, called as C calls it: the numbers are those of the Fortran API.
 module test_c_estimates
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use vocabulary
     use gracecg, only: dp, error_t, observation_set_t, solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, &
         moment_series_t, new_moment_series, take_measured_moments, dipole_moment, joint_run_t, joint_solution_t, &
         joint_options_t, run_from_observations, estimate_runs, arc_chain_t, estimate_chain, &
         fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge
     use c_library
     use c_checks
-    use fixture, only: check, FOLDER, make_folder
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_estimates
@@ -84,13 +82,12 @@ contains
         status = gracecg_estimate(c_string(algorithm), observations, fit, failure)
         numbers = [item(fit, 'offset', 3), item(fit, 'covariance', 9)]
         if (present(warnings)) call get_words(fit, 'warnings', warnings)
-        if (gracecg_free(fit) /= OK) status = FAILED
+        if (gracecg_free(fit) /= OK) status = HAS_FAILED
     end subroutine estimate
 
     !> Every algorithm, on the same observations through both interfaces.
     subroutine test_estimate(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(observation_set_t) :: set
         type(solution_t) :: expected
@@ -130,7 +127,6 @@ contains
 
     subroutine test_joint_estimate(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(7), parameter :: NAMES(2) = ['front-2', 'front-3']
         type(error_struct) :: failure
         type(joint_run_t) :: runs(2)
@@ -170,7 +166,6 @@ contains
     !> A minute in three arcs.
     subroutine test_chain(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(arc_chain_t) :: expected
         type(observation_set_t) :: set
@@ -194,7 +189,7 @@ contains
         status = gracecg_estimate_chain(observations, 20.0_dp, 0, chain, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'threads')
         status = gracecg_estimate_chain(observations, 1.0_dp, 1, chain, failure)
-        call check_refused(error, status, FAILED, failure, 'arcs of 1 s')
+        call check_refused(error, status, HAS_FAILED, failure, 'arcs of 1 s')
         status = gracecg_estimate_chain(observations, 20.0_dp, 1, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'chain')
         status = gracecg_free(observations)
@@ -204,7 +199,6 @@ contains
     !> are warnings.
     subroutine test_arrays(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(samples_t) :: samples, fewer
         type(observation_set_t) :: set
@@ -289,14 +283,12 @@ contains
 
     subroutine test_files(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         real(dp) :: there(12), again(12)
         integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_int) :: status
 
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         call simulate('back-3', 1, 1, observations, status, failure)
         status = gracecg_observations_write(observations, c_string(FOLDER//'c-interface'), failure)
         call check_ok(error, status, failure)
@@ -315,15 +307,14 @@ contains
         status = gracecg_free(observations)
         if (allocated(error)) return
         status = gracecg_observations_open(c_string(FOLDER//'nowhere'), copy, failure)
-        call check_refused(error, status, FAILED, failure, 'no such folder')
+        call check_refused(error, status, HAS_FAILED, failure, 'no such folder')
         status = gracecg_setup_open(c_string(FOLDER//'nowhere/setup.nml'), knowledge, failure)
-        call check_refused(error, status, FAILED, failure, 'no such file')
+        call check_refused(error, status, HAS_FAILED, failure, 'no such file')
     end subroutine test_files
 
     !> Options travel with the objects, can be told and replaced; the object itself keeps its own.
     subroutine test_options(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: GAIN_TOO = '&optimal estimate_rod_gain = .true. /'
         type(error_struct) :: failure
         integer(c_intptr_t) :: observations, changed, knowledge, from_folder, case, fit
@@ -371,7 +362,7 @@ contains
         if (allocated(error)) return
 
         status = gracecg_options_replace(case, c_string('&optimal sigma_rod_gain = 1 /'), changed, failure)
-        call check_refused(error, status, FAILED, failure, '"sigma_rod_gain" is not known')
+        call check_refused(error, status, HAS_FAILED, failure, '"sigma_rod_gain" is not known')
         status = gracecg_options_replace(case, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'changed')
         status = gracecg_free(case)
@@ -404,7 +395,6 @@ contains
     !> What `optimal` and `sequential` say beside the offset.
     subroutine test_details(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(observation_set_t) :: set
         type(solution_t) :: expected
@@ -486,14 +476,11 @@ contains
     !> A NaN in any array of samples.
     subroutine test_bad_samples(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(samples_t) :: samples
         integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_int) :: status
-        real(dp) :: nan
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         call simulate('front-1', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
@@ -530,7 +517,7 @@ contains
             real(dp) :: kept
 
             kept = number
-            number = nan
+            number = NAN
             status = create(knowledge, samples, copy, failure)
             call check_refused(error, status, BAD_VALUE, failure, part)
             number = kept
@@ -540,7 +527,6 @@ contains
     !> The estimate from a hopeless initial guess does not pass for a good there.
     subroutine test_not_converged(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: observations, hopeless, fit
         integer(c_int) :: status

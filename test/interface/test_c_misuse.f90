@@ -1,14 +1,13 @@
 !> The C interface, misused as C can misuse it: refused with a status and a message.
 module test_c_misuse
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_size_t
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
+    use vocabulary
     use gracecg, only: dp, error_t
     use gracecg_files_file, only: make_directory
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use c_library
     use c_checks
-    use fixture, only: check, FOLDER, make_folder, make_file
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_misuse
@@ -35,7 +34,6 @@ contains
     !> Every pointer that is needed, left out.
     subroutine test_null(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: utc
         integer(c_intptr_t) :: handle, case, model, gravity
@@ -95,14 +93,13 @@ contains
     !> Numbers that are no handle, and handles of another kind.
     subroutine test_handles(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: epoch
         integer(c_intptr_t) :: case, wrong(6), out
         integer(c_size_t) :: n(1)
         integer(c_int) :: status
         integer :: i
-        real(dp) :: x(39), number
+        real(dp) :: x(39)
 
         status = gracecg_case_open(c_string('front-1'), case, failure)
         wrong = [0_c_intptr_t, -1_c_intptr_t, huge(0_c_intptr_t), -huge(0_c_intptr_t), &
@@ -155,7 +152,6 @@ contains
     !> A handle that was freed is never valid again, also when its place is taken by another object.
     subroutine test_freed_twice(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: gravity, copy, other
         integer(c_int) :: status
@@ -182,7 +178,6 @@ contains
 
     subroutine test_too_many(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: handles(MAX_OBJECTS + 1)
         integer(c_int) :: status
@@ -206,38 +201,36 @@ contains
 
     subroutine test_names(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: utc
         integer(c_intptr_t) :: handle, fit
         integer(c_int) :: status
 
         status = gracecg_case_open(c_string('frnt-1'), handle, failure)
-        call check_refused(error, status, FAILED, failure, 'did you mean "front-1"')
+        call check_refused(error, status, HAS_FAILED, failure, 'did you mean "front-1"')
         status = gracecg_gravity_open(c_string('egm69'), 2, 2, handle, failure)
-        call check_refused(error, status, FAILED, failure, 'did you mean "egm96"')
+        call check_refused(error, status, HAS_FAILED, failure, 'did you mean "egm96"')
         status = gracecg_gravity_open(c_string(''), 2, 2, handle, failure)
-        call check_refused(error, status, FAILED, failure, 'no gravity model ""')
+        call check_refused(error, status, HAS_FAILED, failure, 'no gravity model ""')
         status = gracecg_gravity_open(c_string('test'), 2, 2, handle, failure)
-        call check_refused(error, status, FAILED, failure, 'nor a file')
+        call check_refused(error, status, HAS_FAILED, failure, 'nor a file')
         status = gracecg_gravity_open(c_string('fpm.toml'), 2, 2, handle, failure)
-        call check_refused(error, status, FAILED, failure, 'fpm.toml')
+        call check_refused(error, status, HAS_FAILED, failure, 'fpm.toml')
         status = gracecg_utc_parse(c_string(DATE), utc)
         status = gracecg_field_open(c_string('igrf59'), utc, handle, failure)
-        call check_refused(error, status, FAILED, failure, 'did you mean "igrf95"')
+        call check_refused(error, status, HAS_FAILED, failure, 'did you mean "igrf95"')
         status = gracecg_wind_open(c_string('hwm39'), handle, failure)
-        call check_refused(error, status, FAILED, failure, 'did you mean "hwm93"')
+        call check_refused(error, status, HAS_FAILED, failure, 'did you mean "hwm93"')
         call check(error, handle == 0, 'a handle after a failure')
         call simulate('front-1', 1, 1, handle, status, failure)
         status = gracecg_estimate(c_string('assest'), handle, fit, failure)
-        call check_refused(error, status, FAILED, failure, 'no algorithm "assest"')
+        call check_refused(error, status, HAS_FAILED, failure, 'no algorithm "assest"')
         status = gracecg_free(handle)
     end subroutine test_names
 
     !> NaN and infinity at every place where a number comes in.
     subroutine test_not_finite(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: epoch
         integer(c_intptr_t) :: case, model, gravity, light, handle
@@ -245,7 +238,7 @@ contains
         real(dp) :: bad(2), state(13), x(13), a(13)
         integer :: i, k
 
-        bad = [ieee_value(1.0_dp, ieee_quiet_nan), ieee_value(1.0_dp, ieee_positive_inf)]
+        bad = [NAN, ieee_value(1.0_dp, ieee_positive_inf)]
         status = gracecg_utc_parse(c_string(DATE), epoch)
         status = gracecg_case_open(c_string('front-1'), case)
         state = item(case, 'state', 13)
@@ -296,7 +289,6 @@ contains
 
     subroutine test_sizes(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: gravity, observations
         integer(c_int) :: status
@@ -321,7 +313,6 @@ contains
 
     subroutine test_states(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: case, model, gravity
         integer(c_int) :: status
@@ -360,7 +351,6 @@ contains
     !> A text without its end within the limit, and a message that is longer than its place.
     subroutine test_long_texts(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: handle
         integer(c_int) :: status
@@ -371,7 +361,7 @@ contains
         status = gracecg_case_open(c_string(repeat('a', 2**20 + 1)), handle, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'longer than 1048576 bytes')
         status = gracecg_wind_open(c_string(repeat('a', 4095)), handle, failure)
-        call check_refused(error, status, FAILED, failure, 'no wind "aaa')
+        call check_refused(error, status, HAS_FAILED, failure, 'no wind "aaa')
         if (allocated(error)) return
         message = trim(message_text(failure))
         call check(error, len(message) == 1019 .and. message(1017:) == '...', 'a message that is cut off')
@@ -380,27 +370,26 @@ contains
     !> Every argument NULL, or wrong: refused by name.
     subroutine test_level1_misuse(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_t), allocatable :: problem
         real(dp) :: spans(2, 1), bad(2, 1)
 
-        call make_folder(error)
+        call make_folder()
         call make_directory(FOLDER//'c_level1', problem)
-        call make_file(error, 'c_level1_setup.nml', '&mass_properties'//new_line('a')//'mass = 580'//new_line('a')// &
+        call make_file('c_level1_setup.nml', '&mass_properties'//new_line('a')//'mass = 580'//new_line('a')// &
                        'moments_of_inertia = 70, 345, 388'//new_line('a')//'products_of_inertia = -3, -0.3, -2.9'// &
                        new_line('a')//'/'//new_line('a')//'&level1'//new_line('a')//'/'//new_line('a'))
         spans(:, 1) = [633798600.0_dp, 60.0_dp]
-        bad(:, 1) = [633798600.0_dp, ieee_value(1.0_dp, ieee_quiet_nan)]
+        bad(:, 1) = [633798600.0_dp, NAN]
         call refuse(NULL_POINTER, 'folder', setup='s'//c_null_char)
         call refuse(NULL_POINTER, 'setup', folder='f'//c_null_char)
         call refuse(NULL_POINTER, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE)
         call refuse(BAD_SIZE, 'n_spans', 'f'//c_null_char, 's'//c_null_char, n_spans=-ONE)
         call refuse(BAD_VALUE, 'spans', 'f'//c_null_char, 's'//c_null_char, n_spans=ONE, spans=bad)
         call refuse(BAD_VALUE, 'satellite', 'f'//c_null_char, 's'//c_null_char, satellite='CD'//c_null_char)
-        call refuse(FAILED, 's:', 'f'//c_null_char, 's'//c_null_char)
-        call refuse(FAILED, 'no Level-1 files', FOLDER//'c_level1'//c_null_char, &
+        call refuse(HAS_FAILED, 's:', 'f'//c_null_char, 's'//c_null_char)
+        call refuse(HAS_FAILED, 'no Level-1 files', FOLDER//'c_level1'//c_null_char, &
                     FOLDER//'c_level1_setup.nml'//c_null_char, n_spans=ONE, spans=spans)
-        call refuse(FAILED, 'no date', FOLDER//'c_level1'//c_null_char, &
+        call refuse(HAS_FAILED, 'no date', FOLDER//'c_level1'//c_null_char, &
                     FOLDER//'c_level1_setup.nml'//c_null_char, day='2020-02-30'//c_null_char)
         call refuse(BAD_VALUE, 'day', FOLDER//'c_level1'//c_null_char, &
                     FOLDER//'c_level1_setup.nml'//c_null_char, day=repeat('2', 5000)//c_null_char)

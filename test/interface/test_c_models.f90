@@ -1,6 +1,7 @@
 !> The C interface to time and models, called as C calls it: the numbers are those of the Fortran API.
 module test_c_models
     use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int32_t, c_intptr_t, c_size_t
+    use vocabulary
     use gracecg, only: dp, error_t, utc_t, parse_utc, utc_plus, gmst_1982, geopotential_t, egm96, igrf_t, igrf, decimal_year, &
         dtm_t, new_dtm, density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
         atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, tabulated_wind_t, &
@@ -9,8 +10,6 @@ module test_c_models
     use gracecg_interface_general, only: INTERFACE_VERSION
     use c_library
     use c_checks
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_models
@@ -31,7 +30,6 @@ contains
 
     subroutine test_constant_texts(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer(c_int32_t) :: i
 
         call check(error, text_at(gracecg_version()), LIBRARY_VERSION)
@@ -55,7 +53,6 @@ contains
 
     subroutine test_time(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: before
         type(utc_t) :: time
@@ -76,7 +73,6 @@ contains
 
     subroutine test_gravity(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(geopotential_t) :: model
         type(error_t), allocatable :: problem
@@ -111,14 +107,13 @@ contains
                          'point mass')
         status = gracecg_free(gravity)
         status = gracecg_gravity_open(c_string('point-mass'), 2, 0, gravity, failure)
-        call check_refused(error, status, FAILED, failure, 'a point mass has degree')
+        call check_refused(error, status, HAS_FAILED, failure, 'a point mass has degree')
         status = gracecg_gravity_open(c_string('egm96'), 71, 0, gravity, failure)
-        call check_refused(error, status, FAILED, failure, 'degree = 71')
+        call check_refused(error, status, HAS_FAILED, failure, 'degree = 71')
     end subroutine test_gravity
 
     subroutine test_field(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: date_of_field
         type(igrf_t) :: model
@@ -137,12 +132,11 @@ contains
         call check_equal(error, b, expected, 'field')
         status = gracecg_free(field)
         status = gracecg_field_open(c_string('igrf95'), utc_struct(60000, 0.0_dp), field, failure)
-        call check_refused(error, status, FAILED, failure, 'igrf14 covers')
+        call check_refused(error, status, HAS_FAILED, failure, 'igrf14 covers')
     end subroutine test_field
 
     subroutine test_air(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: epoch
         type(utc_t) :: time
@@ -178,7 +172,7 @@ contains
         call check(error, int(status), int(OK), 'indices of the table')
         status = gracecg_free(density)
         status = gracecg_density_open(c_string('dtm77'), utc_struct(50000, 0.0_dp), density=density, error=failure)
-        call check_refused(error, status, FAILED, failure, 'no space weather')
+        call check_refused(error, status, HAS_FAILED, failure, 'no space weather')
 
         do i = 1, size(DENSITY_MODELS)
             status = gracecg_density_open(c_string(trim(DENSITY_MODELS(i))), epoch, density=density, error=failure)
@@ -194,7 +188,7 @@ contains
         status = gracecg_density_open(c_string('dtm94'), indices=[200.0_dp, 180.0_dp, 12.0_dp], density=density, error=failure)
         call check_refused(error, status, BAD_VALUE, failure, 'kp')
         status = gracecg_density_open(c_string('dtm95'), epoch, density=density, error=failure)
-        call check_refused(error, status, FAILED, failure, 'dtm94')
+        call check_refused(error, status, HAS_FAILED, failure, 'dtm94')
         status = gracecg_density_open(c_string('dtm94'), density=density, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'date or indices')
         status = gracecg_density_open(c_string('dtm94'), epoch, [200.0_dp, 180.0_dp, 3.0_dp], density, failure)
@@ -212,7 +206,6 @@ contains
     !> The flux, the Sun and its shadow are those of the Fortran API.
     subroutine test_light(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(utc_struct) :: epoch
         integer(c_intptr_t) :: model
@@ -251,6 +244,6 @@ contains
         status = gracecg_earth_radiation_open(c_string('report'), -1, 1367.0_dp, model, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'rings = -1')
         status = gracecg_earth_radiation_open(c_string('knoke'), 1, 1367.0_dp, model, failure)
-        call check_refused(error, status, FAILED, failure, 'knocke')
+        call check_refused(error, status, HAS_FAILED, failure, 'knocke')
     end subroutine test_light
 end module test_c_models

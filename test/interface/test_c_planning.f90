@@ -1,14 +1,12 @@
 !> The C interface to bound and planner, called as C calls it: the numbers are those of the Fortran API.
 module test_c_planning
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use vocabulary
     use gracecg, only: dp, error_t, message_of, calibration_t, find_calibration, case_t, find_case, case_text, &
         estimation_options_t, case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, &
         map_case
     use c_library
     use c_checks
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_planning
@@ -26,7 +24,6 @@ contains
 
     subroutine test_bound(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(case_t) :: case
         type(case_bound_t) :: expected
@@ -66,13 +63,12 @@ contains
         call case_text(case, text, problem)
         status = gracecg_case_open(c_string(text), handle)
         status = gracecg_case_bound(handle, bound, failure)
-        call check_refused(error, status, FAILED, failure, 'rods are off')
+        call check_refused(error, status, HAS_FAILED, failure, 'rods are off')
         status = gracecg_free(handle)
     end subroutine test_bound
 
     subroutine test_design(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         type(calibration_t) :: calibration, planned_case
         type(design_settings_t) :: own_settings
@@ -162,15 +158,12 @@ contains
     !> Every setting that is none, missing pointers, handles of another kind: refused, with no case made.
     subroutine test_design_misuse(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_struct) :: failure
         integer(c_intptr_t) :: handle, planned, places
         integer(c_int32_t) :: choices(8), right_choices(8)
         integer(c_int) :: status
-        real(dp) :: nan, settings(9), right(9)
+        real(dp) :: settings(9), right(9)
 
-        nan = 0
-        nan = ieee_value(nan, ieee_quiet_nan)
         status = gracecg_case_open(c_string('front-1'), handle)
         right = item(handle, 'design_settings', 9)
         right_choices = nint(item(handle, 'design_choices', 8))
@@ -182,19 +175,19 @@ contains
         call refuse(BAD_VALUE, 'threads = 0')
         choices(8) = 2000
         call refuse(BAD_VALUE, 'threads = 2000')
-        call refuse_setting(1, -1.0_dp, FAILED, 'time of the calibration')
-        call refuse_setting(1, 1e5_dp, FAILED, 'time of the calibration')
-        call refuse_setting(2, 1e9_dp, FAILED, 'duration')
-        call refuse_setting(2, 0.0_dp, FAILED, 'duration')
-        call refuse_setting(8, 0.0_dp, FAILED, 'limits of rate')
-        call refuse_setting(3, 31.0_dp, FAILED, '30 A m^2')
+        call refuse_setting(1, -1.0_dp, HAS_FAILED, 'time of the calibration')
+        call refuse_setting(1, 1e5_dp, HAS_FAILED, 'time of the calibration')
+        call refuse_setting(2, 1e9_dp, HAS_FAILED, 'duration')
+        call refuse_setting(2, 0.0_dp, HAS_FAILED, 'duration')
+        call refuse_setting(8, 0.0_dp, HAS_FAILED, 'limits of rate')
+        call refuse_setting(3, 31.0_dp, HAS_FAILED, '30 A m^2')
         settings(5) = 6
-        call refuse_setting(4, 5.9_dp, FAILED, 'half the sampling')
-        call refuse_setting(4, 0.3_dp, FAILED, 'frequencies')
+        call refuse_setting(4, 5.9_dp, HAS_FAILED, 'half the sampling')
+        call refuse_setting(4, 0.3_dp, HAS_FAILED, 'frequencies')
         choices(1:3) = 0
-        call refuse(FAILED, 'rods are off')
+        call refuse(HAS_FAILED, 'rods are off')
         choices(4:7) = 0
-        call refuse(FAILED, 'no waveform')
+        call refuse(HAS_FAILED, 'no waveform')
         call refuse(BAD_VALUE, 'place = 4', place=4)
         call refuse(BAD_VALUE, 'revolutions = 0', revolutions=0)
         status = gracecg_design(handle, right, right_choices, 1, 1, error=failure)
@@ -205,12 +198,12 @@ contains
         call check_refused(error, status, NULL_POINTER, failure, 'choices')
         status = gracecg_map(handle, ONE, threads=1, places=places, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'seconds')
-        status = gracecg_map(handle, ONE, [nan], 1, places, failure)
+        status = gracecg_map(handle, ONE, [NAN], 1, places, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'seconds')
         status = gracecg_map(handle, ONE, [-5.0_dp], 1, places, failure)
-        call check_refused(error, status, FAILED, failure, 'time of the calibration')
+        call check_refused(error, status, HAS_FAILED, failure, 'time of the calibration')
         status = gracecg_map(handle, ONE, [1e9_dp], 1, places, failure)
-        call check_refused(error, status, FAILED, failure, '150 revolutions')
+        call check_refused(error, status, HAS_FAILED, failure, '150 revolutions')
         status = gracecg_map(handle, ONE, [0.0_dp], -1, places, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'threads')
         status = gracecg_map(handle, -1_c_size_t, [0.0_dp], 1, places, failure)

@@ -1,10 +1,9 @@
 !> The umbrella module: with `use gracecg` alone, models one by one, an integrator of one's own, and a
 !> calibration from arrays in memory.
 module test_library
+    use vocabulary
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_library
@@ -35,14 +34,13 @@ contains
 
         call find_case(name, case, failure)
         if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         state = initial_state(case)
     end subroutine prepare
 
     !> The sum of the accelerations is the velocity's rate in the equations of motion.
     subroutine test_sum(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
         real(dp) :: state(STATE_SIZE), rate(STATE_SIZE), difference
@@ -64,7 +62,6 @@ contains
     !> Each part from the models one by one, in inertial axes: gravity by (2-3), (2-4).
     subroutine test_parts(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(case_t) :: case
         type(accelerations_t) :: acting
@@ -104,7 +101,6 @@ contains
     !> orbit: the forces hardly depend on the small turns of a calibration.
     subroutine test_own_integrator(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: STEP = 1.0_dp
         integer, parameter :: STEPS = 60
         type(satellite_dynamics_t) :: dynamics
@@ -143,7 +139,6 @@ contains
     !> A model can be replaced by another, and effects left out.
     subroutine test_own_gravity(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
         real(dp) :: state(STATE_SIZE), r(3)
@@ -162,7 +157,6 @@ contains
     !> Simulated, put into arrays, and estimated with the offset near the truth.
     subroutine test_calibration(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: simulated, observations
@@ -173,8 +167,7 @@ contains
         call find_case('front-3', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1, 1, simulated, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         observations%knowledge = simulated%knowledge
         observations%accelerometer_time = simulated%accelerometer_time
         observations%acceleration = simulated%acceleration
@@ -185,8 +178,7 @@ contains
         observations%field = simulated%field
         do i = 1, size(ESTIMATOR_NAMES)
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             ! some sigmas, with what the systematic errors add
             call check(error, all(abs(solution%offset - case%satellite%offset) < 2e-4_dp) .and. solution%converged, &
                        trim(ESTIMATOR_NAMES(i)))
@@ -196,7 +188,6 @@ contains
     !> A case and a setup come back from their texts.
     subroutine test_texts(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -207,8 +198,7 @@ contains
         call find_case('front-2', case, failure)
         call case_text(case, text, failure)
         call case_from_text(text, 'memory', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call case_text(again, text_again, failure)
         call check(error, text_again == text, 'case')
         if (allocated(error)) return
@@ -216,22 +206,20 @@ contains
         call observe(simulator, 1, 1, observations, failure)
         call setup_text(observations%knowledge, text, failure)
         call setup_from_text(text, 'memory', knowledge, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call setup_text(knowledge, text_again, failure)
         call check(error, text_again == text .and. len(text) > 1000, 'setup')
         if (allocated(error)) return
         call setup_from_text(text//'&spurious /', 'memory', knowledge, failure)
-        call check_fails(error, message_of(failure), [character(8) :: 'memory:', 'spurious'])
+        call check_fails(error, failure, [character(8) :: 'memory:', 'spurious'])
         if (allocated(error)) return
         call case_from_text('&calibration epoch = 5 /', 'memory', again, failure)
-        call check_fails(error, message_of(failure), [character(8) :: 'memory:', 'epoch'])
+        call check_fails(error, failure, [character(8) :: 'memory:', 'epoch'])
     end subroutine test_texts
 
     !> What would not fit into memory is refused, before it is asked for.
     subroutine test_long_arcs(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: arc
         type(case_t) :: case
@@ -243,24 +231,24 @@ contains
         call prepare('front-1', dynamics, state, error)
         if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.1_dp, 2000000, arc, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc', '1000000'])
+        call check_fails(error, failure, [character(20) :: 'steps of an arc', '1000000'])
         if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.1_dp, -1, arc, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc', '-1'])
+        call check_fails(error, failure, [character(20) :: 'steps of an arc', '-1'])
         if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.0_dp, 1, arc, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'interval', 'positive'])
+        call check_fails(error, failure, [character(20) :: 'interval', 'positive'])
         if (allocated(error)) return
         call find_case('front-1', case, failure)
         call new_simulator(case, simulator, failure)
         call observe(simulator, 1, 1, observations, failure)
         observations%knowledge%duration = 1e300_dp
         call check_observations(observations, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'duration', '1000000'])
+        call check_fails(error, failure, [character(20) :: 'duration', '1000000'])
         if (allocated(error)) return
         case%duration = 86400
         case%interval = 1e-3_dp
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc'])
+        call check_fails(error, failure, [character(20) :: 'steps of an arc'])
     end subroutine test_long_arcs
 end module test_library

@@ -1,17 +1,16 @@
 !> Several threads at once: the numbers of one, and objects that are made and freed all the time.
 module test_threads
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
+    use vocabulary
     use omp_lib, only: omp_get_num_threads
     use gracecg, only: dp, ESTIMATOR_NAMES
     use gracecg_interface_handles, only: live_objects
     use c_library
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_threads
 
-    integer(c_int), parameter :: OK = 0, BAD_HANDLE = 2, FAILED = 5
+    integer(c_int), parameter :: OK = 0, BAD_HANDLE = 2, HAS_FAILED = 5
     integer, parameter :: THREADS = 2
 
 contains
@@ -32,7 +31,6 @@ contains
     !> Otherwise the others show nothing.
     subroutine test_two(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer :: n
 
         n = 0
@@ -47,7 +45,6 @@ contains
     !> One force model in two threads.
     subroutine test_models(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: POINTS = 4000
         integer(c_intptr_t) :: case, model, gravity
         integer(c_int) :: status
@@ -100,7 +97,6 @@ contains
     !> Each thread simulates and estimates on its own, all algorithms.
     subroutine test_estimation(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 4
         integer(c_intptr_t) :: case, simulator
         integer(c_int) :: status
@@ -153,7 +149,6 @@ contains
     !> Two threads open, use and free objects of several kinds.
     subroutine test_churn(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 3000
         integer(c_intptr_t) :: gravity, light
         integer(c_int) :: status(5)
@@ -186,7 +181,6 @@ contains
     !> One thread works with a model that the other frees: the work is done, or refused.
     subroutine test_free_in_use(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 30, POINTS = 200
         integer(c_intptr_t) :: gravity, copy
         integer(c_int) :: status, freed, opened
@@ -203,7 +197,7 @@ contains
         do i = 1, ROUNDS
             opened = gracecg_gravity_open(c_string('egm96'), 20, 20, gravity)
             copy = gravity
-            freed = FAILED
+            freed = HAS_FAILED
             !$omp parallel sections num_threads(THREADS) private(status, k, a)
             !$omp section
             do k = 1, 200
@@ -227,7 +221,6 @@ contains
     !> Of two threads that free one object, one succeeds.
     subroutine test_freed_by_two(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 500
         integer(c_intptr_t) :: gravity, copy
         integer(c_int) :: status
@@ -251,7 +244,6 @@ contains
     !> Failures in two threads do not mix.
     subroutine test_messages(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 500
         type(error_struct) :: failure
         integer(c_intptr_t) :: handle
@@ -265,7 +257,7 @@ contains
         do i = 1, ROUNDS
             write (name, '("case", i4.4)') i
             status = gracecg_case_open(c_string(name), handle, failure)
-            if (status /= FAILED .or. index(message_text(failure), name) == 0) mixed = mixed + 1
+            if (status /= HAS_FAILED .or. index(message_text(failure), name) == 0) mixed = mixed + 1
         end do
         !$omp end parallel do
         call check(error, mixed, 0, 'messages of other calls')

@@ -1,8 +1,7 @@
 !> A small manoeuvre of a rigid body, integrated here and written as Level-1 files, with one thing wrong or none.
 module level1_day
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, integer_text, parse_integer
     use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised
     use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
@@ -13,8 +12,6 @@ module level1_day
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
-    use testdrive, only: error_type
-    use fixture, only: FOLDER, make_file, check, check_passes
     implicit none
     private
     public :: flaws_t, setup_said, current_at, start_of, write_day, copy_day, estimate_day, says, check_offsets, make_setup
@@ -349,8 +346,7 @@ contains
         do i = 1, size(PRODUCTS)
             if (.not. allocated(failure)) call read_text_file(from//'/'//PRODUCTS(i)//DAY, file, failure)
             if (.not. allocated(failure)) call copy%open(to//'/'//PRODUCTS(i)//'_'//date//'_C_04.txt', failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             is_header = .true.
             do k = 1, file%line_count()
                 line = file%line(k)
@@ -366,14 +362,14 @@ contains
             end do
             call copy%commit(failure)
         end do
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine copy_day
 
     !> The file l1_setup.nml with what setup_said gives.
     subroutine make_setup(error)
         type(error_type), allocatable, intent(inout) :: error
 
-        call make_file(error, 'l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
+        call make_file('l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
                        ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)//'/'// &
                        achar(10)//'&level1'//achar(10)//'/'//achar(10))
     end subroutine make_setup

@@ -1,15 +1,12 @@
 !> Level-1 files as files of others and back: GROOPS, CCSDS. Forms by their definitions, units, frames, directions, and files that
 !> are broken.
 module test_level1_exchange
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_base_text, only: string_t, join, padded, integer_text
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_level1_conversion, only: exchange_level1
     use gracecg_level1_records, only: level1_records_t, read_level1
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, check, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_level1_exchange
@@ -38,7 +35,6 @@ contains
     !> Every product through every form that has it: times to the microsecond, values to the last digits.
     subroutine test_round_trips(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: STATE = ' 6378136.123456789 -1234.5 5e-3 0.001 0.001 0.001 '// &
             '-1.25 7638.807717665099 12 1e-6 1e-6 1e-6 '
         character(*), parameter :: FLAG = '00000000'
@@ -69,15 +65,13 @@ contains
             character(16), parameter :: NOT_KEPT(4) = [character(16) :: 'qualflg', 'qual_rss', 'sca_id', 'prod_flag']
             integer :: i
 
-            call make_file(error, product//DAY, HEAD//lines)
-            if (allocated(error)) return
+            call make_file(product//DAY, HEAD//lines)
             call exchange_level1(FOLDER//product//DAY, FOLDER//'other.txt', form, warnings, failure)
             if (.not. allocated(failure)) &
                 call exchange_level1(FOLDER//'other.txt', FOLDER//product//LATER, 'level1', warnings, failure)
             if (.not. allocated(failure)) call read_level1(FOLDER//product//DAY, before, failure)
             if (.not. allocated(failure)) call read_level1(FOLDER//product//LATER, after, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, after%count, before%count, product)
             if (allocated(error)) return
             call check(error, all(after%seconds == before%seconds) .and. all(abs(after%fraction - before%fraction) < 1e-9_dp), &
@@ -103,8 +97,7 @@ contains
         type(string_t), allocatable :: warnings(:)
 
         message = ''
-        call make_file(error, 'others.txt', text)
-        if (allocated(error)) return
+        call make_file('others.txt', text)
         call exchange_level1(FOLDER//'others.txt', FOLDER//product//DAY, 'level1', warnings, failure)
         if (.not. allocated(failure) .and. present(remarks)) remarks = join(padded(warnings), '; ')
         if (.not. allocated(failure)) call read_level1(FOLDER//product//DAY, records, failure)
@@ -114,7 +107,6 @@ contains
     !> An instrument file with two arcs and comments as the program's documents show it, and the same numbers as a matrix.
     subroutine test_groops(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: LINES(2) = [character(90) :: &
             ' 58880.000000000000000000  1.5e-07 -2.50e-08 +3.0e-09', &
             ' 58880.000011574074074074  1.6e-07 -2.60e-08 3.1E-09']
@@ -130,8 +122,7 @@ contains
             if (attempt == 2) call read_text(error, 'groops matrix version=20200123'//LF//'Matrix( 2 x 4 )'//LF// &
                                              trim(LINES(1))//LF//trim(LINES(2))//LF, 'ACT1B', acc, message)
             if (attempt == 3) call read_text(error, trim(LINES(1))//LF//trim(LINES(2))//LF, 'ACT1B', acc, message)
-            call check_passes(error, message)
-            if (allocated(error)) return
+            if (failed(error, message)) return
             call check(error, acc%count, 2)
             if (allocated(error)) return
             call check(error, all(acc%seconds == [EPOCH, EPOCH + 1]), 'other times')
@@ -143,7 +134,6 @@ contains
     !> Kilometres, and times of other scales: 0 h GPS is 23:59:42 UTC, 0:00:19 TAI, 0:01:10.184 TT... less 19 s.
     subroutine test_oem(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: SCALES(4) = [character(3) :: 'GPS', 'UTC', 'TAI', 'TT']
         character(*), parameter :: EPOCHS(4) = [character(26) :: '2020-02-01T00:00:00', '2020-01-31T23:59:42.000', &
                                                 '2020-02-01T00:00:19.0Z', '2020-02-01T00:00:51.184']
@@ -156,8 +146,7 @@ contains
                            'TIME_SYSTEM = '//trim(SCALES(i))//LF//'META_STOP'//LF//LF//trim(EPOCHS(i))// &
                            ' 6378.1361 -2.5 0.001 0 7.5 -1 0 0 0'//LF//'COVARIANCE_START'//LF//'EPOCH = 2020-02-01T00:00:00'//LF// &
                            '1 2 3'//LF//'COVARIANCE_STOP'//LF, 'GNI1B', orbit, message, remarks)
-            call check_passes(error, message)
-            if (allocated(error)) return
+            if (failed(error, message)) return
             call check(error, orbit%count, 1)
             call check(error, orbit%seconds(1) == EPOCH, trim(SCALES(i))//': another time, '//integer_text(orbit%seconds(1)))
             call check(error, maxval(abs([orbit%values(1, orbit%field_of('xpos')) - 6378136.1_dp, &
@@ -169,7 +158,6 @@ contains
     !> A satellite turned by 90 deg about z, whose x is inertial y, said in every direction and order.
     subroutine test_aem(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: BODY = 'SC_BODY_1', SPACE = 'ICRF'
         real(dp), parameter :: HALF = sqrt(0.5_dp)
         character(*), parameter :: TO_BODY = ' 0 0 0.70710678118654752 0.70710678118654752'
@@ -199,8 +187,7 @@ contains
             text = text//'TIME_SYSTEM = GPS'//LF//'ATTITUDE_TYPE = QUATERNION'//LF//'META_STOP'//LF//'DATA_START'//LF// &
                 '2020-02-01T00:00:00'//quaternion//LF//'DATA_STOP'//LF
             call read_text(error, text, 'SCA1B', sca, message)
-            call check_passes(error, message)
-            if (allocated(error)) return
+            if (failed(error, message)) return
             associate (q => sca%values(1, [sca%field_of('quaticoeff'), sca%field_of('quatjcoeff'), sca%field_of('quatkcoeff'), &
                                            sca%field_of('quatangle')]))
                 axes = rotation_matrix(q)
@@ -213,17 +200,14 @@ contains
     !> What is written has the keys that the definitions demand.
     subroutine test_written(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: warnings(:)
         type(text_file_t) :: file
 
-        call make_file(error, 'SCA1B'//DAY, HEAD//'633787200 C 23 0.5 0.5 -0.5 0.5 0 00000000'//LF)
-        if (allocated(error)) return
+        call make_file('SCA1B'//DAY, HEAD//'633787200 C 23 0.5 0.5 -0.5 0.5 0 00000000'//LF)
         call exchange_level1(FOLDER//'SCA1B'//DAY, FOLDER//'other.txt', 'ccsds', warnings, failure)
         if (.not. allocated(failure)) call read_text_file(FOLDER//'other.txt', file, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check_fails(error, file%text, [character(80) :: 'CCSDS_AEM_VERS = 1.0', 'CREATION_DATE = 2', 'ORIGINATOR = ', &
             'OBJECT_NAME = GRACE-FO 1', 'OBJECT_ID = 2018-047A', 'REF_FRAME_A = GCRF', 'REF_FRAME_B = SC_BODY_1', &
             'ATTITUDE_DIR = A2B', 'TIME_SYSTEM = GPS', 'START_TIME = 2020-02-01T00:00:00.000000', 'STOP_TIME = 2020-02-01T00', &
@@ -233,7 +217,6 @@ contains
     !> Each kind of broken file is refused, by its line and with what is wrong.
     subroutine test_broken(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: GROOPS = 'groops instrument version=20200123'//LF
         character(*), parameter :: OEM = 'CCSDS_OEM_VERS = 2.0'//LF//META//'REF_FRAME = ICRF'//LF
         character(*), parameter :: AEM = 'CCSDS_AEM_VERS = 1.0'//LF//META//'REF_FRAME_A = ICRF'//LF//'REF_FRAME_B = SC_BODY_1'//LF

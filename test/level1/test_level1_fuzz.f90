@@ -4,8 +4,7 @@
 !> what is wrong, or its numbers are those of the changed file by another way: word by word with the run-time
 !> library (text), byte by byte by writing them again (binary).
 module test_level1_fuzz
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_text, only: parse_real, integer_text, lower_case
     use gracecg_files_file, only: file_exists, text_file_t, read_text_file
@@ -16,8 +15,6 @@ module test_level1_fuzz
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_summary, only: level1_summary_t, summarise_level1
     use gracecg_level1_writer, only: level1_writer_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, check, test_failed, make_file, make_folder, check_passes
     implicit none
     private
     public :: collect_level1_fuzz
@@ -42,13 +39,12 @@ contains
 
     subroutine test_changed(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(seed_t) :: seeds(MOST_SEEDS)
         type(random_stream_t) :: stream
         character(:), allocatable :: content
         integer :: n, i, k, refused, read_well, from
 
-        call make_folder(error)
+        call make_folder()
         call make_seeds(seeds, n)
         stream = new_stream(12_i8, 0, 0, 1, 1)
         refused = 0
@@ -59,7 +55,7 @@ contains
             from = seeds(k)%records_begin
             if (stream%uniform() < 0.25_dp) from = 1
             call change(seeds(k)%content, from, stream, content)
-            call make_file(error, seeds(k)%name, content)
+            call make_file(seeds(k)%name, content)
             if (.not. allocated(error)) &
                 call try(error, seeds(k)%name, content, from == seeds(k)%records_begin, from, refused, read_well)
             if (allocated(error)) then
@@ -254,8 +250,7 @@ contains
 
         call reader%open(FOLDER//name, failure)
         if (.not. allocated(failure)) call reader%next(block, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         at = 1
         do i = 1, block%count
             do k = 1, size(reader%layout%fields)
@@ -348,7 +343,7 @@ contains
             end do
             call writer%commit(failure)
         end if
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (allocated(error) .or. any(reader%not_finite > 0)) return
         call read_bytes(FOLDER//'fuzz.again', again)
         first = index(again, 'END OF HEADER') + 81

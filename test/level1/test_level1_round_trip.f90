@@ -1,8 +1,7 @@
 !> Simulated Level-1 files and back: estimates of what was put in, and faults told by their names.
 module test_level1_round_trip
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, integer_text, real_text, parse_real, split_words
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t, STATUS_NOT_TO_BE_USED
@@ -25,9 +24,7 @@ module test_level1_round_trip
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
     use test_level1_simulation, only: fly, write_files, prepare, START
-    use fixture, only: check, check_passes, failed
     use level1_day, only: says
-    use testdrive, only: unittest_type, error_type, new_unittest
     implicit none
     private
     public :: collect_level1_round_trip
@@ -54,7 +51,6 @@ contains
     !> A span of a simulated day as an observation set, written, read and estimated.
     subroutine test_preparation(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_setup_t) :: setup
@@ -74,7 +70,7 @@ contains
         if (.not. allocated(failure)) call write_observations(path//'/span', observations, [character(1) ::], failure)
         if (.not. allocated(failure)) call read_observations(path//'/span', observations, failure)
         if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         ! Noise that rises with frequency is nearly white in means of a second: nothing of the setup is contradicted, and the
         ! sigma is less than samples of white noise would have (z: 6 um).
         call check(error, size(observations%accelerometer_time) > 55 .and. size(observations%accelerometer_time) < 60, 'means')
@@ -121,7 +117,6 @@ contains
     !> Four places a quarter of a revolution apart, with all errors: within 4 sigma + 3 um.
     subroutine test_estimate(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         call check_estimate(settings, 'l1s_estimate', .false., 3, error)
@@ -130,7 +125,6 @@ contains
     !> The same of GRACE, binary: no gyros, no GNI1B.
     subroutine test_grace(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         settings%satellite = 'B'
@@ -141,7 +135,6 @@ contains
     !> GRACE with held currents, whose steps alone tell the delay of the accelerometer: within 3 ms.
     subroutine test_held_currents(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: WITHIN = 3e-3_dp     ! s
         type(level1_settings_t) :: settings
 
@@ -154,7 +147,6 @@ contains
     !> In the first span the light of the Sun comes within some 10 s, by 3e-8 m/s^2, which had made sigma ten times as large.
     subroutine test_shadow_edge(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         settings%first_start = 1460     ! the light comes between 1484 and 1494 s
@@ -166,7 +158,6 @@ contains
     !> jumps by 0.3 mm about y (five sigma of the spans and more) in the middle: it is told, and not to be used.
     subroutine test_all_day(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: JUMP = 300*MICROMETRE, EVERY = 600
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
@@ -195,7 +186,7 @@ contains
             call estimate_folder(path, calibration, estimate, failure)
             call check(error, index(message_of(failure), 'no manoeuvre found') > 0, 'no manoeuvre')
             call estimate_folder(path, calibration, estimate, failure, every=EVERY)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             associate (first => estimate%solutions(1), d => truth%case%satellite%offset)
                 call check(error, size(calibration%spans), 5)
                 call check(error, size(estimate%arcs) > 15, 'arcs')
@@ -209,7 +200,7 @@ contains
                     end associate
                     behind = [real(calibration%epoch, dp) + calibration%spans(1)%start + settings%moved_at, settings%duration]
                     call estimate_folder(path, part, later, failure, every=EVERY, part=behind)
-                    if (failed(error, message_of(failure))) return
+                    if (failed(error, failure)) return
                     call check(error, size(part%spans), 3)
                     call check(error, size(later%findings), 0, 'behind the jump')
                     call check(error, all(abs(later%solutions(1)%offset - d - settings%moved) < 4*sigma_of(later%solutions(1))), &
@@ -250,7 +241,7 @@ contains
         call write_files(truth, name, path, error, binary)
         if (allocated(error)) return
         call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, size(estimate%solutions), sources, 'sources')
         if (allocated(error)) return
         do i = 1, sources
@@ -274,7 +265,6 @@ contains
     !> it would be, and nothing is to be trimmed.
     subroutine test_wrong_inertia(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: MORE = 10                ! kg m^2
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
@@ -287,7 +277,7 @@ contains
         call write_files(truth, 'l1s_inertia', path, error)
         if (allocated(error)) return
         call estimate_folder(path, calibration, estimate, failure, MORE)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (last => estimate%solutions(1))
             call check(error, size(estimate%findings), 1, 'one finding')
             call check(error, estimate%flag, 2, 'not to be trimmed')
@@ -304,7 +294,6 @@ contains
     !> What has an a-priori sigma of 0 is known, not unknown: every source gives an offset, with no larger sigma.
     subroutine test_exactly_known(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
@@ -320,9 +309,9 @@ contains
         call write_files(truth, 'l1s_exact', path, error)
         if (allocated(error)) return
         call estimate_folder(path, calibration, usual, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call estimate_folder(path, calibration, exact, failure, exact=.true.)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, size(exact%solutions), size(usual%solutions), 'all sources')
         if (allocated(error)) return
         do i = 1, size(usual%solutions)
@@ -336,7 +325,6 @@ contains
     !> The report's rods, y and z in phase, at one place: no confident number.
     subroutine test_in_phase(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
@@ -354,7 +342,7 @@ contains
         call prepare(settings, 'l1s_phase', truth, path, error)
         if (allocated(error)) return
         call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (first => estimate%solutions(1))
             sigma = sqrt([(first%covariance(k, k), k=1, 3)])
             call check(error, first%leakage == 'a priori' .and. first%flag == 2 .and. maxval(sigma) > 50*MICROMETRE, &
@@ -366,7 +354,6 @@ contains
     !> What is wrong is told by its name.
     subroutine test_faults(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         call named('rod-sign', 'wrong sign of rod y', 2)
@@ -394,7 +381,7 @@ contains
             call prepare(settings, 'l1s_fault', truth, path, error)
             if (allocated(error)) return
             call estimate_folder(path, calibration, estimate, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             said = .false.
             do i = 1, size(estimate%findings)
                 said = said .or. index(estimate%findings(i)%text, words) > 0
@@ -411,7 +398,6 @@ contains
     !> left out is, and the offset is the same; of all else nothing is to be used, and the status says so.
     subroutine test_changed_files(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_estimate_t) :: estimate
         type(level1_calibration_t) :: calibration
@@ -467,7 +453,7 @@ contains
 
             if (allocated(error)) return
             call estimate_folder(path, calibration, estimate, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine estimated
 
         subroutine told(words)
@@ -502,7 +488,7 @@ contains
             line = found(i)%text
             call read_text_file(line, file, failure)
             if (.not. allocated(failure)) call copy%open(line, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             header = .true.
             n = 0
             do i = 1, file%line_count()
@@ -529,7 +515,7 @@ contains
                 call copy%line(line)
             end do
             call copy%commit(failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine change
     end subroutine test_changed_files
 end module test_level1_round_trip

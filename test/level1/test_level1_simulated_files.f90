@@ -1,8 +1,7 @@
 !> Simulated Level-1 files: every instrument's effect against a formula of its own.
 module test_level1_simulated_files
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: ARCSECOND, DEGREE, MICROTESLA, NANOTESLA, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix, rotation_angle_between
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_level1_frames, only: gracecg_quaternion, mounting_of_head, inertial_of_earth_fixed_by_states
@@ -14,8 +13,6 @@ module test_level1_simulated_files
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE, STATE_SIZE
     use statistics, only: chi_square_limits, Z_999
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, failed
     use test_level1_simulation, only: clean, fly, write_files, prepare, read_product, START
     implicit none
     private
@@ -66,7 +63,6 @@ contains
     !> that of the instrument. Tags of MAG1B are those of MAG1A through the clock; the other instrument's likewise.
     subroutine test_samples(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(level1_records_t) :: mag, mag_gps, clk
@@ -108,7 +104,6 @@ contains
     !> What a run with leakage has more than one without is L I + K dI/dt, with sines known in closed form.
     subroutine test_leakage(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         character(:), allocatable :: path
@@ -143,7 +138,6 @@ contains
     !> times as noisy.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: LOW(3) = [2.7e-10_dp, 1.3e-10_dp, 0.64e-10_dp], HIGH(3) = [6.7e-10_dp, 2.4e-10_dp, 9.2e-10_dp]
         real(dp), parameter :: TURNING(3) = [2.9e-8_dp, 1.1e-8_dp, 1.7e-8_dp], DT = 0.0999910_dp
         type(level1_truth_t) :: truth
@@ -184,7 +178,6 @@ contains
     !> Angular accelerations and currents come in quanta; B currents are negative of GRACE-FO.
     subroutine test_quanta(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: QUANTA(3) = [1.0133e-8_dp, 6.109e-10_dp, 1.0133e-8_dp]
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
@@ -220,7 +213,6 @@ contains
     !> what was earlier; held currents are those of the tag before.
     subroutine test_delays(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: LAG = 0.13_dp, LATER = 0.07_dp      ! s
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
@@ -252,7 +244,7 @@ contains
         call read_level1_setup(path//'/setup.nml', setup, failure)
         if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', &
                                                               calibration, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, calibration%field_difference > 0 .and. calibration%field_difference < 40*NANOTESLA, &
                    real_text(calibration%field_difference/NANOTESLA))
         settings = clean()
@@ -271,7 +263,6 @@ contains
     !> The magnetometer: the field, its bias, what the rods add by the table of GRACE-A; new every second; stuck.
     subroutine test_magnetometer(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: K_MAG(3, 3) = reshape([3.1_dp, -37.7_dp, 37.3_dp, -3.0_dp, -5.1_dp, -1.4_dp, -23.2_dp, &
                                                       -1.0_dp, 2.4_dp], [3, 3])     ! nT/mA
         real(dp), parameter :: BIAS(3) = [-530, 16, 250]        ! nT
@@ -312,7 +303,6 @@ contains
     !> of GRACE-FO.
     subroutine test_heads(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: BORESIGHT(3, 3) = reshape([0.508_dp, 0.0_dp, -0.861_dp, -0.460_dp, 0.763_dp, -0.454_dp, &
                                                           -0.444_dp, -0.769_dp, -0.459_dp], [3, 3])
         real(dp), parameter :: SIGMA(3) = [2.6_dp, 1.5_dp, 25.0_dp]*ARCSECOND
@@ -372,7 +362,6 @@ contains
     !> Gyros 1 and 3 see 0.8165 of the pitch rate with both signs, gyro 2 none; their angle is the integral of the rate.
     subroutine test_gyros(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(level1_records_t) :: imu
@@ -417,7 +406,6 @@ contains
     !> GNV1B and GNI1B are one orbit: positions change by the velocities, and the triad of both is the turn of the Earth.
     subroutine test_orbit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_records_t) :: fixed, inertial
         character(:), allocatable :: path
@@ -446,7 +434,6 @@ contains
     !> THR1B, on the grid of the on-board computer, and take gas.
     subroutine test_firings(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: TORQUES(3, 4) = reshape([0.0_dp, 0.0_dp, -0.029_dp, 0.0_dp, 0.0_dp, 0.029_dp, &
                                                         -0.006_dp, 0.0_dp, 0.0_dp, 0.006_dp, 0.0_dp, 0.0_dp], [3, 4])   ! N m
         integer, parameter :: FIRST_OF(4) = [1, 3, 5, 6]
@@ -491,7 +478,6 @@ contains
     !> Gaps and flagged samples are where and as many as asked for; the clean samples are those of a run without.
     subroutine test_gaps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(level1_records_t) :: acc, all_of_them

@@ -1,13 +1,11 @@
 !> Simulated Level-1 files: their headers, and text against binary.
 module test_level1_simulated_forms
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_text, only: integer_text
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check
     use test_level1_simulation, only: clean, fly, write_files, prepare, read_product, START
     implicit none
     private
@@ -28,7 +26,6 @@ contains
     !> Headers announce number and times of the records: tags of 1A are not those of 1B.
     subroutine test_headers(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(5), parameter :: OF_BOTH(13) = ['ACC1A', 'MAG1A', 'MAG1B', 'SCA1A', 'SCA1B', 'QSA1B', 'GNV1B', 'CLK1B', 'TIM1B', &
                                                   'THR1A', 'THR1B', 'MAS1B', 'TNK1B'], OF_GRACE_FO(2) = ['IMU1A', 'GNI1B']
         character(5), allocatable :: products(:)
@@ -66,7 +63,6 @@ contains
     !> Binary has the values of text, to the 16 digits that text has; satellite C, but for what has no binary form, and A.
     subroutine test_binary(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(5), parameter :: BOTH(12) = ['ACC1A', 'MAG1B', 'SCA1B', 'QSA1B', 'GNV1B', 'CLK1B', 'TIM1B', 'THR1A', 'THR1B', &
                                                'MAS1B', 'TNK1B', 'SCA1A']
         type(level1_settings_t) :: settings

@@ -1,8 +1,7 @@
 !> Flights of simulated Level-1 files: dynamics by the laws of mechanics, settings.
 module test_level1_simulation
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: DEGREE, EARTH_GM, NANOTESLA, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
     use gracecg_base_text, only: string_t
     use gracecg_base_vectors, only: cross
@@ -14,8 +13,6 @@ module test_level1_simulation
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t, new_level1_truth
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, OMEGA, ATTITUDE, STATE_SIZE
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes, failed
     implicit none
     private
     public :: collect_level1_simulation, clean, fly, write_files, prepare, read_product, START
@@ -43,7 +40,6 @@ contains
     !> turned by the alignment's small angles: less theta x a, and nothing along theta.
     subroutine test_drift_and_alignment(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(truth_point_t) :: point
@@ -118,7 +114,7 @@ contains
         if (present(name)) of_case = trim(name)
         call report_case(of_case, case, failure)
         if (.not. allocated(failure)) call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine fly
 
     !> Writes the files of a flight into a folder of its own.
@@ -136,10 +132,10 @@ contains
         as_binary = .false.
         if (present(binary)) as_binary = binary
         path = FOLDER//name
-        if (.not. allocated(error)) call make_folder(error)
+        if (.not. allocated(error)) call make_folder()
         call make_directory(path, failure)
         if (.not. allocated(failure)) call write_level1_folder(truth, path, as_binary, written, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine write_files
 
     !> A flight and its files.
@@ -158,7 +154,6 @@ contains
     !> also the derivative of w, and the attitude turns by w.
     subroutine test_euler(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: H = 0.02_dp      ! s
         type(level1_truth_t) :: truth
         type(truth_point_t) :: point
@@ -193,7 +188,6 @@ contains
     !> of C^T d by differences, and the tide of a point mass. The rest is what air and light do.
     subroutine test_proof_mass(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: H = 0.1_dp       ! s
         type(level1_truth_t) :: truth
         type(truth_point_t) :: point
@@ -224,7 +218,6 @@ contains
     !> flight; after a span it comes back.
     subroutine test_held(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         real(dp) :: c(3, 3), state(STATE_SIZE), up(3), ahead(3)
@@ -250,7 +243,6 @@ contains
     !> The density wave of the case is its share of the drag.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: with, without
         type(level1_settings_t) :: settings
         type(truth_point_t) :: point, other
@@ -279,7 +271,6 @@ contains
     !> The same seed and run give the same flight; another seed another.
     subroutine test_same_again(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: one, same, other
         type(level1_settings_t) :: settings
         type(error_t), allocatable :: failure
@@ -291,7 +282,7 @@ contains
         call fly(settings, same, error)
         if (allocated(error)) return
         call new_level1_truth(one%case, settings, SEED + 1, RUN, other, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(abs(one%arc%state_at(200.3_dp) - same%arc%state_at(200.3_dp)) <= 0) .and. &
                    all(abs(one%dynamics%gain - same%dynamics%gain) <= 0), 'the same again')
         call check(error, all(abs(one%dynamics%gain - other%dynamics%gain) > 0), 'another seed')
@@ -300,18 +291,17 @@ contains
     !> Settings out of a file, and what is refused.
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
-        call make_file(error, 'l1s.nml', '&other'//achar(10)//' x = 1'//achar(10)//'/'//achar(10)//'&level1_simulation'// &
+        call make_file('l1s.nml', '&other'//achar(10)//' x = 1'//achar(10)//'/'//achar(10)//'&level1_simulation'// &
                        achar(10)//' staircase = .true.'//achar(10)//' field_error_nt = 100'//achar(10)//'/'//achar(10)// &
                        '&level1_span'//achar(10)//' start = 200'//achar(10)//' amplitude_ma = 100, 0, 0'//achar(10)//'/'// &
                        achar(10)//'&level1_span'//achar(10)//' start = 500, span_duration = 180'//achar(10)//'/'//achar(10))
         call read_level1_settings(FOLDER//'l1s.nml', settings, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, settings%staircase .and. abs(settings%field_error - 100*NANOTESLA) < 1e-18_dp .and. &
                    size(settings%list) == 2, 'values')
         if (allocated(error)) return
@@ -328,17 +318,17 @@ contains
         settings%epoch = '1999-01-01T00:00:00'
         call report_case('front-1', case, failure)
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_fails(error, message_of(failure), ['before 2000-01-01 12:00 GPS'])
+        call check_fails(error, failure, ['before 2000-01-01 12:00 GPS'])
         settings%epoch = '2016-12-31T23:59:30'      ! a second is put in half a minute later
         settings%spans = 0
         settings%duration = 60
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, index(truth%remark, 'the table of space weather does not hold') > 0, 'an epoch beyond the table')
         settings%epoch = ''
         settings%firing_interval = [0.0_dp, 1e-3_dp]
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (firings => truth%dynamics%firings)
             call check(error, size(firings) > 20 .and. all(firings(2:)%time - firings(:size(firings) - 1)%time >= 2), 'apart')
         end associate
@@ -348,16 +338,16 @@ contains
         settings%span%cycles = 0
         call report_case('front-1', case, failure)
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_fails(error, message_of(failure), ['turns the satellite by more than 0.1 rad'])
+        call check_fails(error, failure, ['turns the satellite by more than 0.1 rad'])
 
     contains
 
         subroutine refused(text, parts)
             character(*), intent(in) :: text, parts(:)
 
-            call make_file(error, 'l1s_bad.nml', text//achar(10))
+            call make_file('l1s_bad.nml', text//achar(10))
             call read_level1_settings(FOLDER//'l1s_bad.nml', settings, failure)
-            call check_fails(error, message_of(failure), [character(40) :: 'l1s_bad.nml', parts])
+            call check_fails(error, failure, [character(40) :: 'l1s_bad.nml', parts])
         end subroutine refused
     end subroutine test_settings
 
@@ -375,6 +365,6 @@ contains
         end_of_name = '_2020-02-01_C_04.txt'
         if (present(ending)) end_of_name = ending
         call read_level1(path//'/'//product//end_of_name, records, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine read_product
 end module test_level1_simulation

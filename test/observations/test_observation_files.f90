@@ -1,9 +1,7 @@
 !> Observation sets as files: what is written is read, and every broken file is refused.
 module test_observation_files
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
     use gracecg_environment_time, only: time_tag
     use gracecg_base_text, only: real_text
@@ -12,8 +10,6 @@ module test_observation_files
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, measure_rods
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_observation_files
@@ -50,9 +46,9 @@ contains
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(failure)) call measure_rods(simulator, 0.7_dp, observations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         observations%knowledge%rods%activations(1)%phase = 30*DEGREE
         observations%knowledge%a_priori%sigma_scale_factors = [1e-3_dp/3, 2e-3_dp/7, 0.123456789e-4_dp]
         observations%knowledge%name = 'it''s a "name"'
@@ -69,7 +65,7 @@ contains
         if (allocated(error)) return
         call write_observations(SET, observations, [character(20) :: 'first comment', 'second'], &
                                 failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine write_set
 
     subroutine test_round_trip(error)
@@ -81,8 +77,7 @@ contains
         if (allocated(error)) return
         call write_observations(SET, written, [character(20) :: 'first comment', 'second'], failure)
         if (.not. allocated(failure)) call read_observations(SET, again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call same('accelerometer times', written%accelerometer_time, again%accelerometer_time)
         call same('accelerations', [written%acceleration], [again%acceleration])
         call same('star camera times', written%star_camera_time, again%star_camera_time)
@@ -168,7 +163,7 @@ contains
         integer :: i
 
         call read_observations(FOLDER//'there-is-no-such-folder', observations, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'there-is-no-such-folder', &
+        call check_fails(error, failure, [character(W) :: 'there-is-no-such-folder', &
                                           'no such folder'])
         do i = 1, size(OBSERVATION_FILES)
             if (any(OBSERVATION_FILES(i) == [character(10) :: 'orbit.csv', 'rods.csv', 'torque.csv'])) cycle
@@ -176,7 +171,7 @@ contains
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')
             call read_observations(SET, observations, failure)
-            call check_fails(error, message_of(failure), &
+            call check_fails(error, failure, &
                              parts_of(OBSERVATION_FILES(i), 'no such file'))
         end do
     end subroutine test_missing
@@ -191,14 +186,14 @@ contains
 
         call write_set(error)
         call read_text_file(SET//'/magnetometer.csv', good, failure)
-        call make_file(error, 'observations/magnetometer.csv', good%text(:good%last(30) + 1))
+        call make_file('observations/magnetometer.csv', good%text(:good%last(30) + 1))
         call read_observations(SET, observations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, size(observations%magnetometer_time), 29)
         if (allocated(error)) return
         call remove_file(SET//'/orbit.csv')
         call read_observations(SET, again, failure)
-        call check_fails(error, message_of(failure), &
+        call check_fails(error, failure, &
                          [character(W) :: 'magnetometer.csv:30', 'truncated', 'orbit.csv'])
 
         call simulated_set(error, observations)
@@ -244,7 +239,7 @@ contains
         subroutine rewrite()
             call write_observations(SET, observations, ['comment'], failure)
             if (.not. allocated(failure)) call read_observations(SET, again, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine rewrite
     end subroutine test_optional
 
@@ -274,10 +269,10 @@ contains
             type(error_t), allocatable :: failure
 
             call read_text_file(SET//'/'//file, good, failure)
-            call make_file(error, 'observations/'//file, good%text(:good%last(line) + 1)// &
+            call make_file('observations/'//file, good%text(:good%last(line) + 1)// &
                            good%text(good%first(line):))
             call read_observations(SET, observations, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine repeat_line
     end subroutine test_repeated
 
@@ -341,10 +336,10 @@ contains
 
         call write_set(error)
         call read_text_file(SET//'/'//file, good, failure)
-        call make_file(error, 'observations/'//file, good%text(:good%first(line) - 1)//text// &
+        call make_file('observations/'//file, good%text(:good%first(line) - 1)//text// &
                        good%text(good%last(line) + 1:))
         call read_observations(SET, observations, failure)
-        call check_fails(error, message_of(failure), parts)
+        call check_fails(error, failure, parts)
     end subroutine check_broken
 
     !> Cut anywhere, in the header, in mid-line, in mid-number or between lines: refused.
@@ -368,12 +363,12 @@ contains
             call cut(len(good%text) - 1, 'truncated')
             call cut(good%first(30) + 3, '.csv:30')
             if (allocated(error)) return
-            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), good%text)
+            call make_file('observations/'//trim(OBSERVATION_FILES(i)), good%text)
         end do
         if (allocated(error)) return
         ! rows lost at the beginning
         call read_text_file(SET//'/accelerometer.csv', good, failure)
-        call make_file(error, 'observations/accelerometer.csv', &
+        call make_file('observations/accelerometer.csv', &
                        good%text(:good%last(1) + 1)//good%text(good%first(30):))
         if (.not. allocated(error)) call refused('rows are missing')
 
@@ -384,7 +379,7 @@ contains
             character(*), intent(in) :: part
 
             if (allocated(error)) return
-            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), good%text(:length))
+            call make_file('observations/'//trim(OBSERVATION_FILES(i)), good%text(:length))
             if (.not. allocated(error)) call refused(part)
         end subroutine cut
 
@@ -393,7 +388,7 @@ contains
             type(observation_set_t) :: observations
 
             call read_observations(SET, observations, failure)
-            call check_fails(error, message_of(failure), &
+            call check_fails(error, failure, &
                              parts_of('.csv', part))
         end subroutine refused
     end subroutine test_truncated
@@ -450,15 +445,15 @@ contains
         do i = 1, size(OBSERVATION_FILES)
             call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
             call write_observations(BLOCKED, observations, ['comment'], failure)
-            call check_fails(error, message_of(failure), &
+            call check_fails(error, failure, &
                              parts_of(OBSERVATION_FILES(i), 'is a folder'))
             if (.not. allocated(error)) call nothing_stands(BLOCKED)
             call remove_file(BLOCKED//'/'//trim(OBSERVATION_FILES(i)))
             if (allocated(error)) return
         end do
-        observations%field(2, 5) = ieee_value(1.0_dp, ieee_quiet_nan)
+        observations%field(2, 5) = NAN
         call write_observations(BLOCKED, observations, ['comment'], failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'magnetometer.csv', 'by_tesla', &
+        call check_fails(error, failure, [character(W) :: 'magnetometer.csv', 'by_tesla', &
                                           'not a finite number'])
         if (.not. allocated(error)) call nothing_stands(BLOCKED)
 

@@ -1,9 +1,8 @@
 !> Simulated years of a mission: an offset that walks at random, and calibrations of a given accuracy; how well the history
 !> knows the offset at any time, and whether it knows how well.
 module mission_check
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: YEAR => JULIAN_YEAR
-    use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between

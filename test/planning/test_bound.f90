@@ -1,8 +1,7 @@
 !> The bound against independent numbers and the estimators, and what is said of impossible cases.
 module test_bound
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: PI, MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -24,9 +23,7 @@ module test_bound
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc
     use gracecg_base_vectors, only: inverse_3x3
-    use fixture, only: check, check_fails, check_passes
     use statistics, only: chi_square_limits
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_bound, collect_optimal_monte_carlo
@@ -68,8 +65,7 @@ contains
             if (.not. allocated(failure)) call case_of_observations(observations, observed, failure)
             observed%satellite%offset = case%satellite%offset
             if (.not. allocated(failure)) call bound_of_case(observed, estimation_options_t(), of_observed, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, norm2(observed%position - case%position) < 0.1_dp, 'position')
             call check(error, norm2(observed%velocity - case%velocity), 0.0_dp, thr=0.3_dp)  ! J2: 0.027 m/s^2 in 10 s
             call check(error, all(abs(of_observed%sigma/bound%sigma - 1) < 0.02_dp), trim(case%name)//': bound')
@@ -81,7 +77,7 @@ contains
         end do
         deallocate (observations%orbit_time, observations%orbit_position)
         call case_of_observations(observations, observed, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'no orbit (orbit.csv)'])
+        call check_fails(error, failure, [character(20) :: 'no orbit (orbit.csv)'])
         call say_next_manoeuvre(observations, text)
         call check(error, text == '', text)
     end subroutine test_observed
@@ -129,8 +125,7 @@ contains
                 if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
                 if (.not. allocated(failure)) &
                     call map_manoeuvre(arc, orbit, [0.0_dp], case%satellite%rods, 1, place, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 associate (fact => EXPECTED(:, i, manoeuvre), planned => place(1)%quality%sigma/MICROMETRE)
                     compared = .true.
                     compared(2) = manoeuvre /= 1 .or. i /= 2
@@ -157,7 +152,6 @@ contains
     !> At d = 0 rotation and offset separate: the information of the true rotation alone.
     subroutine test_information(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(case_bound_t) :: bound
         type(simulator_t) :: simulator
@@ -173,8 +167,7 @@ contains
             case%satellite%offset = 0
             call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(), simulator, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call observe_without_noise(simulator, density_wave_t(), observations)
             n = simulator%arc%steps
             call accelerometer_whiteners(observations%knowledge%accelerometer_noise, &
@@ -199,7 +192,6 @@ contains
     !> formal ones are on it.
     subroutine test_no_better(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(case_bound_t) :: bound
         type(simulator_t) :: simulator
@@ -219,8 +211,7 @@ contains
                 call predict_errors(simulator, 'ascfest', estimation_options_t(), report, failure)
             if (.not. allocated(failure)) &
                 call predict_errors(simulator, 'optimal', trusting, optimal, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, all(report%noise > 0.9999_dp*bound%sigma), 'ascfest')
             call check(error, maxval(abs(optimal%noise/bound%sigma - 1)) < 1e-3_dp, 'optimal')
         end do
@@ -229,7 +220,6 @@ contains
     !> Four times the power, twice the sigma; limits twice as wide, twice the error by them.
     subroutine test_scaling(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(case_bound_t) :: first, second
         type(error_t), allocatable :: failure
@@ -245,8 +235,7 @@ contains
             limits%sigma_torque = 2*limits%sigma_torque
         end associate
         if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), second, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(second%sigma/first%sigma - 2)) < 0.01_dp)
         call check(error, all(first%by_source > 0))
         call check(error, maxval(abs(second%by_source/first%by_source - 2)) < 0.1_dp)
@@ -258,7 +247,6 @@ contains
     !> ignorance of it would make.
     subroutine test_extra(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(case_bound_t) :: without, with
         type(estimation_options_t) :: options
@@ -270,15 +258,13 @@ contains
         options%optimal%estimate_rod_gain = .true.
         options%optimal%estimate_magnetometer_bias = .true.
         if (.not. allocated(failure)) call bound_of_case(case, options, with, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(with%sigma > without%sigma) .and. all(abs(with%by_source(:, 1:3)) <= 0))
         call check(error, all(with%consider_sigma < 1.0001_dp*without%consider_sigma))
     end subroutine test_extra
 
     subroutine test_impossible(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(case_bound_t) :: bound
         type(error_t), allocatable :: failure
@@ -286,26 +272,25 @@ contains
         call report_case('front-1', case, failure)
         case%satellite%rods%count = 0
         call bound_of_case(case, estimation_options_t(), bound, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'front-1', 'torque rods are off', '&rod'])
+        call check_fails(error, failure, [character(20) :: 'front-1', 'torque rods are off', '&rod'])
         call report_case('front-1', case, failure)
         case%satellite%accelerometer%noise(2)%level = -1e-18_dp
         call bound_of_case(case, estimation_options_t(), bound, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise level'])
+        call check_fails(error, failure, [character(12) :: 'axis y', 'noise level'])
         call report_case('front-1', case, failure)
         case%satellite%accelerometer%noise(3)%level = 0
         call bound_of_case(case, estimation_options_t(), bound, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'noise level'])
+        call check_fails(error, failure, [character(12) :: 'axis z', 'noise level'])
         call report_case('front-1', case, failure)
         case%satellite%star_camera%catalogue_noise = 0
         case%satellite%star_camera%measurement_noise = 0
         call bound_of_case(case, estimation_options_t(), bound, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'star camera', 'no noise'])
+        call check_fails(error, failure, [character(20) :: 'star camera', 'no noise'])
     end subroutine test_impossible
 
     !> The model leaves nothing out but what is switched off: below a hundredth of the sigma.
     subroutine test_no_bias(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_switches_t) :: switches
@@ -319,8 +304,7 @@ contains
             call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &
                 call predict_errors(simulator, 'optimal', estimation_options_t(), prediction, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, all(abs(prediction%bias) < 0.01_dp*prediction%noise), REPORT_CASE_NAMES(i))
             call check(error, all(abs(prediction%wave) <= 0))
         end do
@@ -328,12 +312,11 @@ contains
 
     subroutine test_names(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure
 
         call switch_off(switches, 'systemtic', failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'systemtic', 'did you mean', 'systematic'])
+        call check_fails(error, failure, [character(12) :: 'systemtic', 'did you mean', 'systematic'])
         call switch_off(switches, 'scale-factors', failure)
         call check(error, switches%curved_force .and. .not. switches%scale_factors)
         call switch_off(switches, 'systematic', failure)
@@ -345,7 +328,6 @@ contains
     !> is three and a half of them; the normalised errors squared are a chi-square (99.9 %).
     subroutine test_monte_carlo(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 100
         type(case_t) :: case
         type(case_bound_t) :: bound
@@ -368,8 +350,7 @@ contains
             if (.not. allocated(failure)) &
                 call run_monte_carlo(simulator, 'optimal', trusting, 21_i8, [(k, k=1, RUNS)], 2, &
                                      results, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, all(results%converged))
             statistics = statistics_of(results%offset/MICROMETRE, case%satellite%offset/MICROMETRE)
             call check(error, maxval(abs(statistics%rms*MICROMETRE/bound%sigma - 1)) < 0.25_dp, REPORT_CASE_NAMES(i))

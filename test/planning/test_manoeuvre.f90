@@ -1,9 +1,8 @@
 !> Manoeuvres with all waveforms on a satellite: what the integrators make of them, their limits, and
 !> how case files state them.
 module test_manoeuvre
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE, PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, OMEGA, ATTITUDE
@@ -14,8 +13,6 @@ module test_manoeuvre
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
     use gracecg_simulation_limits
-    use fixture, only: check, check_fails, check_passes, make_file, FOLDER
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_manoeuvre
@@ -55,14 +52,13 @@ contains
             if (waveform == TAPERED) activations(axis)%taper = 5
         end do
         if (.not. allocated(failure)) call new_torque_rods(case%satellite%rods, activations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine example
 
     !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: of the 3e-5 rad/s that the rods give, the
     !> smooth waveforms agree to rounding and a square wave with edges of 1 s to 1e-7.
     subroutine test_truth_converges(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: coarse, fine
@@ -89,7 +85,6 @@ contains
     !> one, whose third derivative jumps at the edges; at 0.1 s it is below 1e-10 rad/s.
     subroutine test_fit_converges(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FIELD(3) = [-24.4e-6_dp, -3.6e-6_dp, 7.5e-6_dp]
         type(case_t) :: case
         type(fitted_rotation_t) :: reference, trial
@@ -134,7 +129,6 @@ contains
     !> of that (what is left is the turn by the gravity gradient).
     subroutine test_taper_in_flight(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(attitude_motion_t) :: abrupt, smooth
 
@@ -153,7 +147,7 @@ contains
             type(error_t), allocatable :: failure
 
             call report_case('front-2', case, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             if (.not. allocated(error)) call motion_of(motion)
         end subroutine report_motion
 
@@ -164,8 +158,7 @@ contains
             type(error_t), allocatable :: failure
 
             call propagate_case(case, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call follow_motion(arc%interval, arc%state(OMEGA, 0), arc%state(ATTITUDE, 0), 0, arc%state(OMEGA, :), &
                                arc%state(ATTITUDE, :), motion)
         end subroutine motion_of
@@ -174,7 +167,6 @@ contains
     !> Front case 2 with a constant moment about x: 2e-5 rad/s^2 carry it over 0.1 deg/s.
     subroutine test_rate_limit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
@@ -185,16 +177,15 @@ contains
         case%duration = 90
         case%limits%pointing = PI
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case front-2', 'deg/s at t = 90 s', &
+        call check_fails(error, failure, [character(W) :: 'case front-2', 'deg/s at t = 90 s', &
                                                       'at most 0.1 deg/s', 'rate_deg_s'])
         case%limits%rate = 0.15_dp*DEGREE
         call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine test_rate_limit
 
     subroutine test_pointing_limit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
@@ -202,19 +193,18 @@ contains
         call report_case('front-2', case, failure)
         case%limits%pointing = 0.05_dp*DEGREE
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case front-2', &
+        call check_fails(error, failure, [character(W) :: 'case front-2', &
                                                       'away from its attitude', 'at most 0.05 deg', &
                                                       'pointing_deg'])
         ! free flight is not a manoeuvre
         call new_torque_rods(case%satellite%rods, [rod_activation_t ::], failure)
         case%limits%rate = 1e-5_dp
         call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine test_pointing_limit
 
     subroutine test_sampling_limit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
@@ -222,7 +212,7 @@ contains
         call report_case('front-1', case, failure)
         case%satellite%rods%activations%frequency = 5
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case front-1', 'frequency = 5 Hz', &
+        call check_fails(error, failure, [character(W) :: 'case front-1', 'frequency = 5 Hz', &
                                                       'below 5 Hz'])
     end subroutine test_sampling_limit
 
@@ -230,7 +220,6 @@ contains
     !> file and line.
     subroutine test_case_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
@@ -243,11 +232,9 @@ contains
             case%limits%rate = 0.09_dp*DEGREE
             case%limits%pointing = 0.4_dp*DEGREE
             call case_text(case, text, failure)
-            call make_file(error, 'manoeuvre.nml', text)
-            if (allocated(error)) return
+            call make_file('manoeuvre.nml', text)
             call read_case(FOLDER//'manoeuvre.nml', again, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             associate (a => case%satellite%rods%activations(:3), b => again%satellite%rods%activations(:3))
                 call check(error, all(a%waveform == b%waveform .and. a%taper == b%taper .and. &
                                       a%rise_time == b%rise_time))
@@ -268,10 +255,9 @@ contains
         subroutine refused(content, parts)
             character(*), intent(in) :: content, parts(:)
 
-            call make_file(error, 'manoeuvre.nml', content)
-            if (allocated(error)) return
+            call make_file('manoeuvre.nml', content)
             call read_case(FOLDER//'manoeuvre.nml', again, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_case_file
 
@@ -290,7 +276,6 @@ contains
     !> A case file without any of the keys of this room reads as it always did.
     subroutine test_old_case_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, old
@@ -315,11 +300,9 @@ contains
         end do
         call check(error, len(old) < len(text) - 200, 'nothing was left out')
         if (allocated(error)) return
-        call make_file(error, 'old.nml', old)
-        if (allocated(error)) return
+        call make_file('old.nml', old)
         call read_case(FOLDER//'old.nml', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call case_text(again, old, failure)
         call check(error, old == text)
     end subroutine test_old_case_file

@@ -1,9 +1,8 @@
 !> The nominal orbit and the search for the best time, against the report's cases, its Figures 6.1 and
 !> 6.4, and what section 6.2 says of them.
 module test_orbit_scan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: integer_text
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
     use gracecg_estimation_options, only: estimation_options_t
@@ -16,8 +15,6 @@ module test_orbit_scan
     use gracecg_planning_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, candidates_along, programme_sigma
     use gracecg_planning_scan
-    use fixture, only: check, failed, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_orbit_scan
@@ -102,7 +99,6 @@ contains
     !> x and z of the printed positions within 1.2 m; the y of front case 2 is printed with a wrong sign.
     subroutine test_orbit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, later
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
@@ -123,7 +119,6 @@ contains
     !> The printed quaternions, which have ten digits, within 1e-8 rad.
     subroutine test_attitude(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, later
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
@@ -147,7 +142,6 @@ contains
     !> 101 W, 0 N; 107 W, 89 N; 67 E, 10 N of the front satellite: printed without decimals.
     subroutine test_places(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
 
         call scan_cases('front', places, error)
@@ -161,7 +155,6 @@ contains
     !> changes little between them.
     subroutine test_acceleration(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
@@ -191,7 +184,6 @@ contains
     !> the satellite drifts, and with it the weak B_y over the pole (1.4 % of sigma x).
     subroutine test_sigma(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
         type(case_t) :: case
         type(simulator_t) :: simulator
@@ -222,7 +214,6 @@ contains
     !> into the last fifth.
     subroutine test_figures(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
         real(dp) :: strongest_field, strongest_acceleration
         integer :: s, i
@@ -240,7 +231,6 @@ contains
     !> Section 6.2 on the angular acceleration and the accuracy in the three cases.
     subroutine test_statements(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:), of_cases(:)
         real(dp), allocatable :: acceleration(:, :), sigma(:, :)
         integer :: s, i
@@ -280,7 +270,6 @@ contains
     !> calibration is as good, when the magnetometer's bias is out of the way.
     subroutine test_turned(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: HALF_TURN_Z(4) = [0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp]
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
@@ -313,7 +302,6 @@ contains
     !> Four times the spectrum is twice the standard deviation.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:), noisy(:)
@@ -331,7 +319,6 @@ contains
     !> times the sigma; and the case's frequency is another sigma. A programme follows the rods, too.
     subroutine test_own_rods(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:), weak(:), short(:), slow(:)
@@ -342,11 +329,11 @@ contains
         if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
         if (allocated(error)) return
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, strong_flight, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         case%satellite%rods%activations%amplitude = case%satellite%rods%activations%amplitude/10
         call scan(case, orbit, [2000], weak, error)
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, weak_flight, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(places(1)%acceleration/weak(1)%acceleration - 10)) < 1e-9_dp)
         call check(error, maxval(abs(weak(1)%sigma/places(1)%sigma - 10)) < 0.1_dp)
         call check(error, maxval(abs(programme_sigma(weak_flight(1)%information)/ &
@@ -362,7 +349,6 @@ contains
 
     subroutine test_threads(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: two_threads(:), one_thread(:)
@@ -383,7 +369,6 @@ contains
     !> Nothing is known beyond the revolution.
     subroutine test_failures(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:)

@@ -1,8 +1,7 @@
 !> Programmes of several manoeuvres: what the report's cases give together, and the search against all programmes.
 module test_programme
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, programme_sigma
@@ -10,9 +9,7 @@ module test_programme
     use gracecg_estimation_offset_history, only: history_settings_t
     use gracecg_base_vectors, only: inverse_3x3
     use mission_check, only: mission_result_t, check_mission
-    use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_programme
@@ -42,14 +39,13 @@ contains
         if (.not. allocated(failure)) call new_nominal_orbit(calibration%case, orbit, failure)
         if (.not. allocated(failure)) &
             call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine places_of
 
     !> Front-2 with front-3: 7.2, 0.9, 6.4 micrometres, from the error ellipsoids that `bound` prints of each; all three
     !> cases 5.7, 0.9, 5.2.
     subroutine test_two_steps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(candidate_t), allocatable :: candidates(:)
         real(dp) :: two(3), three(3)
 
@@ -64,7 +60,6 @@ contains
     !> Against all programmes of two and of three manoeuvres, 46 places with two lengths: within 2 %.
     subroutine test_search(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
         real(dp) :: least
@@ -96,7 +91,6 @@ contains
 
     subroutine test_one_of_each(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(candidate_t) :: candidates(3)
         type(programme_t) :: programme
         integer :: i
@@ -116,7 +110,6 @@ contains
     !> 10 micrometres an axis, the normalised squares of filter and smoother are 3.
     subroutine test_five_years(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 200
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
@@ -133,8 +126,7 @@ contains
         covariance = inverse_3x3(candidates(programme%chosen(1))%information + &
                                  candidates(programme%chosen(2))%information)
         call check_mission(covariance, settings, RUNS, 3_i8, result, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(result%worst <= 10e-6_dp) .and. all(result%smoothed < result%filtered), '10 micrometres')
         ! eleven calibrations: some ten independent errors of three axes a run
         limits = chi_square_limits(3*10*RUNS)/(10*RUNS)

@@ -1,8 +1,7 @@
 !> How good a manoeuvre is at a place, against the true arc and by identities.
 module test_site
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE, MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_spacecraft_torque_rods
     use gracecg_simulation_dynamics, only: OMEGA
@@ -18,8 +17,6 @@ module test_site
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: site_tests, stand, three_rods
@@ -52,7 +49,7 @@ contains
         call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
         if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine stand
 
     !> All three rods with 30 A m^2 at some cycles a minute.
@@ -75,7 +72,6 @@ contains
     !> straight line is weighed to nothing.
     subroutine test_weighing(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(error_t), allocatable :: failure
@@ -86,8 +82,7 @@ contains
 
         call report_case('front-1', case, failure)
         call new_planned_arc(case, planned, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         stream = new_stream(3, 1, 4, 1, 5)
         allocate (series(2, planned%samples))
         do axis = 1, 3
@@ -125,7 +120,6 @@ contains
     !> weighed disturbance; and the information is that without a disturbance.
     subroutine test_disturbance(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
@@ -138,7 +132,7 @@ contains
         integer :: axis, k
 
         call report_case('front-3', case, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call stand(case, planned, site, error)
         if (allocated(error)) return
         allocate (omega(3, planned%samples), omega_dot(3, planned%samples), theta(3, planned%samples))
@@ -171,7 +165,6 @@ contains
     !> samples it is the arc itself.
     subroutine test_thinned(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned, thinned
         type(manoeuvre_site_t) :: site, thinned_site
@@ -181,15 +174,14 @@ contains
         real(dp) :: all_errors(3), quick_errors(3)
 
         call report_case('front-1', case, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call stand(case, planned, site, error)
         if (allocated(error)) return
         call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SQUARE), quality)
         all_errors = hypot(hypot(quality%sigma, quality%wave), quality%force)
         do part = 1, 5, 4
             call thin_arc(planned, planned%samples/part, thinned, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call thin_site(planned, site, thinned, thinned_site)
             call evaluate_manoeuvre(thinned, thinned_site, three_rods([5, 6, 7], SQUARE), quick)
             quick_errors = hypot(hypot(quick%sigma, quick%wave), quick%force)
@@ -205,7 +197,6 @@ contains
     !> limit along either.
     subroutine test_rotation(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
@@ -225,8 +216,7 @@ contains
             call stand(case, planned, site, error)
             if (allocated(error)) return
             call propagate_case(case, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             omega_fit = arc%state(OMEGA, 1:)
             omega_dot = omega_fit
             theta = omega_fit
@@ -248,7 +238,6 @@ contains
     !> turning surfaces matter, and with 9 cycles.
     subroutine test_forces(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
@@ -267,8 +256,7 @@ contains
             call stand(case, planned, site, error)
             if (allocated(error)) return
             call propagate_case(case, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             if (allocated(force)) deallocate (force)
             allocate (force(planned%samples, 3))
             do k = 1, planned%samples
@@ -294,7 +282,6 @@ contains
     !> where the field is opposite. Without it the sigma is that of the manoeuvre, and two flights are more than one.
     subroutine test_leakage(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(nominal_orbit_t) :: orbit
@@ -308,8 +295,7 @@ contains
         if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
         if (.not. allocated(failure)) &
             call find_pair(planned, orbit, site, three_rods([5, 6, 7], SINE), pair, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), quality)
         call check(error, maxval(abs(pair%without/quality%sigma - 1)) < 1e-6_dp, 'sigma without leakage')
         call check(error, all(pair%with > 2*pair%without), 'at one place leakage is not to be told from d')

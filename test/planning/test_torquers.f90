@@ -1,9 +1,8 @@
 !> Satellites that are turned by torques of their own: the examples nggm and taiji-1 against an independent least squares and over
 !> 100 seeds, torque histories, and what is refused.
 module test_torquers
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI, DEGREE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
     use gracecg_base_vectors, only: cross, inverse_3x3
@@ -23,8 +22,6 @@ module test_torquers
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre
     use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
-    use fixture, only: check, check_fails, check_passes, make_file, read_content, FOLDER
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_torquers
@@ -59,7 +56,7 @@ contains
         type(error_t), allocatable :: failure
 
         call find_calibration(path, calibration, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         calibration%options%covariance = .false.        ! the fit is not checked
         if (.not. exact) return
         calibration%case%operator%sigma = 0
@@ -96,8 +93,7 @@ contains
                 call take_example(error, EXAMPLES(i), exact == 1, calibration)
                 if (allocated(error)) return
                 call bound_of_case(calibration%case, calibration%options, bound, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 call least_squares(error, calibration, covariance)
                 sigma = [(sqrt(covariance(k, k)), k=1, 3)]
                 call check(error, all(abs(bound%sigma/sigma - 1) < 0.05_dp), trim(calibration%case%name))
@@ -165,8 +161,7 @@ contains
                 rows(axis:3*n:3, c) = base%acceleration(axis, :)
             end do
         end associate
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         factor = noise_factor(calibration%case, n)
         do k = 1, c
             do axis = 1, 3
@@ -185,7 +180,7 @@ contains
         allocate (rhs(c), source=0.0_dp)
         allocate (solution(c), inverse(c, c))
         call solve_normal_equations(normal, rhs, solution, inverse, condition, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         covariance = inverse(:3, :3)
 
     contains
@@ -301,8 +296,7 @@ contains
                     if (.not. allocated(failure)) call observe(simulator, seed, 1, observations, failure)
                     if (.not. allocated(failure)) &
                         call estimate_offset('optimal', observations, calibration%options, solution, failure)
-                    call check_passes(error, message_of(failure))
-                    if (allocated(error)) return
+                    if (failed(error, failure)) return
                     wrong = solution%offset - calibration%case%satellite%offset
                     squares = squares + wrong**2/SEEDS
                     by_bound = by_bound + dot_product(wrong, matmul(inverse_3x3(bound%covariance*1e12_dp), wrong))*1e12_dp
@@ -339,8 +333,7 @@ contains
             if (.not. allocated(failure)) call observe(simulator, seed, 1, observations, failure)
             if (.not. allocated(failure)) &
                 call estimate_offset('optimal', observations, calibration%options, solution, failure, record)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, solution%converged .and. size(record%epoch) > 300, 'converged, with a record')
             call check(error, .not. solution%beliefs%has_contradiction(), 'nothing is contradicted')
             call check(error, maxval(abs(observations%knowledge%rods%gain - 1)) > 0.1_dp, 'the beliefs are wrong')
@@ -379,8 +372,7 @@ contains
             if (i == 2) wrong%knowledge%rods%gain(2) = 1.02_dp
             if (i == 3) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
             if (.not. allocated(failure)) call estimate_offset('optimal', wrong, calibration%options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             found = .false.
             do k = 1, size(solution%warnings)
                 found = found .or. index(solution%warnings(k)%text, trim(NAMED(i))) > 0 .and. &
@@ -415,14 +407,12 @@ contains
         call remove_file(SET//'/magnetometer.csv')
         call remove_file(SET//'/orbit.csv')
         if (.not. allocated(failure)) call read_observations(SET, again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, .not. allocated(again%orbit_time), 'an orbit')
         again%orbit_time = observations%orbit_time      ! for the gravity gradient alone
         again%orbit_position = observations%orbit_position
         call estimate_offset('optimal', again, calibration%options, other, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(abs(again%knowledge%rods%gain - calibration%case%satellite%rods%gain) <= 0), 'gain')
         do k = 1, 3
             call check(error, abs(other%offset(k) - solution%offset(k)) < 0.02_dp*sqrt(solution%covariance(k, k)), 'estimate')
@@ -433,21 +423,21 @@ contains
         calibration%options%covariance = .true.         ! twice the torque that is believed: refused
         again%knowledge%rods%gain = again%knowledge%rods%gain/2
         call estimate_offset('optimal', again, calibration%options, other, failure)
-        call check_fails(error, message_of(failure), [character(24) :: 'torque of the torquers', 'setup and command'])
+        call check_fails(error, failure, [character(24) :: 'torque of the torquers', 'setup and command'])
         call read_content(error, SET//'/torque.csv', good)
         call read_content(error, SET//'/setup.nml', setup)
-        call make_file(error, 'torquers/torque.csv', good(:len(good) - 30)//'nan'//new_line('a'))
+        call make_file('torquers/torque.csv', good(:len(good) - 30)//'nan'//new_line('a'))
         call refused([character(24) :: 'torque.csv:', 'is not a finite number'])
-        call make_file(error, 'torquers/torque.csv', 'time_s,tx,ty,tz'//new_line('a')//'0,0,0,0'//new_line('a'))
+        call make_file('torquers/torque.csv', 'time_s,tx,ty,tz'//new_line('a')//'0,0,0,0'//new_line('a'))
         call refused([character(24) :: 'torque.csv', 'tx_n_m'])
-        call make_file(error, 'torquers/torque.csv', good(:index(good, new_line('a')//'50') + 20)//new_line('a'))
+        call make_file('torquers/torque.csv', good(:index(good, new_line('a')//'50') + 20)//new_line('a'))
         call refused([character(24) :: 'torque.csv'])
-        call make_file(error, 'torquers/torque.csv', good)
-        call make_file(error, 'torquers/rods.csv', 'time_s,mx_a_m2,my_a_m2,mz_a_m2'//new_line('a')//'0,0,0,0'//new_line('a'))
+        call make_file('torquers/torque.csv', good)
+        call make_file('torquers/rods.csv', 'time_s,mx_a_m2,my_a_m2,mz_a_m2'//new_line('a')//'0,0,0,0'//new_line('a'))
         call refused([character(24) :: 'rods.csv', 'with torquers'])
         call remove_file(SET//'/rods.csv')
         k = index(setup, '&torquers')
-        call make_file(error, 'torquers/setup.nml', setup(:k - 1)//setup(index(setup, '&limits'):))
+        call make_file('torquers/setup.nml', setup(:k - 1)//setup(index(setup, '&limits'):))
         call refused([character(24) :: 'torque.csv', 'without torquers'])
 
     contains
@@ -456,7 +446,7 @@ contains
             character(*), intent(in) :: parts(:)
 
             call read_observations(SET, again, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_history
 
@@ -476,25 +466,24 @@ contains
             write (line, '(f7.2, 3(",", es22.14))') 0.5_dp*k, dipole_moment(calibration%case%satellite%rods, 0.5_dp*k)
             history = history//trim(adjustl(line))//new_line('a')
         end do
-        call make_file(error, 'swing.csv', history)
+        call make_file('swing.csv', history)
         call read_content(error, trim(EXAMPLES(2)), text)
         if (allocated(error)) return
         blocks = text(:index(text, '&excitation') - 1)
         k = index(blocks, '    largest_torque')
         blocks = blocks(:k - 1)//"    torque_file = '"//FOLDER//"swing.csv'"//new_line('a')//blocks(k:)
-        call make_file(error, 'swing.nml', blocks//text(index(text, '&truth'):))
+        call make_file('swing.nml', blocks//text(index(text, '&truth'):))
         call take_example(error, FOLDER//'swing.nml', .true., other)
         if (allocated(error)) return
         call bound_of_case(calibration%case, calibration%options, bound, failure)
         if (.not. allocated(failure)) call bound_of_case(other%case, other%options, of_file, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(abs(of_file%sigma/bound%sigma - 1) < 1e-3_dp), 'bound')
         call calibration_text(other, text, failure)
         call check(error, index(text, 'torque_file = ') > 0, 'the written case names no file')
-        call make_file(error, 'swing.csv', history(:index(history, new_line('a')//'101.00')))
+        call make_file('swing.csv', history(:index(history, new_line('a')//'101.00')))
         call find_calibration(FOLDER//'swing.nml', other, failure)
-        call check_fails(error, message_of(failure), [character(24) :: 'torques: samples from', 'do not cover the arc'])
+        call check_fails(error, failure, [character(24) :: 'torques: samples from', 'do not cover the arc'])
     end subroutine test_torque_file
 
     !> A case of torquers is read as it was written; with rods beside, too strong a torque, or control by rods it is refused.
@@ -510,22 +499,21 @@ contains
         call case_text(calibration%case, text, failure)
         call check(error, index(text, '&rod') == 0 .and. index(text, '&excitation') > 0, 'groups')
         call case_from_text(text, 'again', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call case_text(again, twice, failure)
         call check(error, text == twice .and. again%satellite%rods%direct, 'round trip')
         call case_from_text(text//new_line('a')//'&rod axis = 1, amplitude = 1.0, frequency = 0.1, stop = 60.0 /'//new_line('a'), &
                             'both', again, failure)
-        call check_fails(error, message_of(failure), [character(32) :: 'both', 'by torquers or by rods'])
+        call check_fails(error, failure, [character(32) :: 'both', 'by torquers or by rods'])
         call case_from_text(text//new_line('a')//'&control /'//new_line('a'), 'controlled', again, failure)
-        call check_fails(error, message_of(failure), [character(32) :: 'controlled', '&torquers'])
+        call check_fails(error, failure, [character(32) :: 'controlled', '&torquers'])
         calibration%case%satellite%rods%largest_moment = 1e-3_dp
         call case_text(calibration%case, text, failure)
         call case_from_text(text, 'strong', again, failure)
-        call check_fails(error, message_of(failure), [character(32) :: 'strong', 'N m', 'largest_torque'])
+        call check_fails(error, failure, [character(32) :: 'strong', 'N m', 'largest_torque'])
         calibration%case%satellite%rods%count = 0
         call check_rods_fire(calibration%case%satellite%rods, 60.0_dp, failure)
-        call check_fails(error, message_of(failure), [character(32) :: 'no torque acts', '&excitation', 'torque.csv'])
+        call check_fails(error, failure, [character(32) :: 'no torque acts', '&excitation', 'torque.csv'])
     end subroutine test_case_files
 
     !> The manoeuvre that is designed for the torquers of an example is not worse than the example's own, and flies by torquers.
@@ -552,8 +540,7 @@ contains
         if (.not. allocated(failure)) call plan_manoeuvre(calibration, 0.0_dp, settings, planned, design, failure)
         planned%options = calibration%options
         if (.not. allocated(failure)) call bound_of_case(planned%case, planned%options, bound, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, planned%case%satellite%rods%direct .and. design%rods%direct, 'torquers')
         call check(error, maxval(bound%sigma) < 1.02_dp*maxval(own%sigma), 'design')
         call check(error, all(abs(design%sigma/bound%sigma - 1) < 0.05_dp), 'the planner''s limit')

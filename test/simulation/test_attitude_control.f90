@@ -1,8 +1,7 @@
 !> Magnetic attitude control: the law by its identities, a flight under it, and what the operator is told of it.
 module test_attitude_control
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between, &
         quaternion_of_matrix
     use gracecg_base_vectors, only: cross
@@ -19,8 +18,6 @@ module test_attitude_control
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
     use gracecg_estimation_solution, only: solution_t
-    use fixture, only: check, FOLDER, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_attitude_control
@@ -49,7 +46,7 @@ contains
         type(error_t), allocatable :: failure
 
         call find_case('front-1', case, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         case%control%acts = .true.
         associate (a => case%satellite%rods%activations)
             a%amplitude = 25*a%amplitude/30
@@ -60,7 +57,6 @@ contains
     !> and stays below its bound however large the error.
     subroutine test_torque(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(attitude_control_t) :: control
         real(dp) :: state(13), wanted(3), m(3), across(3), thrust(3)
@@ -92,7 +88,6 @@ contains
     !> that of an oscillator with the frequency and damping of the law.
     subroutine test_law(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: ANGLE = 1e-4_dp, RATE = 1e-6_dp
         type(case_t) :: case
         type(attitude_control_t) :: control
@@ -130,7 +125,6 @@ contains
     !> an interval and of steps under control.
     subroutine test_flight(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(truth_arc_t) :: held, free, checked
         type(error_t), allocatable :: failure
@@ -147,7 +141,7 @@ contains
         if (.not. allocated(failure)) call propagate_case(case, checked, failure)
         case%control%acts = .false.
         if (.not. allocated(failure)) call propagate_case(case, free, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, away(held) < 0.3_dp*DEGREE .and. away(free) > 1*DEGREE, 'held')
         call check(error, maxval(abs(held%state(10:13, :) - checked%state(10:13, :))) < 1e-9_dp .and. &
                    maxval(abs(held%state(7:9, :) - checked%state(7:9, :))) < 1e-12_dp, 'steps')
@@ -174,7 +168,6 @@ contains
     !> with them the offset is found.
     subroutine test_told(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(simulation_order_t) :: order
@@ -192,7 +185,7 @@ contains
         case%control%frequency = 2e-3_dp
         call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         most = 0
         do k = 0, simulator%arc%steps
             moment = rod_moments(observations%knowledge%rods, k*simulator%arc%interval)
@@ -207,7 +200,7 @@ contains
         options%optimal%density_wave = WAVE_NONE
         options%test_beliefs = .false.
         call estimate_optimal(observations, options, solution, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(abs(solution%offset - case%satellite%offset) < &
                               5*[(sqrt(solution%covariance(k, k)), k=1, 3)]), 'offset')
 
@@ -216,7 +209,7 @@ contains
         allocate (order%comments(0))
         call simulate_into(order, summary, failure)
         if (.not. allocated(failure)) call read_observations(order%folder, from_files, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (told => observations%knowledge%rods%measured, read => from_files%knowledge%rods%measured)
             call check(error, size(read%time) == 601 .and. all(abs(read%time - told%time) < 1e-12_dp) .and. &
                        all(abs(read%moment - told%moment) <= 0), 'rods.csv')
@@ -226,7 +219,6 @@ contains
     !> The group of a case file comes back as written, stands in no other file, and what is wrong in it is refused.
     subroutine test_case_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, plain
@@ -236,7 +228,7 @@ contains
         case%control%damping = 0.6_dp
         call case_text(case, text, failure)
         if (.not. allocated(failure)) call case_from_text(text, 'a case', again, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, again%control%acts .and. abs(again%control%damping - 0.6_dp) <= 0)
         case%control%acts = .false.
         call case_text(case, plain, failure)
@@ -262,7 +254,7 @@ contains
             place = index(text, line)
             call check(error, place > 0, line)
             call case_from_text(text(:place - 1)//changed//text(place + len(line):), 'a case', again, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_case_file
 end module test_attitude_control

@@ -1,8 +1,7 @@
 !> The coupled equations of motion: what they conserve, their symmetries, their parts.
 module test_equations_of_motion
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, DEGREE
-    use gracecg_base_error, only: error_t
     use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
@@ -16,8 +15,6 @@ module test_equations_of_motion
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_equations_of_motion, full_dynamics

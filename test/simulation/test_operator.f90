@@ -1,8 +1,7 @@
 !> An operator who errs: what is told changes, the truth does not; draws, files, and what right knowledge mends.
 module test_operator
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, new_harmonic_manoeuvre
@@ -21,8 +20,6 @@ module test_operator
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
     use test_simulation, only: prepare
-    use fixture, only: check, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_operator
@@ -75,7 +72,7 @@ contains
         if (allocated(error)) return
         call observe(simulator, SEED, 1, right, failure)
         if (.not. allocated(failure)) call setup_text(right%knowledge, text, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do i = 0, size(SOURCES)
             if (allocated(error)) return
             wrong = simulator
@@ -86,7 +83,7 @@ contains
             end if
             call observe(wrong, SEED, 1, other, failure)
             if (.not. allocated(failure)) call setup_text(other%knowledge, other_text, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call check(error, all(other%acceleration == right%acceleration) .and. all(other%field == right%field) &
                        .and. all(other%quaternion == right%quaternion) .and. &
                        all(other%accelerometer_time == right%accelerometer_time), 'samples, '//integer_text(i))
@@ -114,7 +111,7 @@ contains
         end do
         case%operator%sigma = 1e-3_dp
         call new_simulator(case, wrong, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(wrong%arc%state == simulator%arc%state) .and. &
                    all(wrong%arc%omega_dot == simulator%arc%omega_dot))
     end subroutine test_arc_stays
@@ -211,7 +208,7 @@ contains
             call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, one, failure)
         if (.not. allocated(failure)) &
             call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 2, two, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(one%offset == two%offset) .and. any(one%offset /= exact%offset))
     end subroutine test_draw_threads
 
@@ -319,7 +316,7 @@ contains
         call setup_text(observations%knowledge, first, failure)
         if (.not. allocated(failure)) call setup_from_text(first, 'first', again, failure)
         if (.not. allocated(failure)) call setup_text(again, second, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, first == second, 'text')
         associate (told => observations%knowledge)
             call check(error, all(told%accelerometer_scale == again%accelerometer_scale) .and. &
@@ -350,7 +347,7 @@ contains
         call case_text(case, text, failure)
         if (.not. allocated(failure)) call case_from_text(text, 'case', again, failure)
         if (.not. allocated(failure)) call case_text(again, second, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, text == second .and. again%operator%field_model == 'igrf14' .and. &
                    all(again%satellite%rods%gain == case%satellite%rods%gain) .and. &
                    maxval(abs(again%operator%sigma/max(case%operator%sigma, tiny(1.0_dp)) - &
@@ -387,7 +384,7 @@ contains
                 call case_from_text(text(:place - 1)//'&operator'//LF//line//LF//'/'//LF//text(place + 1:), 'x.nml', &
                                     case, failure)
             end associate
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine try
     end subroutine test_keys
 
@@ -445,7 +442,7 @@ contains
                 call tell_operator(simulator, operator, observations)
                 call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
             end if
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine estimate
     end subroutine test_mends
 
@@ -469,7 +466,7 @@ contains
         if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), late, failure)
         observations%knowledge%accelerometer_delay = observations%knowledge%accelerometer_interval
         if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), known, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, norm2(known%offset - right%offset) < 0.02_dp*norm2(late%offset - right%offset) .and. &
                    norm2(late%offset - right%offset) > 1e-6_dp)
     end subroutine test_delay

@@ -1,8 +1,7 @@
 !> The report's six cases: consistent in themselves and with what the report says of them.
 module test_report_cases
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: seconds_between, gmst_1982
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
@@ -18,8 +17,6 @@ module test_report_cases
     use gracecg_simulation_case_library, only: find_case, is_built_in, expanded_cases
     use gracecg_base_text, only: string_t
     use gracecg_files_file, only: remove_file
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_report_cases
@@ -48,7 +45,7 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case(name, case, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine get
 
     subroutine test_names(error)
@@ -65,7 +62,7 @@ contains
                        case%number == mod(i - 1, 3) + 1)
         end do
         call report_case('front-4', case, failure)
-        call check_fails(error, message_of(failure), ['front-4'])
+        call check_fails(error, failure, ['front-4'])
     end subroutine test_names
 
     !> The cards RADPR, EM and the models' own density and wind, from the pages of section 5.2; the rest, above
@@ -80,7 +77,7 @@ contains
 
         do i = 1, 6
             call find_case(PRINTED_CASE_NAMES(i), printed, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call check(error, printed%satellite%reflectivity_sun == 0.45_dp .and. printed%density_scale == 1 .and. &
                        printed%wind_model == 'hwm93' .and. printed%earth_radiation_constants == 'report' .and. &
                        printed%satellite%drag_coefficient == 2 .and. printed%satellite%reflectivity_earth == 0.5_dp, &
@@ -97,7 +94,7 @@ contains
             case%earth_radiation_constants = 'report'
             call case_text(case, other, failure)
             if (.not. allocated(failure)) call case_text(printed, text, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, text == other, 'nothing else differs')
         end do
         call expanded_cases([string_t('back-1'), string_t('printed'), string_t('x.nml')], names)
@@ -105,7 +102,7 @@ contains
                    names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')
         if (allocated(error)) return
         call find_case('front-1-print', printed, failure)
-        call check_fails(error, message_of(failure), ['front-1-printed'])
+        call check_fails(error, failure, ['front-1-printed'])
     end subroutine test_printed
 
     subroutine test_quaternions(error)
@@ -139,7 +136,7 @@ contains
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call build_dynamics(case, dynamics, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
             pattern = rod_pattern('y-z', acting%field)
             associate (moment => dipole_moment(case%satellite%rods, 2.5_dp))
@@ -241,11 +238,11 @@ contains
             call get(to, later, error)
             if (allocated(error)) return
             call build_dynamics(first, dynamics, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             dynamics%with_rods = .false.
             steps = nint(time/20)
             call propagate_arc(dynamics, initial_state(first), time/steps, steps, arc, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             expected = later%position
             if (to == 'front-2') expected(2) = -expected(2)
             call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
@@ -269,11 +266,10 @@ contains
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call case_text(case, text, failure)
-            if (failed(error, message_of(failure))) return
-            call make_file(error, 'case.nml', text)
-            if (allocated(error)) return
+            if (failed(error, failure)) return
+            call make_file('case.nml', text)
             call read_case(FOLDER//'case.nml', again, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call check_same(case, again)
             again%quaternion = case%quaternion      ! normalised again: another last digit
             call case_text(again, text_again, failure)

@@ -1,8 +1,7 @@
 !> Simulated observations: their epochs, their noise, and that they are the same again.
 module test_simulation
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: TWO_PI, EARTH_GM
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use statistics, only: chi_square_limits, Z_999
@@ -17,8 +16,6 @@ module test_simulation
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_files_file, only: file_exists, remove_file
-    use fixture, only: check, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_simulation, prepare
@@ -59,7 +56,7 @@ contains
 
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine prepare
 
     !> A short case whose magnetometer has a filter, and whose last second is not whole.
@@ -89,13 +86,13 @@ contains
         if (.not. allocated(failure)) call observe(whole, SEED, 2, all_samples, failure)
         if (.not. allocated(failure)) call begin_flight(case, flight, simulator, failure)
         if (.not. allocated(failure)) call begin_noise(simulator, SEED, 2, noise, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         at = 0
         do i = 1, size(LENGTHS)
             call flight%go_on(LENGTHS(i), simulator, failure)
             if (.not. allocated(failure)) &
                 call observe_piece(simulator, operator_of_run(case, case%operator, SEED, 2), noise, piece, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             if (i == 4) cycle   ! no new epoch: nothing is drawn, the epoch where it stands has no sample twice
             n = [size(piece%accelerometer_time), size(piece%magnetometer_time), size(piece%star_camera_time), &
                  size(piece%orbit_time)]
@@ -128,7 +125,7 @@ contains
         call short_case(order%case, failure)
         order%case%limits%rate = 1e-4_dp        ! less than nadir pointing takes
         if (.not. allocated(failure)) call simulate_into(order, summary, failure)
-        call check_fails(error, message_of(failure), [character(16) :: 'front-1', 'rate_deg_s'])
+        call check_fails(error, failure, [character(16) :: 'front-1', 'rate_deg_s'])
         call check(error, .not. file_exists(FOLDER//'/truth.csv') .and. .not. file_exists(FOLDER//'/accelerometer.csv') .and. &
                    .not. file_exists(FOLDER//'/truth.csv.part1'))
         call short_case(order%case, failure)
@@ -136,7 +133,7 @@ contains
         if (.not. allocated(failure)) call new_simulator(order%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, order%seed, order%run, expected, failure)
         if (.not. allocated(failure)) call read_observations(FOLDER, found, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(summary%rows == [44, 16, 4, 6, 0, 0]) .and. summary%moves_rods)
         call check(error, all(abs(found%acceleration - expected%acceleration) <= 0) .and. &
                    all(abs(found%field - expected%field) <= 0) .and. &
@@ -162,20 +159,20 @@ contains
         simulator%case%satellite%magnetometer%limited = .true.
         call observe(simulator, SEED, 1, observations, failure)
         if (.not. allocated(failure)) call check_observations(observations, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         simulator%case%satellite%accelerometer%range = 2e-5_dp      ! bias y -2.28e-5 m/s^2
         call observe(simulator, SEED, 1, observations, failure)
         call check(error, abs(maxval(abs(observations%acceleration)) - 2e-5_dp) <= 0)
         call check_observations(observations, failure)
-        call check_fails(error, message_of(failure), PARTS)
+        call check_fails(error, failure, PARTS)
         observations%knowledge%accelerometer_range = 0              ! an operator who does not know it
         call check_observations(observations, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         simulator%case%satellite%accelerometer%range = 5e-5_dp
         simulator%case%satellite%magnetometer%range = 2e-5_dp       ! the field has 2.4e-5 T along x
         call observe(simulator, SEED, 1, observations, failure)
         call check_observations(observations, failure)
-        call check_fails(error, message_of(failure), [character(24) :: 'magnetometer', 'full scale'])
+        call check_fails(error, failure, [character(24) :: 'magnetometer', 'full scale'])
     end subroutine test_saturation
 
     !> The scale factors three years after their calibration: section 3.2.1 lets y change by 1 % a year, x by 0.01
@@ -200,7 +197,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 1, observations, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
                    all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))
         if (allocated(error)) return
@@ -236,7 +233,7 @@ contains
         call prepare(another, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 7, first, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call observe(simulator, SEED, 3, between, failure)
         call observe(simulator, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
@@ -255,7 +252,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 7, reference, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         other = simulator
         call observe(other, SEED, 8, changed, failure)
         call check_changed('run')
@@ -291,9 +288,9 @@ contains
         do head = 1, 2
             simulator%case%operator%head = head
             call observe(simulator, SEED, 4, full, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call check(error, all(alone%star_camera_head == head) .and. &
                        size(alone%star_camera_head) == 120)
             if (allocated(error)) return
@@ -363,7 +360,7 @@ contains
         total = 0
         do run = 1, RUNS
             call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
             call add(1, noisy%acceleration - clean%acceleration)
             call add(2, noisy%field - clean%field)
@@ -472,7 +469,7 @@ contains
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
         call new_simulator(case, fixed, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
         call observe_without_noise(drawn, case%density_wave, b)
         call observe_without_noise(drawn, density_wave_t(), calm)
@@ -512,16 +509,16 @@ contains
         bad = case
         bad%satellite%star_camera%sampling_interval = 0.25_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), &
+        call check_fails(error, failure, &
                          [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
         bad = case
         bad%satellite%accelerometer%sampling_interval = 0.05_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), &
+        call check_fails(error, failure, &
                          [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
         bad = case
         bad%satellite%magnetometer%sampling_interval = 1.04_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'magnetometer', '1.04 s'])
+        call check_fails(error, failure, [character(12) :: 'magnetometer', '1.04 s'])
     end subroutine test_intervals
 end module test_simulation

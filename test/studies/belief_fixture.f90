@@ -1,13 +1,10 @@
 !> What the tests of beliefs have in common: the simulator of a case, and a density wave near the period of the rods.
 module belief_fixture
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_estimation_options, only: estimation_options_t
-    use fixture, only: check_passes
-    use testdrive, only: error_type
     implicit none
     private
     public :: simulator_of, WAVE_NEAR_RODS
@@ -31,7 +28,7 @@ contains
         call find_calibration(name, calibration, failure)
         if (present(wave)) calibration%case%density_wave = wave
         if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         options = calibration%options
     end subroutine simulator_of
 end module belief_fixture

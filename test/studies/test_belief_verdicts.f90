@@ -1,7 +1,7 @@
 !> What the tests of beliefs say of wrong ones: whether they are contradicted, by what name, and with what power.
 module test_belief_verdicts
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of, number_text
+    use vocabulary
+    use gracecg_base_error, only: number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_constants, only: DEGREE
     use gracecg_observations_observation_set, only: observation_set_t
@@ -19,9 +19,7 @@ module test_belief_verdicts
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
-    use fixture, only: check, check_passes
     use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_belief_verdicts
@@ -46,7 +44,6 @@ contains
     !> the heads. Of sound samples both are confirmed.
     subroutine test_other_satellite(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: APART = 0.2_dp*DEGREE
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -59,8 +56,7 @@ contains
         call observe(simulator, 7_i8, 1, others, failure)
         call simulator_of('front-3', simulator, options, error)
         if (.not. allocated(failure)) call observe(simulator, 7_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         wrong = observations
         call tells('', 'magnetometer against field model')
         wrong%orbit_position = others%orbit_position
@@ -158,7 +154,6 @@ contains
     !> Wrong beliefs of several kinds: contradicted, and the right one named first.
     subroutine test_wrong_beliefs(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, wrong
@@ -210,7 +205,7 @@ contains
             type(error_t), allocatable :: failure
 
             call observe(simulator, 4713_i8, run, observations, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             wrong = observations
         end subroutine sound
 
@@ -265,7 +260,6 @@ contains
     !> beyond what is detectable counts as that.
     subroutine test_trials(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 1
         type(calibration_t) :: calibration
         type(wrong_belief_t), allocatable :: list(:)
@@ -279,8 +273,7 @@ contains
                                 subject_of(list(i))), i=1, size(list))])
         if (.not. allocated(failure)) &
             call try_wrong_beliefs(calibration, ['optimal'], .true., list, 4715_i8, RUNS, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(tallies), 1 + 3 + 3)
         call check(error, all(tallies%silent == 0), 'silent')
         call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
@@ -295,7 +288,6 @@ contains
     !> `sequential` makes of them does not converge, which is no silent result.
     subroutine test_not_converged(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(calibration_t) :: calibration
         type(wrong_belief_t), allocatable :: list(:)
         type(tally_t), allocatable :: tallies(:)
@@ -307,8 +299,7 @@ contains
         list = pack(list, [(subject_of(list(i)) == 'the quaternions have the scalar first', i=1, size(list))])
         if (.not. allocated(failure)) &
             call try_wrong_beliefs(calibration, ['sequential'], .false., list, 7001_i8, 2, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(tallies) == 1 .and. tallies(1)%refused == 2 .and. tallies(1)%silent == 0)
     end subroutine test_not_converged
 
@@ -316,7 +307,6 @@ contains
     !> fits whose normal matrix with the forces' shapes is singular, of which no belief is tested.
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FREQUENCY(3) = [0.18332252381644681_dp, 0.13355009605689397_dp, 0.18332868418778148_dp]   ! Hz
         real(dp), parameter :: PHASE(3) = [77.73997155859475_dp, 97.95996108970257_dp, 77.69514825950904_dp]     ! deg
         type(calibration_t) :: calibration
@@ -337,7 +327,7 @@ contains
         end associate
         if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do k = 1, size(ALTERATIONS)
             if (allocated(error)) return
             if (index(ALTERATIONS(k), 'the quaternions') /= 1) cycle
@@ -353,7 +343,6 @@ contains
     !> A belief that is wrong by its minimal detectable value is contradicted with the power that is stated.
     subroutine test_power(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 60, TESTED(3) = [ROD_FREQUENCIES(3), TORQUE_CHANGE(1), INERTIA(4)]
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -370,8 +359,7 @@ contains
                 if (allocated(error)) return
                 call observe(simulator, 4714_i8, run, observations, failure)
                 if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 i = findloc(solution%beliefs%values%belief, TESTED(k), 1)
                 wrong = observations
                 call apply_value(TESTED(k), solution%beliefs%values(i)%detectable, wrong)

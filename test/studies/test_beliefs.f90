@@ -1,8 +1,8 @@
 !> The tests of the operator's beliefs: their partials against altered observations, and their scores against what chance
 !> makes of them.
 module test_beliefs_of_operator
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of, number_text
+    use vocabulary
+    use gracecg_base_error, only: number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -22,10 +22,8 @@ module test_beliefs_of_operator
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
-    use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
     use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_beliefs
@@ -62,7 +60,6 @@ contains
     !> that are changed by it, up and down. Samples that are shifted in time blur the abrupt edges of the rods.
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: SIMILAR = 0.03_dp, BLURRED = 0.2_dp
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -77,7 +74,7 @@ contains
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
         call estimate_offset('optimal', observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call whitened(observations, partials, residuals)
         do i = 1, size(BELIEFS)
             if (allocated(error)) return
@@ -128,8 +125,7 @@ contains
                           weights(problem%observations))
             end if
             if (.not. allocated(failure)) call problem%linearise(rows, left, weights, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             known = problem%star_rows + problem%acceleration_rows
             rows = rows(:, :known)
             left = left(:known)
@@ -160,7 +156,6 @@ contains
     !> back by its negative.
     subroutine test_applied(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: N = 2000
         real(dp), parameter :: DELAYS(3) = [0.05_dp, -0.03_dp, 0.237_dp], PERIOD = 5
         type(observation_set_t) :: observations, other
@@ -197,7 +192,6 @@ contains
     !> Over sound runs the scores are those of standard normal variables, and none contradicts.
     subroutine test_scores(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(8), parameter :: NAMES(3) = [character(8) :: 'front-1', 'front-3', 'back-3']
         integer, parameter :: RUNS = 40
         type(simulator_t) :: simulator
@@ -217,8 +211,7 @@ contains
             do run = 1, RUNS
                 call observe(simulator, 4712_i8, run, observations, failure)
                 if (.not. allocated(failure)) call estimate_offset('optimal', observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 call say_contradiction(solution%beliefs, found)
                 call check(error, found, '', NAMES(k)//' run '//integer_text(run))
                 do i = 1, size(solution%beliefs%values)
@@ -242,7 +235,6 @@ contains
     !> against rows made orthogonal to those of the others, twice, as Gram and Schmidt do.
     subroutine test_information_left(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -258,8 +250,7 @@ contains
         if (allocated(error)) return
         call observe(simulator, 77_i8, 1, observations, failure)
         if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure, problem=fitted)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         n = size(fitted%model%estimated)
         tested = pack(solution%beliefs%values%belief, &
                       [(all(fitted%model%estimated /= solution%beliefs%values(i)%belief), &
@@ -272,8 +263,7 @@ contains
         all_of = n + size(tested)
         allocate (rows(all_of, problem%observations), residuals(problem%observations), weights(problem%observations))
         if (.not. allocated(failure)) call problem%linearise(rows, residuals, weights, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         rows(n + 1:, problem%star_rows + problem%acceleration_rows + 1:) = 0    ! what the operator states of them
         do i = 1, all_of
             whole = norm2(rows(i, :))
@@ -299,7 +289,6 @@ contains
     !> data could speak of: they change nothing.
     subroutine test_traces(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -321,8 +310,7 @@ contains
             end associate
             call estimate_optimal(observations, options, with_trace, failure)
         end if
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, axis > 0 .and. all(solution%beliefs%values%belief > 0), 'a rod is free')
         call check(error, size(with_trace%beliefs%values), size(solution%beliefs%values))
         call check(error, with_trace%beliefs%critical, solution%beliefs%critical, thr=1e-12_dp)
@@ -331,7 +319,6 @@ contains
     !> A score that the fits do not bear out is none; one of a belief that is wrong stays, near to what it was.
     subroutine test_confirmation(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: SIMILAR = 0.1_dp
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -345,8 +332,7 @@ contains
         if (allocated(error)) return
         call observe(simulator, 4716_i8, 1, observations, failure)
         if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         i = findloc(solution%beliefs%values%belief, ROD_FREQUENCIES(3), 1)
         wrong = observations
         call apply_value(ROD_FREQUENCIES(3), 1.4_dp*solution%beliefs%values(i)%detectable, wrong)
@@ -357,8 +343,7 @@ contains
         call check(error, .not. solution%beliefs%has_contradiction(), 'a score without a reason')
 
         call estimate_optimal(wrong, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         score = solution%beliefs%values(i)%score
         call check(error, solution%beliefs%has_contradiction(), 'wrong frequency')
         call check(error, maxval(abs(solution%beliefs%values%score)) < 8, 'a score within what is confirmed')
@@ -372,7 +357,6 @@ contains
     !> the accelerometer, which would make more of both, is not contradicted for it.
     subroutine test_bent_forces(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
@@ -385,13 +369,11 @@ contains
         calibration%case%satellite%offset = 1e-6_dp
         if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         x = 2*observations%accelerometer_time/calibration%case%duration - 1
         observations%acceleration(1, :) = observations%acceleration(1, :) + 6e-10_dp*(35*x**4 - 30*x**2 + 3)/8
         call estimate_offset('optimal', observations, calibration%options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         i = SCALE_FACTORS(1)
         associate (test => solution%beliefs%values(findloc(solution%beliefs%values%belief, i, 1)))
             call check(error, abs(test%score) < 4, 'scale factor '//number_text(test%score))
@@ -401,7 +383,6 @@ contains
     !> Forces that bend, and torques that change, over five minutes are no wrong beliefs.
     subroutine test_long_arcs(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(8), parameter :: NAMES(2) = [character(8) :: 'front-1', 'front-3']
         real(dp), parameter :: LENGTH = 300
         type(calibration_t) :: calibration
@@ -421,8 +402,7 @@ contains
             if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
             if (.not. allocated(failure)) &
                 call estimate_offset('optimal', observations, calibration%options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call say_contradiction(solution%beliefs, found)
             call check(error, found, '', NAMES(k))
             do i = 1, 3

@@ -1,7 +1,6 @@
 !> Campaigns in shards: the files of the shards, and what merging makes of them.
 module test_campaign
-    use gracecg_base_kinds, only: i8
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, remove_file
     use gracecg_files_table, only: table_file_t, read_csv
@@ -10,8 +9,6 @@ module test_campaign
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: merge_campaigns
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, make_file, check_same_files, check_fails, check_passes
     implicit none
     private
     public :: collect_campaign
@@ -64,8 +61,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, a
 
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         campaign = new_campaign(ALGORITHMS, 2, 4_i8, RUNS, shard, shards)
         if (present(seed)) campaign%seed = seed
         do i = 1, 2
@@ -81,7 +77,7 @@ contains
         end do
         if (.not. allocated(failure)) call write_runs(FOLDER//name//'_runs.csv', campaign, 'test', failure)
         if (.not. allocated(failure)) call write_table(FOLDER//name//'_table.csv', campaign, 'test', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine run_campaign
 
     !> Reads the runs of some campaigns back and merges them.
@@ -118,7 +114,7 @@ contains
         call merge([character(6) :: 'shard3', 'shard1', 'shard2'], whole, missing, failure)
         if (.not. allocated(failure)) call write_runs(FOLDER//'merged_runs.csv', whole, 'test', failure)
         if (.not. allocated(failure)) call write_table(FOLDER//'merged_table.csv', whole, 'test', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, missing, 0)
         call check_same_files(error, 'whole_runs.csv', 'merged_runs.csv')
         call check_same_files(error, 'whole_table.csv', 'merged_table.csv')
@@ -134,7 +130,7 @@ contains
         if (.not. allocated(error)) call run_campaign(error, 'shard2', 2, 3, 2, campaign)
         if (allocated(error)) return
         call merge([character(6) :: 'shard1', 'shard2', 'shard1'], whole, missing, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, missing, 4)      ! run 3 of four entries
         call check(error, all(whole%entries(1, 2)%run == [1, 2, 4, 5]))
     end subroutine test_missing
@@ -149,7 +145,7 @@ contains
         if (.not. allocated(error)) call run_campaign(error, 'seed7', 2, 3, 2, changed, seed=7_i8)
         if (allocated(error)) return
         call merge([character(6) :: 'shard1', 'seed7'], whole, missing, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'shard1', 'seed7', &
+        call check_fails(error, failure, [character(W) :: 'shard1', 'seed7', &
                                                       'different seeds: 4 and 7'])
 
         changed = campaign
@@ -176,7 +172,7 @@ contains
 
             if (allocated(error)) return
             call merge_campaigns([campaign, changed], ['a', 'b'], whole, missing, failure)
-            call check_fails(error, message_of(failure), [character(W) :: 'a and b', parts])
+            call check_fails(error, failure, [character(W) :: 'a and b', parts])
         end subroutine refused
     end subroutine test_misfits
 
@@ -189,13 +185,12 @@ contains
         campaign = new_campaign(ALGORITHMS, 2, 1_i8, 5, 1, 1)
         call find_calibration('front-1', calibration, failure)
         call add_case(campaign, 1, calibration, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call add_case(campaign, 2, calibration, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'two cases have the name "front-1"'])
+        call check_fails(error, failure, [character(W) :: 'two cases have the name "front-1"'])
         calibration%case%name = 'a, b'
         call add_case(campaign, 2, calibration, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
+        call check_fails(error, failure, [character(W) :: 'no comma', 'a, b'])
     end subroutine test_names
 
     !> One entry with runs 1, 4 and 5 of 5 in a journal.
@@ -211,8 +206,7 @@ contains
         type(campaign_t) :: some
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         call find_calibration('front-3', calibration, failure)
         options = calibration%options
         campaign = new_campaign(['optimal'], 1, 4_i8, RUNS, 1, 1)
@@ -231,7 +225,7 @@ contains
         some%shard = 1
         if (.not. allocated(failure)) call run_entry(some, 1, 1, simulator, options, 1, failure, recorder=file)
         if (.not. allocated(failure)) call read_text_file(FOLDER//'j.csv.part', journal, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine make_journal
 
     !> A journal has every run at once; gone on with, the campaign is that of one never stopped, to the last bit,
@@ -254,18 +248,16 @@ contains
         last = journal%first(journal%line_count())
         do cut = last - 1, len(journal%text), 7
             if (allocated(error)) return
-            call make_file(error, 'torn.csv.part', journal%text(:cut))
-            if (allocated(error)) return
+            call make_file('torn.csv.part', journal%text(:cut))
             kept = campaign
             call read_runs(FOLDER//'torn.csv.part', kept, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             if (cut < len(journal%text)) call check(error, all(kept%entries(1, 1)%run == [4, 5]))
             if (cut == len(journal%text)) call check(error, all(kept%entries(1, 1)%run == [1, 4, 5]))
             if (allocated(error)) return
             if (.not. allocated(failure)) call run_entry(kept, 1, 1, simulator, options, 2, failure)
             if (.not. allocated(failure)) call write_runs(FOLDER//'kept.csv', kept, 'test', failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check_same_files(error, 'whole.csv', 'kept.csv')
             call check(error, abs(kept%entries(1, 1)%mean_normalised - whole%entries(1, 1)%mean_normalised) <= 0)
         end do
@@ -291,10 +283,10 @@ contains
         subroutine refused(line, parts)
             character(*), intent(in) :: line, parts(:)
 
-            if (.not. allocated(error)) call make_file(error, 'broken.csv.part', journal%text//line)
+            if (.not. allocated(error)) call make_file('broken.csv.part', journal%text//line)
             if (allocated(error)) return
             call read_runs(FOLDER//'broken.csv.part', read_back, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_broken_journal
 
@@ -349,10 +341,10 @@ contains
                 end if
             end do
             call check(error, done, beginning)
-            if (.not. allocated(error)) call make_file(error, 'broken.csv', text)
+            if (.not. allocated(error)) call make_file('broken.csv', text)
             if (allocated(error)) return
             call read_runs(FOLDER//'broken.csv', campaign, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine broken
     end subroutine test_broken
 
@@ -369,8 +361,7 @@ contains
 
         call read_csv(FOLDER//name, [character(10) :: 'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', &
                                      'converged', 'normalised'], file, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, size(file%comments) > 2 .and. index(file%text%text, '#') == 0, 'comments beside the file')
         text = ''
         do i = 1, size(file%comments)
@@ -392,11 +383,10 @@ contains
         call read_text_file(FOLDER//'beside_runs.csv.meta.json', side, failure)
         call remove_file(FOLDER//'beside_runs.csv.meta.json')
         call read_runs(FOLDER//'beside_runs.csv', read_back, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'is missing'])
+        call check_fails(error, failure, [character(W) :: 'beside_runs.csv.meta.json', 'is missing'])
         i = index(side%text, 'seed = ''4''')
-        call make_file(error, 'beside_runs.csv.meta.json', side%text(:i - 1)//'seed = ''x'''//side%text(i + 10:))
-        if (allocated(error)) return
+        call make_file('beside_runs.csv.meta.json', side%text(:i - 1)//'seed = ''x'''//side%text(i + 10:))
         call read_runs(FOLDER//'beside_runs.csv', read_back, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json:4', 'key "seed"'])
+        call check_fails(error, failure, [character(W) :: 'beside_runs.csv.meta.json:4', 'key "seed"'])
     end subroutine test_side_file
 end module test_campaign

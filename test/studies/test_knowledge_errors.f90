@@ -1,7 +1,6 @@
 !> Errors in the operator's knowledge, each alone: the bound's consider covariance and differences of estimates agree.
 module test_knowledge_errors
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_estimators, only: estimate_offset
@@ -14,8 +13,6 @@ module test_knowledge_errors
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, tell_operator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_knowledge_errors
@@ -58,8 +55,7 @@ contains
             options%optimal%estimate_within_limits = .false.    ! but considered
             if (.not. allocated(failure)) call differences(simulator, 'optimal', options, CHECKED(i), found, failure)
             options = report_options('front-1')
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             place = findloc(OPERATOR_PLACES, CHECKED(i), 1)
             considered = bound%by_knowledge(:, CHECKED(i))
             if (place > 0) considered = bound%by_source(:, place)
@@ -146,12 +142,12 @@ contains
 
         call report_case('back-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do k = 1, size(ALGORITHMS)
             do i = 1, size(SOURCES)
                 if (allocated(error)) return
                 call differences(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, found, failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
                 if (i == COMMON_ROD_GAIN) call check(error, any(found > 1e-7_dp), ALGORITHMS(k))
             end do
         end do

@@ -1,8 +1,7 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
@@ -11,8 +10,6 @@ module test_monte_carlo
         prediction_t, predict_errors
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_studies_published_rms, only: published_rms, allowed_by_fifteen_runs
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_monte_carlo
@@ -56,7 +53,6 @@ contains
     !> 300 runs: the RMS has a standard error of 4 %, so 12 % is three of them.
     subroutine test_rms(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 300
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
@@ -86,7 +82,6 @@ contains
     !> noise, the report's weights, bias of the accelerometer's scale factors, no density wave), mm.
     subroutine test_independent(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: INDEPENDENT(3, 6) = reshape([ &
             0.118_dp, 0.046_dp, 0.047_dp, 1.10_dp, 0.0053_dp, 0.0153_dp, 0.0129_dp, 0.0352_dp, 0.0319_dp, &
             0.094_dp, 0.048_dp, 0.047_dp, 1.12_dp, 0.0088_dp, 0.0178_dp, 0.0324_dp, 0.0348_dp, 0.0340_dp], &
@@ -114,7 +109,6 @@ contains
     !> wave of 0.003 and 12 s z is 19 % off.
     subroutine test_published(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
@@ -148,7 +142,6 @@ contains
     !> error of 7 %, against theory; 21 % are three of them.
     subroutine test_every_algorithm(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
         type(error_statistics_t) :: statistics
@@ -175,7 +168,6 @@ contains
 
     subroutine test_reproducible(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: one_thread, two_threads
         type(error_t), allocatable :: failure

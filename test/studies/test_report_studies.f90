@@ -1,9 +1,8 @@
 !> The studies behind the report's chapters: what they count, choose and compare, on made-up results where
 !> that is enough, and on few runs where it is not.
 module test_report_studies
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_progress, only: progress_t
     use gracecg_base_statistics, only: sampling_error
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
@@ -23,8 +22,6 @@ module test_report_studies
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, check_passes
     implicit none
     private
     public :: collect_report_studies
@@ -77,8 +74,7 @@ contains
         if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
         if (.not. allocated(failure)) call run_case(three, 1, calibration, simulator, 2, failure, listener)
         if (.not. allocated(failure)) call run_case(two, 1, calibration, simulator, 1, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         cut = first_runs(three, 2)
         call check(error, cut%runs == 2 .and. all(cut%entries(2, 1)%run == [1, 2]))
         call check(error, all(abs(cut%entries(2, 1)%statistics%rms - two%entries(2, 1)%statistics%rms) <= 0))
@@ -164,8 +160,7 @@ contains
         if (.not. allocated(failure)) &
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(ASCREST)), calibration%options, 5_i8, [1, 2], 1, &
                                  results, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         call check(error, all(abs(study%bound - bound%sigma) <= 0))
         call check(error, all(study%runs == 2) .and. all(study%not_converged == 0))
@@ -184,7 +179,7 @@ contains
         if (.not. allocated(failure)) call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
         if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
                                                           calibration%options, 2_i8, 2, 1, study, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(all_studies(3)%rms - study%rms) <= 0))
         call check(error, all(all_studies(3)%predicted < all_studies(1)%predicted))
     end subroutine test_error_sources
@@ -203,8 +198,7 @@ contains
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) &
             call study_field(simulator, 'ascrest', report_options('back-3'), .true., 100e-9_dp, 3_i8, 1, 1, study, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(studies%with_model .eqv. [(modulo(i, 2) == 0, i=1, LOSS_STUDIES)]))
         call check(error, trim(studies(1)%case_name)//' '//trim(studies(1)%algorithm)//' '// &
                                                trim(studies(3)%algorithm)//' '//trim(studies(8)%case_name), &
@@ -225,8 +219,7 @@ contains
         if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
         design%rods = calibration%case%satellite%rods
         if (.not. allocated(failure)) call calibrate_with_design('back-3', design, 1_i8, 2, 2, reached, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(abs(reached%bound - bound%sigma) <= 0) .and. reached%runs == 2)
         call check(error, all(reached%rms > 0) .and. all(reached%rms < 1e-4_dp) .and. &
                                                all(reached%trimmed < 1e-4_dp))

@@ -1,13 +1,10 @@
 !> Statements of the report that are examined by `gracecg statements`.
 module test_statements
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: MILLIMETRE, ARCSECOND, DEGREE, PI
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
     use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_statements
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, check_passes, check_fails
     implicit none
     private
     public :: collect_statements
@@ -40,7 +37,7 @@ contains
         type(error_t), allocatable :: failure
 
         call examine_statement(name, runs, 1_i8, 2, statement, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine examine
 
     !> A rod does not turn the satellite about its own axis: a manoeuvre by one rod leaves the offset along it
@@ -217,7 +214,7 @@ contains
         if (allocated(error)) return
         table = statement_table(s)
         call table%csv(lines, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, size(lines), 1 + 9 + 14)
         if (allocated(error)) return
         call check(error, index(lines(2)%text, 'condition,front-1,full state (FDE),0,,,,,,,14.6') == 1 .and. &
@@ -230,6 +227,6 @@ contains
         type(error_t), allocatable :: failure
 
         call examine_statement('two-rods', 0, 1_i8, 1, s, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'no statement "two-rods"', 'one-rod'])
+        call check_fails(error, failure, [character(40) :: 'no statement "two-rods"', 'one-rod'])
     end subroutine test_unknown
 end module test_statements

@@ -1,7 +1,6 @@
 !> Section 5.3 of the report: the curves of Figures 5.2-5.8 against the printed axis windows.
 module test_verification
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t
+    use vocabulary
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_base_constants, only: AXES, MILLIMETRE
@@ -15,8 +14,6 @@ module test_verification
     use gracecg_studies_published_case
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_LOW, LIMIT_HIGH, LIMIT_STEP
     use gracecg_studies_table_figure_windows, only: WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_verification

@@ -1,9 +1,7 @@
 !> The star camera: mounting, field of view, noise of the attitudes.
 module test_star_camera
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
@@ -12,8 +10,6 @@ module test_star_camera
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use statistics, only: Z_999, chi_square_limits, ljung_box
-    use fixture, only: check, check_fails, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_star_camera
@@ -62,7 +58,7 @@ contains
             if (camera%stars_in_field(catalogue, q, 1) < 2) cycle
             call camera%see(catalogue, q, 1, first, failure)
             if (.not. allocated(failure)) call best_camera%see(catalogue, q, 1, best, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             trace = [trace_of(first), trace_of(best)]
             call check(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))
             if (allocated(error)) return
@@ -162,7 +158,7 @@ contains
             q = random_attitude(stream)
             head = 1 + mod(i, HEADS)
             call camera%see(catalogue, q, head, frame, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             associate (v => frame%line_of_sight)
                 call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
                            all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
@@ -283,9 +279,7 @@ contains
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error
         type(star_camera_t) :: camera
-        real(dp) :: nan
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         call expect_failure('head', normalised(ATTITUDE), 3)
         call expect_failure('quaternion', 2*ATTITUDE, 1)
         call expect_failure('quaternion', [nan, 0.0_dp, 0.0_dp, 1.0_dp], 1)
@@ -299,9 +293,9 @@ contains
         call expect_failure('number of stars', normalised(ATTITUDE), 1)
         camera = star_camera_t(measurement_noise=-1.0_dp)
         call expect_failure('noise', normalised(ATTITUDE), 1)
-        camera = star_camera_t(catalogue_noise=nan)
+        camera = star_camera_t(catalogue_noise=NAN)
         call expect_failure('noise', normalised(ATTITUDE), 1)
-        camera = star_camera_t(elevation=[nan, 0.0_dp])
+        camera = star_camera_t(elevation=[NAN, 0.0_dp])
         call expect_failure('elevation', normalised(ATTITUDE), 2)
 
     contains
@@ -315,7 +309,7 @@ contains
             type(error_t), allocatable :: failure
 
             call camera%see(builtin_star_catalogue(), q, head, frame, failure)
-            call check_fails(error, message_of(failure), [words])
+            call check_fails(error, failure, [words])
         end subroutine expect_failure
     end subroutine test_settings
 end module test_star_camera

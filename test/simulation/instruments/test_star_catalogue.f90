@@ -1,14 +1,11 @@
 !> The star catalogue: the built-in stars, the field of view, files good and corrupted.
 module test_star_catalogue
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_error, only: error_t, message_of
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use statistics, only: Z_999, mean, variance
-    use fixture, only: check, check_fails, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_star_catalogue
@@ -62,7 +59,7 @@ contains
 
         builtin = builtin_star_catalogue()
         call read_star_catalogue('data/bright_stars.txt', source, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, size(source%magnitude), size(builtin%magnitude))
         if (allocated(error)) return
         call check(error, all(abs(builtin%direction - source%direction) < VECTORISED) .and. &
@@ -136,7 +133,7 @@ contains
         type(error_t), allocatable :: failure
 
         call read_star_catalogue(FIXTURES//'three-stars.txt', catalogue, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, size(catalogue%direction, 2), 2)
         if (allocated(error)) return
         call check(error, catalogue%magnitude(1) == 2.83_dp .and. catalogue%magnitude(2) == 1.97_dp)
@@ -170,7 +167,7 @@ contains
 
             if (allocated(error)) return
             call read_star_catalogue(FIXTURES//name//'.txt', catalogue, failure)
-            call check_fails(error, message_of(failure), [words])
+            call check_fails(error, failure, [words])
         end subroutine expect_failure
     end subroutine test_corrupted
 end module test_star_catalogue

@@ -70,26 +70,23 @@ contains
         if (.not. allocated(error)) call fail_now(error, message)
     end subroutine test_failed
 
-    !> Makes FOLDER.
-    subroutine make_folder(error)
-        type(error_type), allocatable, intent(inout) :: error
+    !> Makes FOLDER; without it no test can be made.
+    subroutine make_folder()
         integer :: status
         logical :: made
 
         inquire (file=FOLDER//'.', exist=made)
         if (made) return
         call execute_command_line('mkdir -p '//FOLDER, exitstat=status)
-        call check(error, status, 0, 'the folder '//FOLDER//' could not be made')
+        if (status /= 0) error stop 'the folder build/test-output could not be made'
     end subroutine make_folder
 
     !> Writes a file below FOLDER with exactly the given content.
-    subroutine make_file(error, name, content)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine make_file(name, content)
         character(*), intent(in) :: name, content
         integer :: unit
 
-        call make_folder(error)
-        if (allocated(error)) return
+        call make_folder()
         open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', &
               status='replace')
         write (unit) content
