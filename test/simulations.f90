@@ -1,0 +1,102 @@
+!> Cases, simulators and observations that tests need and do not test: where one cannot be had, the run ends.
+module simulations
+    use vocabulary
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    implicit none
+    private
+    public :: take_case, take_calibration, make_simulator, make_observations
+
+    !> make_simulator(source, simulator) of a case or of the name of one.
+    interface make_simulator
+        module procedure simulator_of_case, simulator_of_name
+    end interface make_simulator
+
+    !> make_observations(source, seed, run, observations[, only_used_head]) of a simulator, a case or the name of a case.
+    interface make_observations
+        module procedure observations_of_simulator, observations_of_case, observations_of_name
+    end interface make_observations
+
+contains
+
+    !> A built-in case, or that of a file.
+    subroutine take_case(name, case)
+        character(*), intent(in) :: name
+        type(case_t), intent(out) :: case
+
+        type(error_t), allocatable :: failure
+
+        call find_case(trim(name), case, failure)
+        call need(failure)
+    end subroutine take_case
+
+    !> The case and the options of its estimates.
+    subroutine take_calibration(name, calibration)
+        character(*), intent(in) :: name
+        type(calibration_t), intent(out) :: calibration
+
+        type(error_t), allocatable :: failure
+
+        call find_calibration(trim(name), calibration, failure)
+        call need(failure)
+    end subroutine take_calibration
+
+    subroutine simulator_of_case(case, simulator)
+        type(case_t), intent(in) :: case
+        type(simulator_t), intent(out) :: simulator
+
+        type(error_t), allocatable :: failure
+
+        call new_simulator(case, simulator, failure)
+        call need(failure)
+    end subroutine simulator_of_case
+
+    subroutine simulator_of_name(name, simulator)
+        character(*), intent(in) :: name
+        type(simulator_t), intent(out) :: simulator
+
+        type(case_t) :: case
+
+        call take_case(name, case)
+        call make_simulator(case, simulator)
+    end subroutine simulator_of_name
+
+    subroutine observations_of_simulator(simulator, seed, run, observations, only_used_head)
+        type(simulator_t), intent(in) :: simulator
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(out) :: observations
+        logical, intent(in), optional :: only_used_head     !! As `observe` has it
+
+        type(error_t), allocatable :: failure
+
+        call observe(simulator, seed, run, observations, failure, only_used_head)
+        call need(failure)
+    end subroutine observations_of_simulator
+
+    subroutine observations_of_case(case, seed, run, observations, only_used_head)
+        type(case_t), intent(in) :: case
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(out) :: observations
+        logical, intent(in), optional :: only_used_head
+
+        type(simulator_t) :: simulator
+
+        call make_simulator(case, simulator)
+        call make_observations(simulator, seed, run, observations, only_used_head)
+    end subroutine observations_of_case
+
+    subroutine observations_of_name(name, seed, run, observations, only_used_head)
+        character(*), intent(in) :: name
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(out) :: observations
+        logical, intent(in), optional :: only_used_head
+
+        type(simulator_t) :: simulator
+
+        call make_simulator(name, simulator)
+        call make_observations(simulator, seed, run, observations, only_used_head)
+    end subroutine observations_of_name
+end module simulations
