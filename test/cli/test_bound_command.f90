@@ -1,10 +1,10 @@
 !> `gracecg bound`, and what `estimate` and `montecarlo` say of `optimal`.
 module test_bound_command
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_text, only: string_t, split
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use command_fixture, only: run
@@ -48,7 +48,7 @@ contains
         do i = 1, 7
             read (fields(i + 1)%text, *) values(i)
         end do
-        call report_case('back-1', case, failure)
+        call take_case('back-1', case)
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call check(error, maxval(abs(values(1:3) - 1e3_dp*bound%sigma)) < 1e-12_dp)
         call check(error, norm2(values(5:7)), 1.0_dp, thr=1e-12_dp)

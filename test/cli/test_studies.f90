@@ -1,15 +1,15 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
     use vocabulary
+    use simulations, only: make_observations, take_case
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_text, only: string_t, split_words
     use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, make_directory
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, observe, disturbance_at
+    use gracecg_simulation_simulator, only: simulator_t, disturbance_at
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
@@ -46,8 +46,7 @@ contains
                     new_unittest('wrong-usage', test_wrong_usage)]
     end subroutine collect_studies
 
-    subroutine prepare(error, name, study, simulator)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine prepare(name, study, simulator)
         character(*), intent(in) :: name            !! Of the case
         character(*), intent(in) :: study           !! Of STUDY_NAMES
         type(simulator_t), intent(out) :: simulator
@@ -55,10 +54,10 @@ contains
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
-        if (.not. allocated(failure)) call new_switched_simulator(case, study_switches(study), simulator, &
-                                                                  failure)
-        call check_passes(error, failure)
+        call take_case(name, case)
+        call new_switched_simulator(case, study_switches(study), simulator, &
+                                    failure)
+        call need(failure)
     end subroutine prepare
 
     pure function first_runs(n) result(runs)
@@ -74,15 +73,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: all_noise, off
-        type(error_t), allocatable :: failure
         logical :: same(3)
         integer :: i, k
 
         do i = 1, size(STUDY_NAMES)
-            call prepare(error, 'front-1', STUDY_NAMES(i), simulator)
-            if (allocated(error)) return
-            call observe(simulator, 1, 1, off, failure, only_used_head=.true.)
-            if (failed(error, failure)) return
+            call prepare('front-1', STUDY_NAMES(i), simulator)
+            call make_observations(simulator, 1, 1, off, only_used_head=.true.)
             if (i == 1) all_noise = off
             same = [all(abs(off%acceleration - all_noise%acceleration) <= 0), &
                     all(abs(off%quaternion - all_noise%quaternion) <= 0), &
@@ -111,9 +107,8 @@ contains
         real(dp) :: before(3, 0:600), after(3, 0:600), difference(3, 0:600)
         integer :: k, i
 
-        call prepare(error, 'front-1', 'all-noise', curved)
-        if (.not. allocated(error)) call prepare(error, 'front-1', 'linear-ng', straight)
-        if (allocated(error)) return
+        call prepare('front-1', 'all-noise', curved)
+        call prepare('front-1', 'linear-ng', straight)
         do k = 0, 600
             a = disturbance_at(curved%case, curved%arc, density_wave_t(), k)
             before(:, k) = a%non_gravitational
@@ -142,8 +137,7 @@ contains
         integer :: i
 
         do i = 1, size(STUDY_NAMES)
-            call prepare(error, 'front-1', STUDY_NAMES(i), simulator)
-            if (allocated(error)) return
+            call prepare('front-1', STUDY_NAMES(i), simulator)
             call predict_errors(simulator, 'ascfest', estimation_options_t(), prediction, failure)
             if (failed(error, failure)) return
             rms(:, i) = prediction%rms/MILLIMETRE
@@ -162,15 +156,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(error_t), allocatable :: failure
         type(field_model_t) :: model
         real(dp) :: errors(3, 60), drawn(3, 100)
         integer :: run, i
 
-        call prepare(error, 'front-2', 'all-noise', simulator)
-        if (allocated(error)) return
-        call observe(simulator, 1, 1, observations, failure, only_used_head=.true.)
-        if (failed(error, failure)) return
+        call prepare('front-2', 'all-noise', simulator)
+        call make_observations(simulator, 1, 1, observations, only_used_head=.true.)
         do run = 1, 100
             call model%alter(simulator, 1_i8, run, observations)
             do i = 1, 60
@@ -194,16 +185,14 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: rms(3)
 
-        call prepare(error, 'front-2', 'all-noise', simulator)
-        if (allocated(error)) return
+        call prepare('front-2', 'all-noise', simulator)
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
         if (failed(error, failure)) return
         call check(error, all(rms < 1.03_dp*prediction%rms), 'case 2')
 
-        call prepare(error, 'front-3', 'all-noise', simulator)
-        if (allocated(error)) return
+        call prepare('front-3', 'all-noise', simulator)
         call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
@@ -226,10 +215,9 @@ contains
         type(error_t), allocatable :: failure
         integer :: n
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         settings%threshold = 0.15_dp*MILLIMETRE
-        if (.not. allocated(failure)) &
-            call trim_offset(case, 'assest-fde', estimation_options_t(), settings, rounds, failure)
+        call trim_offset(case, 'assest-fde', estimation_options_t(), settings, rounds, failure)
         if (failed(error, failure)) return
         n = size(rounds)
         call check(error, n > 1 .and. n < settings%rounds)
@@ -249,10 +237,9 @@ contains
         character(:), allocatable :: output, messages
         integer :: status, n
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         settings%by_sigma = .true.
-        if (.not. allocated(failure)) &
-            call trim_offset(case, 'assest-fde', report_options('front-3'), settings, rounds, failure)
+        call trim_offset(case, 'assest-fde', report_options('front-3'), settings, rounds, failure)
         if (failed(error, failure)) return
         n = size(rounds)
         call check(error, n > 1 .and. all(abs(rounds(n)%estimate) < 3*rounds(n)%sigma))
@@ -272,7 +259,7 @@ contains
         type(trim_round_t), allocatable :: rounds(:)
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         case%satellite%accelerometer%noise%level = 0
         case%satellite%star_camera%catalogue_noise = 0
         case%satellite%star_camera%measurement_noise = 0
@@ -280,8 +267,7 @@ contains
         case%density_wave%amplitude = 0
         settings%threshold = 0.01_dp*MILLIMETRE
         settings%balance_error = 0
-        if (.not. allocated(failure)) &
-            call trim_offset(case, 'ascrest', estimation_options_t(), settings, rounds, failure)
+        call trim_offset(case, 'ascrest', estimation_options_t(), settings, rounds, failure)
         if (failed(error, failure)) return
         call check(error, size(rounds), 2)
         if (allocated(error)) return

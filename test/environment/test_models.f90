@@ -2,6 +2,7 @@
 !> needs nothing but its own file.
 module test_models
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_constants, only: EARTH_GM, EARTH_RADIUS_EGM96
     use gracecg_base_vectors, only: identity
     use gracecg_environment_time, only: utc_t, parse_utc
@@ -15,7 +16,6 @@ module test_models
     use gracecg_environment_wind, only: wind_model_t
     use gracecg_environment_wind_models, only: new_wind_model, WIND_MODELS
     use gracecg_simulation_case, only: case_t, case_from_text, case_text
-    use gracecg_simulation_case_library, only: find_case
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t
     implicit none
@@ -161,8 +161,8 @@ contains
 
             do i = 1, size(names)
                 if (allocated(error)) return
-                call find_case('front-1', case, failure)
-                if (.not. allocated(failure)) call case_text(case, text, failure)
+                call take_case('front-1', case)
+                call case_text(case, text, failure)
                 if (failed(error, failure)) return
                 first = index(text, ' '//key) + len(key)
                 last = first + index(text(first + 1:), '''')
@@ -200,8 +200,8 @@ contains
         call harmonics%gradient_tensor(PLACE, tensor_b)
         call check(error, maxval(abs(tensor - tensor_b))/maxval(abs(tensor_b)), 0.0_dp, thr=1e-13_dp)
 
-        call find_case('front-1', case, failure)
-        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
+        call take_case('front-1', case)
+        call build_dynamics(case, dynamics, failure)
         if (failed(error, failure)) return
         call dynamics%accelerations(0.0_dp, case%position, case%velocity, case%quaternion, acting(1))
         deallocate (dynamics%gravity)

@@ -2,6 +2,7 @@
 !> four estimators.
 module test_algorithms
     use vocabulary
+    use simulations, only: make_observations, take_case
     use gracecg_base_vectors, only: cross_matrix, identity
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
         rotation_angle_between
@@ -13,8 +14,7 @@ module test_algorithms
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use test_estimators, only: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
     implicit none
     private
@@ -107,8 +107,7 @@ contains
         real(dp) :: change(6), angles(3, 2), found(3), transition(3, 6)
         integer :: i, side, n
 
-        call example(observations, error)
-        if (allocated(error)) return
+        call example(observations)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
@@ -167,8 +166,7 @@ contains
         real(dp) :: step
         integer :: i, side, n
 
-        call example(observations, error, interval=0.5_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.5_dp)
         options%guess_quaternion = normalised(Q_0)
         options%guess_angular_velocity = OMEGA_0
         options%guess_offset = OFFSET
@@ -241,7 +239,6 @@ contains
     subroutine test_long_arc(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
@@ -249,14 +246,12 @@ contains
         integer :: a
 
         options%test_beliefs = .false.          ! other torques change over five minutes: told, and not the matter here
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%duration = 300
         case%satellite%rods%activations%stop = 300
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
+        call make_observations(case, 3, 1, observations, only_used_head=.true.)
         do a = 1, size(REPORT_ESTIMATORS)
-            if (.not. allocated(failure)) &
-                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, options, solution, failure)
+            call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, options, solution, failure)
             if (failed(error, failure)) return
             call check(error, solution%converged, REPORT_ESTIMATORS(a))
         end do
@@ -266,19 +261,14 @@ contains
     !> same offset.
     subroutine test_agreement(error)
         type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: first, other
         type(error_t), allocatable :: failure
         integer :: i, a
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
-            if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-            if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
-            if (.not. allocated(failure)) &
-                call estimate_offset(REPORT_ESTIMATORS(1), observations, estimation_options_t(), first, failure)
+            call make_observations(REPORT_CASE_NAMES(i), 3, 1, observations, only_used_head=.true.)
+            call estimate_offset(REPORT_ESTIMATORS(1), observations, estimation_options_t(), first, failure)
             if (failed(error, failure)) return
             do a = 2, size(REPORT_ESTIMATORS)
                 call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), other, failure)

@@ -2,6 +2,7 @@
 !> and what cannot be estimated is left out or refused.
 module test_arc_chain
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_calibration
     use gracecg_base_constants, only: TWO_PI
     use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -11,8 +12,8 @@ module test_arc_chain
         new_torque_rods
     use gracecg_observations_arc_of_run, only: arc_of_run
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -41,16 +42,14 @@ contains
     end subroutine collect_arc_chain
 
     !> Front 3 without a density wave.
-    subroutine open_case(simulator, options, error, duration)
+    subroutine open_case(simulator, options, duration)
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: duration      !! With rods that act all the time, s
 
         type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
+        call take_calibration('front-3', calibration)
         associate (case => calibration%case)
             case%density_wave%amplitude = 0
             case%density_wave_random = .false.
@@ -60,9 +59,8 @@ contains
                 case%limits%pointing = 3
                 case%limits%rate = 1
             end if
-            call new_simulator(case, simulator, failure)
+            call make_simulator(case, simulator)
         end associate
-        call check_passes(error, failure)
         options%optimal%density_wave = WAVE_NONE
         options%covariance = .false.
     end subroutine open_case
@@ -76,13 +74,11 @@ contains
         type(simulator_t) :: whole, part
         type(observation_set_t) :: run, cut, begun
         type(density_wave_t) :: wave
-        type(error_t), allocatable :: failure
         integer :: n
 
-        call find_calibration('front-3', calibration, failure)
+        call take_calibration('front-3', calibration)
         calibration%case%duration = 40
-        call new_simulator(calibration%case, whole, failure)
-        if (failed(error, failure)) return
+        call make_simulator(calibration%case, whole)
         wave = density_wave_t(0.003_dp, 12.0_dp, 0.7_dp)
         call observe_without_noise(whole, wave, run)
         call arc_of_run(run, run%knowledge, real(FROM, dp), calibration%case%duration, cut)
@@ -100,8 +96,7 @@ contains
                 acts%stop = acts%stop - FROM
             end associate
         end associate
-        call new_simulator(calibration%case, part, failure)
-        if (failed(error, failure)) return
+        call make_simulator(calibration%case, part)
         wave%phase = wave%phase + TWO_PI*FROM/wave%period
         call observe_without_noise(part, wave, begun)
 
@@ -207,9 +202,8 @@ contains
         real(dp) :: sigma(3)
         integer :: i
 
-        call open_case(simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
         if (failed(error, failure)) return
         call check(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)
@@ -253,9 +247,8 @@ contains
         type(error_t), allocatable :: failure
         logical, allocatable :: seen(:)
 
-        call open_case(simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         associate (acts => observations%knowledge%rods%activations)
             acts%stop = 40          ! the operator knows of no rods in the last arc
         end associate
@@ -293,9 +286,8 @@ contains
         real(dp) :: mean
         integer :: i
 
-        call open_case(simulator, options, error, 20*ARC)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options, 20*ARC)
+        call make_observations(simulator, 3, 1, observations)
         touched = observations%accelerometer_time >= (SPOILT - 1)*ARC .and. observations%accelerometer_time < SPOILT*ARC
         associate (z => observations%acceleration(3, :))
             mean = sum(z, touched)/count(touched)
@@ -328,9 +320,8 @@ contains
         real(dp) :: part
         integer :: i
 
-        call open_case(simulator, options, error, 6*ARC)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options, 6*ARC)
+        call make_observations(simulator, 3, 1, observations)
         do i = 1, size(observations%accelerometer_time)
             part = min(1.0_dp, max(0.0_dp, (observations%accelerometer_time(i) - (DARK - 1)*ARC - 4)/12))
             observations%acceleration(:, i) = observations%acceleration(:, i) - LIGHT*part**2*(3 - 2*part)
@@ -358,9 +349,8 @@ contains
         type(joint_options_t) :: joint
         type(error_t), allocatable :: failure
 
-        call open_case(simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         call estimate_chain(observations, options, joint, 5.0_dp, 1, chain, failure)
         call check_fails(error, failure, [character(W) :: 'arcs of 5 s', '10 s to 1'])
         call estimate_chain(observations, options, joint, 2000.0_dp, 1, chain, failure)

@@ -64,9 +64,8 @@ contains
     !> A minute without noise. The fitting dynamics are driven by the interpolated field itself, and
     !> the quaternions are free of interpolation when the star camera is as fast as the
     !> accelerometer.
-    subroutine example(observations, error, interval, star_camera_interval, quaternion)
+    subroutine example(observations, interval, star_camera_interval, quaternion)
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: interval                  !! Of the accelerometer, s
         real(dp), intent(in), optional :: star_camera_interval      !! s
         real(dp), intent(in), optional :: quaternion(4)             !! At the epoch
@@ -89,7 +88,7 @@ contains
             knowledge%star_camera_sigma = 1*ARCSECOND
             call new_harmonic_manoeuvre(knowledge%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
-            if (failed(error, failure)) return
+            call need(failure)
             observations%accelerometer_time = [(i*knowledge%accelerometer_interval, &
                                                 i=1, nint(60/knowledge%accelerometer_interval))]
             observations%star_camera_time = [(i*knowledge%star_camera_interval, &
@@ -102,17 +101,16 @@ contains
         end do
         observations%star_camera_head = [(1, i=1, size(observations%star_camera_time))]
         if (present(quaternion)) then
-            call fill(observations, normalised(quaternion), error)
+            call fill(observations, normalised(quaternion))
         else
-            call fill(observations, normalised(Q_0), error)
+            call fill(observations, normalised(Q_0))
         end if
     end subroutine example
 
     !> Accelerations and quaternions along the fitting dynamics.
-    subroutine fill(observations, quaternion, error)
+    subroutine fill(observations, quaternion)
         type(observation_set_t), intent(inout) :: observations
         real(dp), intent(in) :: quaternion(4)       !! At the epoch
-        type(error_type), allocatable, intent(inout) :: error
 
         type(fitting_data_t) :: data
         type(attitude_fit_t) :: fit
@@ -126,7 +124,7 @@ contains
         observations%acceleration = spread([0.0_dp, 0.0_dp, 0.0_dp], 2, &
                                            size(observations%accelerometer_time))
         call preprocess(observations, estimation_options_t(), data, failure)        ! for the torque
-        if (failed(error, failure)) return
+        call need(failure)
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         call fit%integrate(quaternion, OMEGA_0, rotation)
         do i = 1, size(observations%accelerometer_time)
@@ -197,7 +195,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
 
-        call example(observations, error)
+        call example(observations)
         call recover(observations, 1e-11_dp, error)
         call recover(observations, 1e-11_dp, error, options=report_options('front-1'))
     end subroutine test_exact
@@ -213,8 +211,7 @@ contains
         real(dp) :: expected(3, 3), by_rate(3)
         integer :: axis, i
 
-        call example(observations, error)
-        if (allocated(error)) return
+        call example(observations)
         call leave_out_stars(observations)
         observations%knowledge%angular_velocity = OMEGA_0
         do i = 1, 2
@@ -266,8 +263,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call example(observations, error)
-        if (allocated(error)) return
+        call example(observations)
         call leave_out_stars(observations)
         do i = 1, size(ESTIMATOR_NAMES)
             observations%knowledge%angular_velocity_sigma = 0
@@ -293,7 +289,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
 
-        call example(observations, error, star_camera_interval=0.5_dp)
+        call example(observations, star_camera_interval=0.5_dp)
         call recover(observations, 1e-9_dp, error)
     end subroutine test_interpolated
 
@@ -306,8 +302,7 @@ contains
         real(dp) :: axis(3)
         integer :: i
 
-        call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp)
         do i = 1, 6
             axis = unit([cos(0.7_dp*i), sin(1.3_dp*i), cos(2.1_dp*i + 0.3_dp)])
             options%guess_quaternion = &
@@ -325,7 +320,7 @@ contains
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
 
-        call example(observations, error, interval=0.2_dp, quaternion=Q)
+        call example(observations, interval=0.2_dp, quaternion=Q)
         call recover(observations, 1e-11_dp, error, Q)
         options%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
         call recover(observations, 1e-11_dp, error, Q, options)
@@ -338,8 +333,7 @@ contains
         type(observation_set_t) :: observations
         integer :: i
 
-        call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp)
         do i = 1, size(observations%quaternion, 2)
             if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
         end do
@@ -354,8 +348,7 @@ contains
         integer, allocatable :: kept(:)
         integer :: i
 
-        call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp)
         kept = pack([(i, i=1, 300)], [(mod(i, 7) /= 0 .and. (i < 100 .or. i > 150), i=1, 300)])
         observations%accelerometer_time = observations%accelerometer_time(kept)
         observations%acceleration = observations%acceleration(:, kept)
@@ -371,7 +364,7 @@ contains
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
 
-        call example(observations, error, interval=0.2_dp)
+        call example(observations, interval=0.2_dp)
         options%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
         options%star_camera_weight = 1e10_dp
         call recover(observations, 1e-11_dp, error, options=options)
@@ -387,16 +380,14 @@ contains
         type(rod_activation_t) :: none(0)
         integer :: i
 
-        call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp)
         call new_torque_rods(observations%knowledge%rods, none, failure)
         if (failed(error, failure)) return
         do i = 1, 3
             observations%knowledge%inertia(:i - 1, i) = 0
             observations%knowledge%inertia(i + 1:, i) = 0
         end do
-        call fill(observations, normalised(Q_0), error)
-        if (allocated(error)) return
+        call fill(observations, normalised(Q_0))
         do i = 1, size(REPORT_ESTIMATORS)
             call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, estimation_options_t(), solution, failure)
             call check_fails(error, failure, [character(12) :: 'AS', 'singular', 'd_'])
@@ -411,7 +402,7 @@ contains
         type(observation_set_t) :: clean
         type(random_stream_t) :: stream
 
-        call example(clean, error, interval=0.5_dp)
+        call example(clean, interval=0.5_dp)
         clean%knowledge%accelerometer_noise%level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
         clean%knowledge%accelerometer_noise%corner = [0.005_dp, 0.1_dp, 0.005_dp]
         clean%knowledge%star_camera_sigma = 0
@@ -445,7 +436,7 @@ contains
         type(observation_set_t) :: clean
         type(random_stream_t) :: stream
 
-        call example(clean, error, interval=0.2_dp, star_camera_interval=1.0_dp)
+        call example(clean, interval=0.2_dp, star_camera_interval=1.0_dp)
         clean%knowledge%accelerometer_noise%level = 0
         clean%knowledge%star_camera_sigma = SIGMA
         stream = new_stream(20, 1, 1, 1, 4)
@@ -514,12 +505,11 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call example(observations, error, interval=0.5_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.5_dp)
         observations%accelerometer_time(7) = observations%accelerometer_time(6)
         call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure)
         call check_fails(error, failure, ['must increase'])
-        call example(observations, error, interval=0.5_dp)
+        call example(observations, interval=0.5_dp)
         options%guess_angular_velocity = NAN
         call estimate_offset('assest-fde', observations, options, solution, failure)
         call check_fails(error, failure, ['NaN'])
@@ -537,7 +527,7 @@ contains
         type(estimation_options_t) :: options
         integer :: i, k
 
-        call example(commanded, error, star_camera_interval=0.5_dp)
+        call example(commanded, star_camera_interval=0.5_dp)
         options%covariance = .false.
         do i = 1, size(ESTIMATOR_NAMES)
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), commanded, options, expected, failure)

@@ -5,6 +5,7 @@
 !> as the formal sigmas are; these have to stay within stated limits of those without the fault.
 module test_faults
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_case
     use gracecg_base_constants, only: DEGREE, AXES
     use gracecg_base_text, only: string_t
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -19,8 +20,7 @@ module test_faults
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     implicit none
     private
@@ -70,20 +70,16 @@ contains
     end subroutine collect_faults
 
     !> The observations without a fault.
-    subroutine fault_free(observations, error)
+    subroutine fault_free(observations)
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(inout) :: error
 
-        type(case_t) :: case
         type(error_t), allocatable :: failure
         integer :: i
 
         if (.not. allocated(reference)) then
             allocate (reference)
-            call report_case(CASE_NAME, case, failure)
-            if (.not. allocated(failure)) call new_simulator(case, reference%simulator, failure)
-            if (.not. allocated(failure)) &
-                call observe(reference%simulator, SEED, 1, reference%observations, failure)
+            call make_simulator(CASE_NAME, reference%simulator)
+            call make_observations(reference%simulator, SEED, 1, reference%observations)
             do i = 1, size(ALGORITHMS)
                 if (.not. allocated(failure)) &
                     call predict_errors(reference%simulator, trim(ALGORITHMS(i)), estimation_options_t(), &
@@ -92,7 +88,7 @@ contains
                     call estimate_offset(trim(ALGORITHMS(i)), reference%observations, estimation_options_t(), &
                                          reference%solution(i), failure)
             end do
-            call check_passes(error, failure)
+            call need(failure)
         end if
         observations = reference%observations
     end subroutine fault_free
@@ -200,7 +196,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
 
-        call fault_free(observations, error)
+        call fault_free(observations)
         observations%acceleration(2, 101) = observations%acceleration(2, 101) + 1e-6_dp
         call refused(error, observations, [character(W) :: 'the sample of axis y at 10.1 s is ', 'off the fit'])
     end subroutine test_spike
@@ -214,8 +210,7 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call fault_free(observations, error)
-        if (allocated(error)) return
+        call fault_free(observations)
         observations%acceleration = 1e3_dp*observations%acceleration
         call estimate_offset('assest-rde', observations, options, solution, failure)
         if (failed(error, failure)) return
@@ -234,8 +229,7 @@ contains
         type(error_t), allocatable :: failure
         type(solution_t) :: solution
 
-        call fault_free(observations, error)
-        if (allocated(error)) return
+        call fault_free(observations)
         observations%quaternion(:, 101) = 0.5_dp
         call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure)
         if (allocated(failure)) then
@@ -252,8 +246,7 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call rods_differ('front-1', 1.0_dp, observations, error)
-        if (allocated(error)) return
+        call rods_differ('front-1', 1.0_dp, observations)
         observations%knowledge%rods%activations%frequency = 2*observations%knowledge%rods%activations%frequency
         call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure)
         call check_passes(error, failure)
@@ -265,7 +258,7 @@ contains
         type(observation_set_t) :: observations
         integer :: i
 
-        call fault_free(observations, error)
+        call fault_free(observations)
         do i = 1, size(ALGORITHMS)
             if (allocated(error)) return
             call check(error, size(reference%solution(i)%warnings), 0)
@@ -277,7 +270,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good
 
-        call fault_free(good, error)
+        call fault_free(good)
         call survived(error, without_stars(good, 0, 20.0_dp, 22.0_dp), NEARLY, &
                       [character(W) :: 'star camera', 'from 20 s to 22 s', 'left out'])
         call survived(error, without_stars(good, 0, 20.0_dp, 30.0_dp), NEARLY, &
@@ -297,7 +290,7 @@ contains
         type(solution_t) :: alone, named
         type(error_t), allocatable :: failure
 
-        call fault_free(good, error)
+        call fault_free(good)
         call survived(error, without_stars(good, 1, 30.0_dp, 61.0_dp), NEARLY, &
                       [character(W) :: 'head 2 stands in for head 1 from 31 s to 60 s'])
         bad = without_stars(good, 1, -1.0_dp, 61.0_dp)
@@ -316,7 +309,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
 
-        call fault_free(observations, error)
+        call fault_free(observations)
         call survived(error, without_stars(observations, 0, 20.0_dp, 40.0_dp), 1.3_dp, &
                       [character(W) :: 'star camera', 'from 20 s to 40 s', 'left out'])
         call refused(error, without_stars(observations, 0, 0.7_dp, 61.0_dp), [character(W) :: 'star camera', 'too few samples'])
@@ -326,7 +319,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
 
-        call fault_free(good, error)
+        call fault_free(good)
         bad = without_field(good, 20.0_dp)
         call check(error, size(bad%magnetometer_time), 19)
         ! the offset of the model is the magnetometer's bias of 50, -30, 25 nT and some noise
@@ -349,7 +342,7 @@ contains
         integer, allocatable :: kept(:)
         integer :: i
 
-        call fault_free(bad, error)
+        call fault_free(bad)
         kept = [(i, i=1, 25), (i, i=32, 55)]
         bad%magnetometer_time = bad%magnetometer_time(kept)
         bad%field = bad%field(:, kept)
@@ -361,7 +354,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
 
-        call fault_free(good, error)
+        call fault_free(good)
         bad = without_field(good, 20.0_dp)
         deallocate (bad%orbit_time, bad%orbit_position)
         call refused(error, bad, [character(W) :: 'magnetometer: no samples near 20', 'orbit', 'model'])
@@ -397,8 +390,7 @@ contains
         real(dp), allocatable :: times(:), field(:, :)
         integer :: i
 
-        call fault_free(clean, error)
-        if (allocated(error)) return
+        call fault_free(clean)
         call observe_without_noise(reference%simulator, density_wave_t(), clean)
         allocate (warnings(0))
         bad = clean
@@ -425,7 +417,7 @@ contains
         integer, allocatable :: kept(:)
         integer :: i
 
-        call fault_free(observations, error)
+        call fault_free(observations)
         kept = pack([(i, i=1, 600)], [(mod(i*i + i/7, 10) /= 1, i=1, 600)])
         observations%accelerometer_time = observations%accelerometer_time(kept)
         observations%acceleration = observations%acceleration(:, kept)
@@ -444,8 +436,7 @@ contains
         integer, allocatable :: twice(:)
         integer :: i
 
-        call fault_free(bad, error)
-        if (allocated(error)) return
+        call fault_free(bad)
         twice = [(i, i=1, 100), (i, i=100, 100), (i, i=100, 600)]
         bad%accelerometer_time = bad%accelerometer_time(twice)
         bad%acceleration = bad%acceleration(:, twice)
@@ -473,23 +464,18 @@ contains
     end subroutine test_repeated
 
     !> Observations of a satellite whose rods had `share` of the moment that the setup names.
-    subroutine rods_differ(name, share, observations, error)
+    subroutine rods_differ(name, share, observations)
         character(*), intent(in) :: name
         real(dp), intent(in) :: share
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
-        type(simulator_t) :: simulator
         type(torque_rods_t) :: stated
-        type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         stated = case%satellite%rods
         case%satellite%rods%activations%amplitude = share*stated%activations%amplitude
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
-        call check_passes(error, failure)
+        call make_observations(case, SEED, 1, observations)
         observations%knowledge%rods = stated
     end subroutine rods_differ
 
@@ -502,7 +488,7 @@ contains
         integer :: i
 
         do i = 1, size(CASES)
-            call rods_differ(CASES(i), SHARES(i), observations, error)
+            call rods_differ(CASES(i), SHARES(i), observations)
             call refused(error, observations, [character(W) :: 'did the rods fire'])
         end do
     end subroutine test_silent_rods
@@ -514,7 +500,7 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call rods_differ('front-2', 0.8_dp, observations, error)
+        call rods_differ('front-2', 0.8_dp, observations)
         call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure)
         call check_passes(error, failure)
         call warned(error, solution%warnings, [character(W) :: 'the rods were 0.8', 'off by as much'])
@@ -527,7 +513,7 @@ contains
         type(rod_activation_t) :: none(0)
         type(error_t), allocatable :: failure
 
-        call rods_differ('front-3', 0.0_dp, observations, error)
+        call rods_differ('front-3', 0.0_dp, observations)
         call new_torque_rods(observations%knowledge%rods, none, failure)
         call refused(error, observations, [character(W) :: 'normal matrix is singular', 'not determined by the observations', &
                                            'd_x', 'd_z', 'beta_x'])
@@ -542,7 +528,7 @@ contains
         real(dp) :: longest, step, gain, rate, turn
         integer :: i
 
-        call fault_free(observations, error)
+        call fault_free(observations)
         longest = longest_arc(observations%knowledge)
         step = longest/STEPS
         rate = 0
@@ -566,7 +552,7 @@ contains
         type(observation_set_t) :: good, bad
         integer :: axis
 
-        call fault_free(good, error)
+        call fault_free(good)
         do axis = 1, 3
             bad = good
             bad%acceleration(axis, :) = 2e-6_dp
@@ -583,7 +569,7 @@ contains
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case(CASE_NAME, case, failure)
+        call take_case(CASE_NAME, case)
         case%satellite%star_camera%field_of_view = 0.1_dp*DEGREE
         call new_simulator(case, simulator, failure)
         call check_fails(error, failure, [character(W) :: 'case front-3', 'head 1 at 0.5 s', 'stars', 'at least 2'])

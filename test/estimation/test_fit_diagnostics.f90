@@ -1,6 +1,7 @@
 !> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
 module test_fit_diagnostics
     use vocabulary
+    use simulations, only: make_observations, take_case
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_quaternion, only: normalised, rotation_matrix
@@ -18,8 +19,6 @@ module test_fit_diagnostics
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_verdict, only: verdict_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use statistics, only: Z_999
     implicit none
     private
@@ -122,21 +121,16 @@ contains
     end subroutine test_information
 
     !> One run of a case of the report.
-    subroutine simulate(name, quiet, observations, error)
+    subroutine simulate(name, quiet, observations)
         character(*), intent(in) :: name
         logical, intent(in) :: quiet        !! Without the density wave and scale factors
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
-        type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         if (quiet) case%density_wave%amplitude = 0
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        call check_passes(error, failure)
+        call make_observations(case, 1, 1, observations)
     end subroutine simulate
 
     !> What every estimator has to put into the record: complete, and in agreement with its solution,
@@ -151,8 +145,7 @@ contains
         character(:), allocatable :: name
         integer :: i, n
 
-        call simulate('front-3', .false., observations, error)
-        if (allocated(error)) return
+        call simulate('front-3', .false., observations)
         n = size(observations%accelerometer_time)
         do i = 1, size(ESTIMATOR_NAMES)
             name = trim(ESTIMATOR_NAMES(i))
@@ -246,7 +239,7 @@ contains
         real(dp) :: ratio
         integer :: k
 
-        call simulate('front-3', .true., observations, error)
+        call simulate('front-3', .true., observations)
         if (.not. allocated(error)) &
             call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure, &
                                  record=record)
@@ -282,8 +275,7 @@ contains
         type(verdict_t) :: verdict
         type(error_t), allocatable :: failure
 
-        call simulate('front-3', .true., observations, error)
-        if (allocated(error)) return
+        call simulate('front-3', .true., observations)
         observations%knowledge%accelerometer_noise%level = 0
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('ascrest', observations, estimation_options_t(), solution, failure, record=record)
@@ -346,8 +338,7 @@ contains
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
-        call simulate(name, quiet, observations, error)
-        if (allocated(error)) return
+        call simulate(name, quiet, observations)
         observations%knowledge%a_priori%signs_known = tested
         if (tested) options%wanted_accuracy = 1
         call estimate_offset('assest-fde', observations, options, solution, failure, record=record)
@@ -408,7 +399,7 @@ contains
         type(verdict_t) :: verdict
         type(error_t), allocatable :: failure
 
-        call simulate('front-3', .true., observations, error)
+        call simulate('front-3', .true., observations)
         if (.not. allocated(error)) &
             call estimate_offset('ascfest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)

@@ -2,12 +2,13 @@
 !> agreement; and the history of offsets.
 module test_joint
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_calibration
     use gracecg_base_constants, only: MILLIMETRE, YEAR => JULIAN_YEAR
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_information, only: information_t, eliminated_t, information_of, squares_of
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -94,33 +95,31 @@ contains
         end function diagonal
     end subroutine test_information
 
-    subroutine open_case(name, simulator, options, error, moved)
+    subroutine open_case(name, simulator, options, moved)
         character(*), intent(in) :: name
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: moved(3)      !! Change of the true offset, m
 
         type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
 
-        call find_calibration(name, calibration, failure)
+        call take_calibration(name, calibration)
         if (.not. allocated(failure)) then
             calibration%case%density_wave%amplitude = 0
             calibration%case%density_wave_random = .false.
             if (present(moved)) calibration%case%satellite%offset = calibration%case%satellite%offset + moved
-            call new_simulator(calibration%case, simulator, failure)
+            call make_simulator(calibration%case, simulator)
         end if
-        call check_passes(error, failure)
+        call need(failure)
         options%optimal%density_wave = WAVE_NONE
     end subroutine open_case
 
-    subroutine run_of(simulator, options, seed, run, error)
+    subroutine run_of(simulator, options, seed, run)
         type(simulator_t), intent(in) :: simulator
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: seed
         type(joint_run_t), intent(out) :: run
-        type(error_type), allocatable, intent(inout) :: error
 
         type(observation_set_t) :: observations
         type(estimation_options_t) :: own
@@ -128,9 +127,9 @@ contains
 
         own = options
         own%covariance = .false.
-        call observe(simulator, seed, 1, observations, failure)
-        if (.not. allocated(failure)) call run_from_observations(observations, own, run, failure)
-        call check_passes(error, failure)
+        call make_observations(simulator, seed, 1, observations)
+        call run_from_observations(observations, own, run, failure)
+        call need(failure)
     end subroutine run_of
 
     !> One normal matrix of both runs with every parameter of each, linearised at the same points: the joint estimate from
@@ -158,14 +157,13 @@ contains
         stacked = 0
         side = 0
         do i = 1, 2
-            call open_case(NAMES(i), simulator, options, error)
-            if (allocated(error)) return
+            call open_case(NAMES(i), simulator, options)
             options%covariance = .false.
             options%optimal%estimate_within_limits = .false.    ! the parameters of the stacked batch alone
             options%optimal%estimate_scale_factors = .true.
             options%optimal%estimate_rod_gain = .true.
             options%optimal%estimate_magnetometer_bias = .true.
-            call observe(simulator, 5, 1, observations, failure)
+            call make_observations(simulator, 5, 1, observations)
             call estimate_optimal(observations, options, solution, failure, problem=problem)
             if (failed(error, failure)) return
             saved(i) = solution%information
@@ -228,17 +226,15 @@ contains
         real(dp) :: squares, statistic, limits(2), inverse(3, 3), weighted(3), condition
         integer :: i
 
-        call open_case('front-2', simulators(1), options, error)
-        if (.not. allocated(error)) call open_case('front-3', simulators(2), options, error)
-        if (allocated(error)) return
+        call open_case('front-2', simulators(1), options)
+        call open_case('front-3', simulators(2), options)
         options%optimal%estimate_scale_factors = .true.
         options%optimal%estimate_magnetometer_bias = .true.
         squares = 0
         statistic = 0
         do i = 1, PAIRS
-            call run_of(simulators(1), options, 2*i, runs(1), error)
-            if (.not. allocated(error)) call run_of(simulators(2), options, 2*i + 1, runs(2), error)
-            if (allocated(error)) return
+            call run_of(simulators(1), options, 2*i, runs(1))
+            call run_of(simulators(2), options, 2*i + 1, runs(2))
             call estimate_runs(runs, asked, joint, failure)
             if (failed(error, failure)) return
             call solve_normal_equations(joint%covariance, joint%offset - simulators(1)%case%satellite%offset, weighted, &
@@ -265,12 +261,11 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call open_case('front-3', simulator, options, error)
-        if (.not. allocated(error)) call run_of(simulator, options, 1, runs(1), error)
-        if (.not. allocated(error)) call run_of(simulator, options, 2, runs(2), error)
-        if (.not. allocated(error)) call open_case('front-3', simulator, options, error, CHANGE)
-        if (.not. allocated(error)) call run_of(simulator, options, 3, runs(3), error)
-        if (allocated(error)) return
+        call open_case('front-3', simulator, options)
+        call run_of(simulator, options, 1, runs(1))
+        call run_of(simulator, options, 2, runs(2))
+        call open_case('front-3', simulator, options, CHANGE)
+        call run_of(simulator, options, 3, runs(3))
         runs(2)%information%epoch = utc_plus(runs(1)%information%epoch, 1e6_dp)
         runs(3)%information%epoch = utc_plus(runs(1)%information%epoch, 3e6_dp)
         call estimate_jointly(runs%information, asked, joint, failure)
@@ -302,14 +297,12 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call open_case('front-2', simulator, options, error)
-        if (allocated(error)) return
+        call open_case('front-2', simulator, options)
         options%optimal%estimate_scale_factors = .true.
-        call run_of(simulator, options, 1, runs(1), error)
-        if (.not. allocated(error)) call open_case('front-3', simulator, options, error)
+        call run_of(simulator, options, 1, runs(1))
+        call open_case('front-3', simulator, options)
         options%optimal%estimate_scale_factors = .true.
-        if (.not. allocated(error)) call run_of(simulator, options, 2, runs(2), error)
-        if (allocated(error)) return
+        call run_of(simulator, options, 2, runs(2))
         call estimate_jointly(runs%information, asked, shared, failure)
         asked%own(1) = .true.
         call estimate_jointly(runs%information, asked, own, failure)

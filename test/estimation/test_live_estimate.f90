@@ -1,6 +1,7 @@
 !> The live estimate: against `sequential` on the same samples, in what it leaves out and refuses, and in loops that it ends.
 module test_live_estimate
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_error, only: number_text
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
@@ -16,7 +17,6 @@ module test_live_estimate
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_limits, only: attitude_motion_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
@@ -41,25 +41,23 @@ contains
     end subroutine collect_live_estimate
 
     !> A set of a case with straight drag and all errors of the instruments, and a live estimate that begins near its truth.
-    subroutine prepare(name, observations, live, error)
+    subroutine prepare(name, observations, live)
         character(*), intent(in) :: name
         type(observation_set_t), intent(out) :: observations
         type(live_estimate_t), intent(out) :: live
-        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         case%density_wave%amplitude = 0
-        if (.not. allocated(failure)) &
-            call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
+        call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
                                      simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure)
-        call check_passes(error, failure)
+        call need(failure)
     end subroutine prepare
 
     !> What an observation set has in interval k. Its magnetometer begins after a second: before, its first two samples are
@@ -125,8 +123,7 @@ contains
         options%covariance = .false.
         options%sequential%acceleration = STRAIGHT_LINE
         do c = 1, size(CASES)
-            call prepare(trim(CASES(c)), observations, live, error)
-            if (allocated(error)) return
+            call prepare(trim(CASES(c)), observations, live)
             associate (time => observations%accelerometer_time)
                 kept = pack([(i, i=1, size(time))], time < 20 .or. time > 25)
             end associate
@@ -154,8 +151,7 @@ contains
         real(dp) :: offset(3), covariance(3, 3), with(3), unused(3, 3)
         integer :: i
 
-        call prepare('front-3', observations, live, error)
-        if (allocated(error)) return
+        call prepare('front-3', observations, live)
         spiked = live
         call feed(observations, live, error)
         associate (a => observations%acceleration(:, 300), q => observations%quaternion(:, 60))
@@ -179,8 +175,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: k
 
-        call prepare('front-3', observations, live, error)
-        if (allocated(error)) return
+        call prepare('front-3', observations, live)
         call none%add(sample_of(observations, 0), failure)
         call check_fails(error, failure, ['has not begun'])
         sample = sample_of(observations, 0)
@@ -235,8 +230,7 @@ contains
         real(dp) :: covariance(3, 3), first(3), then(3), known(3, 3)
         integer :: axis, k, i
 
-        call prepare('front-3', observations, unused, error)
-        if (allocated(error)) return
+        call prepare('front-3', observations, unused)
         call begin_planning(observations%knowledge, 10.0_dp, 30.0_dp, planner, failure)
         if (failed(error, failure)) return
         covariance = 0
@@ -292,8 +286,8 @@ contains
         total = 0
         settings%places = 12
         do c = 1, 2
-            call report_case(merge('front-3', 'back-1 ', c == 1), case, failure)
-            if (.not. allocated(failure)) call run_loops(case, settings, LOOPS, 1, results, failure)
+            call take_case(merge('front-3', 'back-1 ', c == 1), case)
+            call run_loops(case, settings, LOOPS, 1, results, failure)
             if (.not. allocated(failure)) call statistics_of_loops(results, statistics, failure)
             if (failed(error, failure)) return
             call check(error, statistics%stopped, LOOPS, 'stopped')

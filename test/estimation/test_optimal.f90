@@ -50,10 +50,9 @@ contains
     end subroutine collect_optimal
 
     !> The example with noise of the spectra above.
-    subroutine noisy_example(observations, run, error)
+    subroutine noisy_example(observations, run)
         type(observation_set_t), intent(out) :: observations
         integer, intent(in) :: run              !! Of the random numbers
-        type(error_type), allocatable, intent(inout) :: error
 
         type(random_stream_t) :: stream
         type(coloured_noise_t) :: noise
@@ -62,8 +61,7 @@ contains
         real(dp) :: turn(3)
         integer :: axis, i
 
-        call example(observations, error, interval=0.2_dp, star_camera_interval=1.0_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp, star_camera_interval=1.0_dp)
         observations%knowledge%accelerometer_noise%level = LEVEL
         observations%knowledge%accelerometer_noise%corner = CORNER
         observations%knowledge%star_camera_sigma = SIGMA
@@ -108,8 +106,7 @@ contains
         type(solution_t) :: solution
         integer :: i
 
-        call example(fine, error, interval=0.1_dp)
-        if (allocated(error)) return
+        call example(fine, interval=0.1_dp)
         observations = fine
         observations%accelerometer_time = fine%accelerometer_time(2::2)     ! every 0.2 s
         observations%acceleration = fine%acceleration(:, 2::2)
@@ -134,8 +131,7 @@ contains
         type(solution_t) :: reference, solution
         integer :: i
 
-        call noisy_example(clean, 1, error)
-        if (allocated(error)) return
+        call noisy_example(clean, 1)
         call estimate(clean, reference, error)
         if (allocated(error)) return
         call check(error, sum(reference%edited), 0)
@@ -166,8 +162,7 @@ contains
         integer :: run
 
         do run = 1, 60
-            call noisy_example(observations, run, error)
-            if (allocated(error)) return
+            call noisy_example(observations, run)
             call estimate(observations, solution, error)
             if (allocated(error)) return
             call check(error, sum(solution%edited), 0)
@@ -184,8 +179,7 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call noisy_example(observations, 1, error)
-        if (allocated(error)) return
+        call noisy_example(observations, 1)
         observations%acceleration(3, ::6) = observations%acceleration(3, ::6) + 1e-6_dp
         observations%acceleration(3, 3::6) = observations%acceleration(3, 3::6) - 1e-6_dp
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
@@ -244,8 +238,7 @@ contains
         levels = 0
         angles = 0
         do run = 1, RUNS
-            call noisy_example(observations, run, error)
-            if (allocated(error)) return
+            call noisy_example(observations, run)
             call estimate(observations, known, error)
             if (allocated(error)) return
             options = estimation_options_t()
@@ -279,8 +272,7 @@ contains
         type(solution_t) :: reference, solution
         integer :: i, n
 
-        call noisy_example(clean, 5, error)
-        if (allocated(error)) return
+        call noisy_example(clean, 5)
         call estimate(clean, reference, error)
         if (allocated(error)) return
         observations = clean
@@ -321,8 +313,7 @@ contains
 
         options%covariance = .false.
         do run = 1, 20
-            call noisy_example(observations, run, error)
-            if (allocated(error)) return
+            call noisy_example(observations, run)
             call estimate_offset('optimal', observations, options, solution, failure)
             call check_passes(error, failure)
             call check(error, .not. any(solution%parameters%name == 'jump_x'), 'none is there')
@@ -366,8 +357,7 @@ contains
 
         options%covariance = .false.
         do run = 1, 3       ! without a wave, and with two
-            call noisy_example(observations, run, error)
-            if (allocated(error)) return
+            call noisy_example(observations, run)
             observations%acceleration(1, :) = observations%acceleration(1, :) + &
                                               (run - 1)*1e-9_dp*sin(TWO_PI*observations%accelerometer_time/12 + run)
             call estimate_optimal(observations, options, solution, failure, problem=problem)
@@ -392,8 +382,7 @@ contains
         type(solution_t) :: reference, solution
         integer :: i
 
-        call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
-        if (allocated(error)) return
+        call example(clean, interval=0.2_dp, star_camera_interval=0.2_dp)
         call estimate(clean, reference, error)
         if (allocated(error)) return
         observations = clean
@@ -422,8 +411,7 @@ contains
         type(solution_t) :: solution
         integer :: i
 
-        call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
-        if (allocated(error)) return
+        call example(clean, interval=0.2_dp, star_camera_interval=0.2_dp)
         clean%knowledge%a_priori%sigma_rod_gain = 1
         clean%knowledge%a_priori%sigma_magnetometer_bias = 1e-4_dp
         clean%knowledge%a_priori%sigma_scale_factors = 1e-6_dp
@@ -487,8 +475,7 @@ contains
         real(dp) :: expected(2), sigma(3)
         integer :: i, k
 
-        call noisy_example(observations, 3, error)
-        if (allocated(error)) return
+        call noisy_example(observations, 3)
         observations%knowledge%rods%gain(2) = GAIN*observations%knowledge%rods%gain(2)
         observations%knowledge%rods%delay = observations%knowledge%rods%delay - LATE
         expected = [1/GAIN - 1, LATE]
@@ -516,8 +503,7 @@ contains
         type(rod_activation_t) :: none(0)
         type(estimation_options_t) :: options
 
-        call noisy_example(observations, 1, error)
-        if (allocated(error)) return
+        call noisy_example(observations, 1)
         call new_torque_rods(observations%knowledge%rods, none, failure)
         observations%knowledge%inertia = 0
         observations%knowledge%inertia(1, 1) = 70
@@ -536,8 +522,7 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call noisy_example(observations, 1, error)
-        if (allocated(error)) return
+        call noisy_example(observations, 1)
         observations%knowledge%rods%activations%amplitude = -observations%knowledge%rods%activations%amplitude
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
         call check_fails(error, failure, ['optimal'])

@@ -1,6 +1,7 @@
 !> How to estimate: what needs no telling, files of options, and options beside other settings.
 module test_options
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_calibration
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -12,7 +13,7 @@ module test_options
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_simulation_simulator, only: simulator_t
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     implicit none
     private
@@ -37,19 +38,16 @@ contains
                     new_unittest('case-with-options', test_case_with_options)]
     end subroutine collect_options
 
-    subroutine simulate(name, observations, simulator, error)
+    subroutine simulate(name, observations, simulator)
         character(*), intent(in) :: name            !! Of a built-in case
         type(observation_set_t), intent(out) :: observations
         type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
 
         type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
 
-        call find_calibration(name, calibration, failure)
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure)
-        call check_passes(error, failure)
+        call take_calibration(name, calibration)
+        call make_simulator(calibration%case, simulator)
+        call make_observations(simulator, 3, 1, observations)
     end subroutine simulate
 
     !> Within the noise of the samples; what the options give is taken as it is.
@@ -63,8 +61,7 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call simulate(REPORT_CASE_NAMES(i), observations, simulator, error)
-            if (allocated(error)) return
+            call simulate(REPORT_CASE_NAMES(i), observations, simulator)
             call preprocess(observations, estimation_options_t(), data, failure)
             if (failed(error, failure)) return
             associate (case => simulator%case)
@@ -88,8 +85,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call simulate('front-2', observations, simulator, error)
-        if (allocated(error)) return
+        call simulate('front-2', observations, simulator)
         do i = 1, 6             ! of both heads
             observations%quaternion(:, i) = quaternion_product( &
                                             quaternion_from_axis_angle([0.6_dp, 0.0_dp, 0.8_dp], 20*i*DEGREE), &
@@ -113,8 +109,7 @@ contains
         integer :: i, a, k
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call simulate(REPORT_CASE_NAMES(i), observations, simulator, error)
-            if (allocated(error)) return
+            call simulate(REPORT_CASE_NAMES(i), observations, simulator)
             options = report_options(REPORT_CASE_NAMES(i))
             do a = 1, merge(size(ESTIMATOR_NAMES), size(REPORT_ESTIMATORS), i == 1)
                 call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, options, told, failure)
@@ -146,8 +141,7 @@ contains
         character(:), allocatable :: text, text_before
         integer :: a
 
-        call simulate('back-3', observations, simulator, error)
-        if (allocated(error)) return
+        call simulate('back-3', observations, simulator)
         before = observations
         do a = 1, size(ESTIMATOR_NAMES)
             call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), solution, failure)
@@ -227,8 +221,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call simulate('front-3', observations, simulator, error)
-        if (allocated(error)) return
+        call simulate('front-3', observations, simulator)
         call setup_text(observations%knowledge, text, failure)
         call check(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
                    index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')
@@ -255,10 +248,10 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call find_calibration('back-1', calibration, failure)
+        call take_calibration('back-1', calibration)
         calibration%options%optimal%estimate_rod_gain = .true.
         calibration%options%star_camera_weight = 3
-        if (.not. allocated(failure)) call calibration_text(calibration, text, failure)
+        call calibration_text(calibration, text, failure)
         call make_file('options.nml', text)
         if (.not. allocated(failure)) call find_calibration(FOLDER//'options.nml', again, failure)
         if (failed(error, failure)) return

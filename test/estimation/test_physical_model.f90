@@ -48,21 +48,19 @@ contains
         end do
     end subroutine add_orbit
 
-    subroutine prepare(model, data, error, with_orbit)
+    subroutine prepare(model, data, with_orbit)
         type(physical_model_t), intent(out) :: model
         type(fitting_data_t), intent(out) :: data
-        type(error_type), allocatable, intent(inout) :: error
         logical, intent(in) :: with_orbit
 
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
         integer :: i
 
-        call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp)
         if (with_orbit) call add_orbit(observations)
         call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        call need(failure)
         call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
         model%wave_frequency = 1/13.0_dp
         model%jump = model%steps/3
@@ -125,8 +123,7 @@ contains
         real(dp) :: change(PARAMETERS)
         integer :: p, i, side, n
 
-        call prepare(model, data, error, .true.)
-        if (allocated(error)) return
+        call prepare(model, data, .true.)
         state = general_state()
         n = size(data%accelerometer_epoch)
         allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2), of_channels(PARAMETERS, 3, n), shown(3, n, 2))
@@ -180,8 +177,7 @@ contains
         type(fitting_data_t) :: data
         real(dp) :: torque(3), expected(3), r
 
-        call prepare(model, data, error, .true.)
-        if (allocated(error)) return
+        call prepare(model, data, .true.)
         model%magnetic_torque = 0
         state%quaternion = normalised([0.3_dp, -0.5_dp, 0.2_dp, 0.7_dp])
         state%value(RATE) = OMEGA_0
@@ -204,8 +200,7 @@ contains
         type(fitting_data_t) :: data
         real(dp) :: first(3), last(3)
 
-        call prepare(model, data, error, .false.)
-        if (allocated(error)) return
+        call prepare(model, data, .false.)
         model%magnetic_torque = 0
         state%quaternion = normalised(Q_0)
         state%value(RATE) = [0.03_dp, -0.02_dp, 0.05_dp]
@@ -241,12 +236,10 @@ contains
         type(fitting_data_t) :: data
         integer :: before
 
-        call prepare(model, data, error, .true.)
-        if (allocated(error)) return
+        call prepare(model, data, .true.)
         before = size(data%warnings)
         call check(error, all(model%rate_squared > 1.2e-6_dp .and. model%rate_squared < 1.3e-6_dp))
-        call prepare(model, data, error, .false.)
-        if (allocated(error)) return
+        call prepare(model, data, .false.)
         call check(error, all(abs(model%rate_squared) <= 0))
         call check(error, size(data%warnings) == before + 1)
         if (allocated(error)) return

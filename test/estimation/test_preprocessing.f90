@@ -46,10 +46,9 @@ contains
     end subroutine collect_preprocessing
 
     !> A minute of curves that no interpolation reproduces; body attitudes (4, 120) beside it.
-    subroutine example(observations, attitudes, error)
+    subroutine example(observations, attitudes)
         type(observation_set_t), intent(out) :: observations
         real(dp), intent(out) :: attitudes(4, 120)
-        type(error_type), allocatable, intent(inout) :: error
 
         type(error_t), allocatable :: failure
         integer :: i
@@ -64,7 +63,7 @@ contains
             call new_harmonic_manoeuvre(knowledge%rods, [0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
         end associate
-        call check_passes(error, failure)
+        call need(failure)
         observations%accelerometer_time = [(0.1_dp*i, i=1, 600)]
         observations%acceleration = reshape([(1e-6_dp*cos(0.37_dp*i), i=1, 1800)], [3, 600])
         observations%magnetometer_time = [(1.0_dp*i, i=1, 60)]
@@ -91,8 +90,7 @@ contains
         real(dp) :: q(4, 120), expected(4), t
         integer :: i, k
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
         call check(error, size(data%attitude_epoch), 600)
@@ -122,8 +120,7 @@ contains
         real(dp) :: q(4, 120), field(3), moment(3), t
         integer :: j, k
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
         call check(error, size(data%torque, 2), 1201)
@@ -154,8 +151,7 @@ contains
         real(dp) :: q(4, 120)
         integer :: i
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
         call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
@@ -171,8 +167,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
@@ -190,8 +185,7 @@ contains
         real(dp) :: q(4, 120)
         integer :: i
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), clean, failure)
         if (failed(error, failure)) return
         do i = 1, 120
@@ -215,8 +209,7 @@ contains
         real(dp) :: q(4, 120)
         integer :: i
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), alone, failure)
         if (failed(error, failure)) return
         both = observations
@@ -250,8 +243,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
@@ -271,8 +263,7 @@ contains
         real(dp) :: q(4, 120)
         integer :: i, k
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call preprocess(observations, estimation_options_t(), whole, failure)
         call drop_stars(observations, abs(observations%star_camera_time - 21.5_dp) > 1.4_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
@@ -298,8 +289,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         call drop_stars(observations, observations%star_camera_time < 50.1_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
@@ -314,8 +304,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
-        call example(observations, q, error)
-        if (allocated(error)) return
+        call example(observations, q)
         observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
         observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
         call preprocess(observations, estimation_options_t(), data, failure)
@@ -330,8 +319,7 @@ contains
         real(dp) :: q(4, 120)
         integer :: i
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%accelerometer_time(300:301) = [30.1_dp, 30.0_dp]
         call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', &
@@ -374,8 +362,7 @@ contains
         type(observation_set_t) :: good, bad
         real(dp) :: q(4, 120)
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%acceleration(2, 17) = NAN
         call refused(bad, good, [character(W) :: 'accelerometer', 'at 1.7 s', 'NaN', 'leave it out'], error)
@@ -401,8 +388,7 @@ contains
         real(dp) :: q(4, 120)
         integer :: i
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%acceleration = bad%acceleration(:, :1)
         bad%accelerometer_time = bad%accelerometer_time(:1)
@@ -423,8 +409,7 @@ contains
         type(observation_set_t) :: good, bad
         real(dp) :: q(4, 120)
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
                                      2.5_dp)
@@ -446,8 +431,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
         call preprocess(bad, estimation_options_t(), data, failure)
@@ -465,8 +449,7 @@ contains
         type(observation_set_t) :: good, bad
         real(dp) :: q(4, 120)
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%acceleration = bad%acceleration(:, :599)
         call refused(bad, good, [character(W) :: 'accelerometer', '600', '599'], error)
@@ -485,8 +468,7 @@ contains
         type(observation_set_t) :: good, bad
         real(dp) :: q(4, 120)
 
-        call example(good, q, error)
-        if (allocated(error)) return
+        call example(good, q)
         bad = good
         bad%knowledge%duration = 0
         call refused(bad, good, [character(W) :: 'duration'], error)

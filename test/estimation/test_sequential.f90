@@ -2,6 +2,7 @@
 !> but where said: they are not what filter and batch differ in.
 module test_sequential
     use vocabulary
+    use simulations, only: make_observations, take_case
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: number_text
     use gracecg_base_vectors, only: inverse_3x3
@@ -15,7 +16,7 @@ module test_sequential
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use statistics, only: chi_square_limits
@@ -46,18 +47,17 @@ contains
     end subroutine collect_sequential
 
     !> A case without systematic errors; its drag a straight line or as it is.
-    subroutine prepare(name, straight, simulator, error, wave)
+    subroutine prepare(name, straight, simulator, wave)
         character(*), intent(in) :: name
         logical, intent(in) :: straight
         type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: wave(2)       !! Relative amplitude and period (s) of the density wave
 
         type(case_t) :: case
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         case%satellite%accelerometer%scale1 = 1
         case%satellite%accelerometer%scale2 = 0
         case%satellite%accelerometer%scale3 = 0
@@ -67,24 +67,21 @@ contains
         if (present(wave)) case%density_wave%amplitude = wave(1)
         if (present(wave)) case%density_wave%period = wave(2)
         switches%curved_force = .not. straight
-        if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call new_switched_simulator(case, switches, simulator, failure)
+        call need(failure)
     end subroutine prepare
 
     !> One simulated set of a case with straight drag.
-    subroutine straight_set(name, run, observations, true_offset, error)
+    subroutine straight_set(name, run, observations, true_offset)
         character(*), intent(in) :: name
         integer, intent(in) :: run
         type(observation_set_t), intent(out) :: observations
         real(dp), intent(out) :: true_offset(3)
-        type(error_type), allocatable, intent(inout) :: error
 
         type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
 
-        call prepare(name, .true., simulator, error)
-        if (allocated(error)) return
-        call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+        call prepare(name, .true., simulator)
+        call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
         true_offset = simulator%case%satellite%offset
     end subroutine straight_set
 
@@ -193,7 +190,7 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call straight_set(trim(REPORT_CASE_NAMES(i)), 1, observations, true_offset, error)
+            call straight_set(trim(REPORT_CASE_NAMES(i)), 1, observations, true_offset)
             if (.not. allocated(error)) call solve('optimal', observations, optimal, error)
             if (.not. allocated(error)) call solve('sequential', observations, sequential, error)
             if (allocated(error)) return
@@ -222,12 +219,10 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: reference, solution
-        type(error_t), allocatable :: failure
         integer :: k
 
-        call prepare('front-3', .false., simulator, error)
-        if (allocated(error)) return
-        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call prepare('front-3', .false., simulator)
+        call make_observations(simulator, SEED, 1, observations, only_used_head=.true.)
         call solve('sequential', observations, reference, error)
         if (allocated(error)) return
         do k = 1, size(observations%accelerometer_time)
@@ -251,16 +246,14 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: total, limits(2)
         integer :: i, run
 
         total = 0
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(trim(REPORT_CASE_NAMES(i)), .true., simulator, error)
-            if (allocated(error)) return
+            call prepare(trim(REPORT_CASE_NAMES(i)), .true., simulator)
             do run = 1, RUNS
-                call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+                call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
                 call solve('sequential', observations, solution, error, &
                            sequential_options_t(estimate_within_limits=.false.))
                 if (allocated(error)) return
@@ -281,16 +274,14 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution, batch
-        type(error_t), allocatable :: failure
         real(dp) :: followed, ignored, limits(2), ratio(3, 3)
         integer :: run
 
-        call prepare('front-1', .false., simulator, error, wave=[0.003_dp, 9.0_dp])
-        if (allocated(error)) return
+        call prepare('front-1', .false., simulator, wave=[0.003_dp, 9.0_dp])
         followed = 0
         ignored = 0
         do run = 1, RUNS
-            call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+            call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
             call solve('sequential', observations, solution, error)
             if (allocated(error)) return
             call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
@@ -357,17 +348,15 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: sequential, optimal, total, limits(2)
         integer :: run
 
-        call prepare('front-1', .false., simulator, error)
-        if (allocated(error)) return
+        call prepare('front-1', .false., simulator)
         sequential = 0
         optimal = 0
         total = 0
         do run = 1, RUNS
-            call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+            call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
             call add_wander(simulator, run, 0.002_dp, 12.0_dp, 0.1_dp, observations)
             call solve('sequential', observations, solution, error)
             if (allocated(error)) return
@@ -391,7 +380,7 @@ contains
         type(solution_t) :: clean, spiked
         real(dp) :: true_offset(3)
 
-        call straight_set('front-3', 1, observations, true_offset, error)
+        call straight_set('front-3', 1, observations, true_offset)
         if (.not. allocated(error)) call solve('sequential', observations, clean, error)
         if (allocated(error)) return
         call check(error, all(clean%edited == 0), 'nothing to edit in clean samples')
@@ -425,7 +414,7 @@ contains
         integer, allocatable :: kept(:)
         integer :: i
 
-        call straight_set('back-3', 4, observations, true_offset, error)
+        call straight_set('back-3', 4, observations, true_offset)
         if (.not. allocated(error)) call solve('sequential', observations, whole, error)
         if (allocated(error)) return
         associate (times => observations%accelerometer_time)
@@ -456,7 +445,7 @@ contains
         real(dp) :: true_offset(3)
         integer :: n, k, stars
 
-        call straight_set('front-2', 1, observations, true_offset, error)
+        call straight_set('front-2', 1, observations, true_offset)
         if (.not. allocated(error)) call solve('sequential', observations, solution, error)
         if (allocated(error)) return
         associate (running => solution%running)
@@ -491,8 +480,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: true_offset(3)
 
-        call straight_set('front-3', 1, observations, true_offset, error)
-        if (allocated(error)) return
+        call straight_set('front-3', 1, observations, true_offset)
         observations%knowledge%accelerometer_noise(2)%level = 0
         call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         call check(error, index(message_of(failure), 'noise_level of accelerometer axis y') > 0, message_of(failure))
@@ -512,10 +500,10 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         case%satellite%rods%count = 0
-        if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
-                                                                  simulator, failure)
+        call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
+                                    simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
@@ -532,11 +520,9 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
 
-        call prepare('front-1', .false., simulator, error, wave=[0.01_dp, 15.0_dp])
-        if (allocated(error)) return
-        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call prepare('front-1', .false., simulator, wave=[0.01_dp, 15.0_dp])
+        call make_observations(simulator, SEED, 1, observations, only_used_head=.true.)
         call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
         if (allocated(error)) return
         call check(error, solution%variance_factor > 2, 'variance of the innovations')

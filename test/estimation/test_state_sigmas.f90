@@ -2,6 +2,7 @@
 !> against the scatter of many calibrations; and the history of the iterations.
 module test_state_sigmas
     use vocabulary
+    use simulations, only: make_observations, take_calibration
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_text, only: real_text
     use gracecg_observations_observation_set, only: observation_set_t
@@ -9,8 +10,8 @@ module test_state_sigmas
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, STATE, STATE_NAMES, STATE_OFFSET, &
         STATE_RATE, STATE_ATTITUDE, STATE_DRIFT, STATE_BIAS
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     implicit none
     private
@@ -33,8 +34,7 @@ contains
     end subroutine collect_state_sigmas
 
     !> A case of the report without what is systematic: the wave of the density, errors of the magnetometer.
-    subroutine simulate(error, simulator, options)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine simulate(simulator, options)
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
 
@@ -42,11 +42,11 @@ contains
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
-        if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
+        call take_calibration('front-3', calibration)
+        call switch_off(switches, 'systematic', failure)
         if (.not. allocated(failure)) call switch_off(switches, 'magnetometer-noise', failure)
         if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
-        call check_passes(error, failure)
+        call need(failure)
         options = calibration%options
         options%optimal%estimate_within_limits = .false.        ! only noise is drawn
         options%sequential%estimate_within_limits = .false.
@@ -62,15 +62,14 @@ contains
         real(dp) :: found(STATE, RUNS), sigma(STATE), mean(STATE), ratio, quaternion(4), q_found(4, RUNS), q_sigma(4)
         integer :: a, run, i
 
-        call simulate(error, simulator, options)
+        call simulate(simulator, options)
         do a = 1, size(ESTIMATOR_NAMES)
             sigma = 0
             q_sigma = 0
             do run = 1, RUNS
                 if (allocated(error)) return
-                call observe(simulator, 3, run, observations, failure)
-                if (.not. allocated(failure)) &
-                    call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
+                call make_observations(simulator, 3, run, observations)
+                call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
                 if (failed(error, failure)) return
                 if (run == 1) quaternion = solution%quaternion
                 found(STATE_OFFSET, run) = solution%offset
@@ -118,9 +117,8 @@ contains
         real(dp) :: sigma(STATE)
         integer :: a, i, k
 
-        call simulate(error, simulator, options)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call simulate(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         do a = 1, size(ESTIMATOR_NAMES)
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
             if (failed(error, failure)) return
@@ -150,9 +148,8 @@ contains
         type(error_t), allocatable :: failure
         integer :: a, i, last, place
 
-        call simulate(error, simulator, options)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call simulate(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         do a = 1, size(ESTIMATOR_NAMES)
             options%history = .false.
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)

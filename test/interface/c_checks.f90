@@ -2,7 +2,8 @@
 module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
-    use gracecg, only: dp, error_t, case_t, simulator_t, observation_set_t, find_case, new_simulator, observe
+    use simulations, only: make_observations
+    use gracecg, only: dp, error_t, observation_set_t
     use c_library
     implicit none
     private
@@ -87,12 +88,7 @@ contains
         integer, intent(in) :: seed, run
         type(observation_set_t) :: set
 
-        type(case_t) :: case
-        type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
 
-        call find_case(name, case, failure)
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, seed, run, set, failure)
+        call make_observations(name, seed, run, set)
     end function simulated_set
 end module c_checks

@@ -3,6 +3,7 @@
 module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
     use vocabulary
+    use simulations, only: make_simulator, take_calibration, take_case
     use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
         build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
         simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
@@ -44,7 +45,7 @@ contains
         status = gracecg_get_text(handle, c_string('text'), size=NONE, length=length, error=failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_calibration('back-2', calibration, problem)
+        call take_calibration('back-2', calibration)
         call calibration_text(calibration, expected, problem)
         call check(error, int(length), len(expected), 'length')
         if (allocated(error)) return
@@ -85,7 +86,7 @@ contains
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error, status, failure)
         state = item(handle, 'state', 13)
-        call find_case('front-3', case, problem)
+        call take_case('front-3', case)
         call check_equal(error, state, initial_state(case), 'initial state')
         x = spread(state(STATE_POSITION), 2, 2)
         v = spread(state(STATE_VELOCITY), 2, 2)
@@ -133,7 +134,7 @@ contains
         status = gracecg_case_open(c_string('back-1'), handle)
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error, status, failure)
-        call find_case('back-1', case, problem)
+        call take_case('back-1', case)
         call build_dynamics(case, dynamics, problem)
         state = initial_state(case)
         call dynamics%loads(T, state, acting)
@@ -164,7 +165,7 @@ contains
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error, status, failure)
-        call find_case('front-2', case, problem)
+        call take_case('front-2', case)
         call build_dynamics(case, dynamics, problem)
         state = initial_state(case)
         call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem)
@@ -238,9 +239,7 @@ contains
     subroutine test_truth(error)
         type(error_type), allocatable, intent(out) :: error
         type(error_struct) :: failure
-        type(case_t) :: case
         type(simulator_t) :: expected
-        type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, simulator
         integer(c_size_t) :: n
         integer(c_int) :: status
@@ -254,8 +253,7 @@ contains
         t = item(simulator, 'time', 601)
         b = item(simulator, 'flux_density', 1803)
         drag = item(simulator, 'non_gravitational', 1803)
-        call find_case('front-1', case, problem)
-        call new_simulator(case, expected, problem)
+        call make_simulator('front-1', expected)
         call check_equal(error, item(simulator, 'state', 13*601), [expected%arc%state], 'states')
         call check_equal(error, item(simulator, 'angular_acceleration', 1803), [expected%arc%omega_dot], 'angular acceleration')
         call check_equal(error, b(1801:), [expected%arc%loads(600)%field], 'field')

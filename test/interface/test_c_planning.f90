@@ -2,6 +2,7 @@
 module test_c_planning
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
+    use simulations, only: take_calibration, take_case
     use gracecg, only: dp, error_t, message_of, calibration_t, find_calibration, case_t, find_case, case_text, &
         estimation_options_t, case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, &
         map_case
@@ -33,7 +34,7 @@ contains
         integer(c_int) :: status
         real(dp) :: covariance(9), direction(9)
 
-        call find_case('front-2', case, problem)
+        call take_case('front-2', case)
         call bound_of_case(case, estimation_options_t(), expected, problem)
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_case_bound(handle, bound, failure)
@@ -87,7 +88,7 @@ contains
         epoch_state = item(handle, 'state', 13)
         settings = item(handle, 'design_settings', 9)
         choices = nint(item(handle, 'design_choices', 8))
-        call find_calibration('back-1', calibration, problem)
+        call take_calibration('back-1', calibration)
         call check(error, abs(settings(2) - calibration%case%duration) <= 0 .and. &
                    abs(settings(8) - calibration%case%limits%rate) <= 0 .and. &
                    abs(settings(5) - own_settings%highest_frequency) <= 0 .and. &

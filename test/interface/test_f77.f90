@@ -1,6 +1,7 @@
 !> The Fortran 77 entry points: the numbers of the Fortran API, status and message.
 module test_f77
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_calibration, take_case
     use gracecg, only: dp, error_t, message_of, LIBRARY_VERSION, utc_t, gmst_1982, earth_parameters_t, read_earth_parameters, &
         earth_orientation_t, new_earth_orientation, geopotential_t, egm96
     use gracecg, only: case_t, find_case, calibration_t, find_calibration, build_dynamics, initial_state, &
@@ -139,7 +140,7 @@ contains
         call gccase('back-1', icas, istat, msg)
         call check(error, istat, 0, msg)
         call gccini(icas, m, s, dur, dt, x, d, istat, msg)
-        call find_case('back-1', case, failure)
+        call take_case('back-1', case)
         call check(error, m == case%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
                    .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%satellite%offset) <= 0), 'gccini')
         call build_dynamics(case, dynamics, failure)
@@ -178,10 +179,10 @@ contains
 
         call gccase('front-3', icas, istat, msg)
         call gcfrco(icas, ifrc, istat, msg)
-        call find_case('front-3', case, failure)
+        call take_case('front-3', case)
         call gcprop(ifrc, initial_state(case), case%interval, N, out, istat, msg)
         call check(error, istat, 0, msg)
-        call new_simulator(case, simulator, failure)
+        call make_simulator(case, simulator)
         call check(error, all(abs(out - simulator%arc%state) <= 0), 'another arc than that of the simulator')
         call gcprop(ifrc, initial_state(case), case%interval, -1, out, istat, msg)
         call check(error, istat == 3 .and. index(msg, 'steps') > 0, 'a negative number of steps')
@@ -276,7 +277,6 @@ contains
         integer, parameter :: NMAX = 2000
         character(200) :: msg
         character(4000) :: text
-        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: set(2)
         type(solution_t) :: expected
@@ -290,12 +290,11 @@ contains
         integer :: icas, isim, iobs(2), ifit, inew, istat, n, nd, icons, counts(3), i, k
         double precision :: t(NMAX), a(3, NMAX), b(3, NMAX), d(3), cov(3, 3), chi, prob
 
-        call find_case('front-3', case, failure)
-        call new_simulator(case, simulator, failure)
+        call make_simulator('front-3', simulator)
         call gccase('front-3', icas, istat, msg)
         call gcsimo(icas, isim, istat, msg)
         do i = 1, 2
-            call observe(simulator, 1, i, set(i), failure)
+            call make_observations(simulator, 1, i, set(i))
             call gcsimu(isim, 1, i, iobs(i), istat, msg)
             call run_from_observations(set(i), report_options('front-3'), runs(i), failure)
         end do
@@ -380,7 +379,7 @@ contains
         type(calibration_t) :: calibration, planned
         type(manoeuvre_design_t) :: design
 
-        call find_case('front-3', case, failure)
+        call take_case('front-3', case)
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call gccase('front-3', icas, istat, msg)
         call gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
@@ -415,7 +414,7 @@ contains
         call check(error, istat, 3, 'a negative number of places')
         call gcfree(jcas, istat, msg)
         call gcdsga(icas, opt, iopt, 2, 1, jcas, start, sig, wave, frc, amot, istat, msg)
-        call find_calibration('front-3', calibration, failure)
+        call take_calibration('front-3', calibration)
         call plan_manoeuvre(calibration, 0d0, design_settings_t(lowest_frequency=opt(4), highest_frequency=opt(5), &
                                                                 waveform_used=[.true., .false., .false., .false.]), &
                             planned, design, failure, 2, 1, chosen)

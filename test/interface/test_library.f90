@@ -2,6 +2,7 @@
 !> calibration from arrays in memory.
 module test_library
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_case
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg
     implicit none
@@ -23,18 +24,17 @@ contains
                     new_unittest('arcs-too-long', test_long_arcs)]
     end subroutine collect_library
 
-    subroutine prepare(name, dynamics, state, error)
+    subroutine prepare(name, dynamics, state)
         character(*), intent(in) :: name
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
-        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
-        call find_case(name, case, failure)
-        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        call check_passes(error, failure)
+        call take_case(name, case)
+        call build_dynamics(case, dynamics, failure)
+        call need(failure)
         state = initial_state(case)
     end subroutine prepare
 
@@ -47,8 +47,7 @@ contains
         integer :: i
 
         do i = 1, size(CASE_NAMES)
-            call prepare(CASE_NAMES(i), dynamics, state, error)
-            if (allocated(error)) return
+            call prepare(CASE_NAMES(i), dynamics, state)
             call dynamics%accelerations(7.5_dp, state(STATE_POSITION), state(STATE_VELOCITY), &
                                         state(STATE_ATTITUDE), acting)
             call dynamics%rate(7.5_dp, state, rate)
@@ -70,9 +69,8 @@ contains
         real(dp) :: state(STATE_SIZE), r(3), v(3), q(4), rotation(3, 3), body(3, 3), a(3), sun(3)
         real(dp), parameter :: T = 30.0_dp
 
-        call prepare('back-1', dynamics, state, error)
-        if (allocated(error)) return
-        call find_case('back-1', case, failure)
+        call prepare('back-1', dynamics, state)
+        call take_case('back-1', case)
         r = state(STATE_POSITION)
         v = state(STATE_VELOCITY)
         q = state(STATE_ATTITUDE)
@@ -109,8 +107,7 @@ contains
         real(dp) :: state(STATE_SIZE), y(6), k1(6), k2(6), k3(6), k4(6), q(4)
         integer :: i
 
-        call prepare('front-3', dynamics, state, error)
-        if (allocated(error)) return
+        call prepare('front-3', dynamics, state)
         call propagate_arc(dynamics, state, 0.1_dp, 600, arc, failure)
         y = state(1:6)
         do i = 0, STEPS - 1
@@ -143,8 +140,7 @@ contains
         type(accelerations_t) :: acting
         real(dp) :: state(STATE_SIZE), r(3)
 
-        call prepare('front-1', dynamics, state, error)
-        if (allocated(error)) return
+        call prepare('front-1', dynamics, state)
         dynamics%gravity = point_mass_gravity_t(4e14_dp)
         dynamics%with_drag = .false.
         dynamics%with_solar_radiation = .false.
@@ -158,16 +154,13 @@ contains
     subroutine test_calibration(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: simulated, observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer :: i
 
-        call find_case('front-3', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, simulated, failure)
-        if (failed(error, failure)) return
+        call take_case('front-3', case)
+        call make_observations(case, 1, 1, simulated)
         observations%knowledge = simulated%knowledge
         observations%accelerometer_time = simulated%accelerometer_time
         observations%acceleration = simulated%acceleration
@@ -189,21 +182,19 @@ contains
     subroutine test_texts(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case, again
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(operator_knowledge_t) :: knowledge
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, text_again
 
-        call find_case('front-2', case, failure)
+        call take_case('front-2', case)
         call case_text(case, text, failure)
         call case_from_text(text, 'memory', again, failure)
         if (failed(error, failure)) return
         call case_text(again, text_again, failure)
         call check(error, text_again == text, 'case')
         if (allocated(error)) return
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, 1, 1, observations, failure)
+        call make_observations(case, 1, 1, observations)
         call setup_text(observations%knowledge, text, failure)
         call setup_from_text(text, 'memory', knowledge, failure)
         if (failed(error, failure)) return
@@ -228,8 +219,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: state(STATE_SIZE)
 
-        call prepare('front-1', dynamics, state, error)
-        if (allocated(error)) return
+        call prepare('front-1', dynamics, state)
         call propagate_arc(dynamics, state, 0.1_dp, 2000000, arc, failure)
         call check_fails(error, failure, [character(20) :: 'steps of an arc', '1000000'])
         if (allocated(error)) return
@@ -239,9 +229,9 @@ contains
         call propagate_arc(dynamics, state, 0.0_dp, 1, arc, failure)
         call check_fails(error, failure, [character(20) :: 'interval', 'positive'])
         if (allocated(error)) return
-        call find_case('front-1', case, failure)
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, 1, 1, observations, failure)
+        call take_case('front-1', case)
+        call make_simulator(case, simulator)
+        call make_observations(simulator, 1, 1, observations)
         observations%knowledge%duration = 1e300_dp
         call check_observations(observations, failure)
         call check_fails(error, failure, [character(20) :: 'duration', '1000000'])

@@ -327,11 +327,10 @@ contains
 
     !> Writes the lines of a folder's text files with `first` <= time < `last` into files of another day, their times and
     !> SOE events later by `shift`.
-    subroutine copy_day(from, to, date, first, last, shift, error)
+    subroutine copy_day(from, to, date, first, last, shift)
         character(*), intent(in) :: from, to, date  ! Folders; YYYY-MM-DD
         real(dp), intent(in) :: first, last         ! s from the epoch
         integer, intent(in) :: shift                ! s
-        type(error_type), allocatable, intent(inout) :: error
 
         character(5), parameter :: PRODUCTS(6) = ['ACC1A', 'MAG1B', 'SCA1B', 'GNV1B', 'GNI1B', 'CLK1B']
         type(text_file_t) :: file
@@ -346,7 +345,7 @@ contains
         do i = 1, size(PRODUCTS)
             if (.not. allocated(failure)) call read_text_file(from//'/'//PRODUCTS(i)//DAY, file, failure)
             if (.not. allocated(failure)) call copy%open(to//'/'//PRODUCTS(i)//'_'//date//'_C_04.txt', failure)
-            if (failed(error, failure)) return
+            call need(failure)
             is_header = .true.
             do k = 1, file%line_count()
                 line = file%line(k)
@@ -362,13 +361,11 @@ contains
             end do
             call copy%commit(failure)
         end do
-        call check_passes(error, failure)
+        call need(failure)
     end subroutine copy_day
 
     !> The file l1_setup.nml with what setup_said gives.
-    subroutine make_setup(error)
-        type(error_type), allocatable, intent(inout) :: error
-
+    subroutine make_setup()
         call make_file('l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
                        ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)//'/'// &
                        achar(10)//'&level1'//achar(10)//'/'//achar(10))

@@ -34,7 +34,7 @@ contains
         double precision, allocatable :: x(:)
         double precision :: d(3), cov(3, 3), gain(3), delay(2)
 
-        call make_setup(error)
+        call make_setup()
         call write_day('f77_level1', flaws_t(), path)
         allocate (x(NMAX))
         associate (file => path//'/MAG1B_2020-02-01_C_04.txt')

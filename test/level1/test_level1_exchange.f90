@@ -86,8 +86,7 @@ contains
     end subroutine test_round_trips
 
     !> Converts a text of others into a Level-1 file and reads that.
-    subroutine read_text(error, text, product, records, message, remarks)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine read_text(text, product, records, message, remarks)
         character(*), intent(in) :: text, product
         type(level1_records_t), intent(out) :: records
         character(:), allocatable, intent(out) :: message       !! Of the failure; empty: there was none
@@ -115,13 +114,13 @@ contains
         integer :: attempt
 
         do attempt = 1, 3
-            if (attempt == 1) call read_text(error, 'groops instrument version=20200123'//LF//'# ACCELEROMETER'//LF// &
+            if (attempt == 1) call read_text('groops instrument version=20200123'//LF//'# ACCELEROMETER'//LF// &
                 '         -8          2  # instrument type, number of arcs'//LF//'# Time [MJD]'//LF//'# ====='//LF// &
                 ' 1 # number of epochs of 1. arc'//LF//trim(LINES(1))//LF//'          1 # number of epochs of 2. arc'//LF// &
                 trim(LINES(2))//LF, 'ACT1B', acc, message)
-            if (attempt == 2) call read_text(error, 'groops matrix version=20200123'//LF//'Matrix( 2 x 4 )'//LF// &
+            if (attempt == 2) call read_text('groops matrix version=20200123'//LF//'Matrix( 2 x 4 )'//LF// &
                                              trim(LINES(1))//LF//trim(LINES(2))//LF, 'ACT1B', acc, message)
-            if (attempt == 3) call read_text(error, trim(LINES(1))//LF//trim(LINES(2))//LF, 'ACT1B', acc, message)
+            if (attempt == 3) call read_text(trim(LINES(1))//LF//trim(LINES(2))//LF, 'ACT1B', acc, message)
             if (failed(error, message)) return
             call check(error, acc%count, 2)
             if (allocated(error)) return
@@ -142,7 +141,7 @@ contains
         integer :: i
 
         do i = 1, size(SCALES)
-            call read_text(error, 'CCSDS_OEM_VERS = 2.0'//LF//'COMMENT of a test'//LF//META//'REF_FRAME = EME2000'//LF// &
+            call read_text('CCSDS_OEM_VERS = 2.0'//LF//'COMMENT of a test'//LF//META//'REF_FRAME = EME2000'//LF// &
                            'TIME_SYSTEM = '//trim(SCALES(i))//LF//'META_STOP'//LF//LF//trim(EPOCHS(i))// &
                            ' 6378.1361 -2.5 0.001 0 7.5 -1 0 0 0'//LF//'COVARIANCE_START'//LF//'EPOCH = 2020-02-01T00:00:00'//LF// &
                            '1 2 3'//LF//'COVARIANCE_STOP'//LF, 'GNI1B', orbit, message, remarks)
@@ -186,7 +185,7 @@ contains
             if (order /= '') text = text//'QUATERNION_TYPE = '//order//LF
             text = text//'TIME_SYSTEM = GPS'//LF//'ATTITUDE_TYPE = QUATERNION'//LF//'META_STOP'//LF//'DATA_START'//LF// &
                 '2020-02-01T00:00:00'//quaternion//LF//'DATA_STOP'//LF
-            call read_text(error, text, 'SCA1B', sca, message)
+            call read_text(text, 'SCA1B', sca, message)
             if (failed(error, message)) return
             associate (q => sca%values(1, [sca%field_of('quaticoeff'), sca%field_of('quatjcoeff'), sca%field_of('quatkcoeff'), &
                                            sca%field_of('quatangle')]))
@@ -260,7 +259,7 @@ contains
             character(:), allocatable :: message
             character(60) :: part(1)
 
-            call read_text(error, text, product, records, message)
+            call read_text(text, product, records, message)
             part = reason
             call check_fails(error, message, part)
         end subroutine refused

@@ -61,9 +61,8 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
 
-        call fly(settings, truth, error)
-        call write_files(truth, 'l1s_prepare', path, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_prepare', path)
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
         if (.not. allocated(failure)) call estimate_folder(path, calibration, estimate, failure)
         if (.not. allocated(failure)) call prepare_observations(calibration, setup, estimate, 2, observations, failure)
@@ -180,9 +179,8 @@ contains
         do attempt = 1, 2
             if (attempt == 2) settings%moved_at = 1500
             settings%moved = [0.0_dp, JUMP, 0.0_dp]
-            call fly(settings, truth, error)
-            call write_files(truth, 'l1s_all_day', path, error)
-            if (allocated(error)) return
+            call fly(settings, truth)
+            call write_files(truth, 'l1s_all_day', path)
             call estimate_folder(path, calibration, estimate, failure)
             call check(error, index(message_of(failure), 'no manoeuvre found') > 0, 'no manoeuvre')
             call estimate_folder(path, calibration, estimate, failure, every=EVERY)
@@ -237,9 +235,8 @@ contains
 
         limit = 0.01_dp
         if (present(within)) limit = within
-        call fly(settings, truth, error)
-        call write_files(truth, name, path, error, binary)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, name, path, binary)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         call check(error, size(estimate%solutions), sources, 'sources')
@@ -273,9 +270,8 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
 
-        call fly(settings, truth, error)
-        call write_files(truth, 'l1s_inertia', path, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_inertia', path)
         call estimate_folder(path, calibration, estimate, failure, MORE)
         if (failed(error, failure)) return
         associate (last => estimate%solutions(1))
@@ -305,9 +301,8 @@ contains
         settings%leakage = 0
         settings%scale_error = 0
         settings%rod_gain_error = 0
-        call fly(settings, truth, error)
-        call write_files(truth, 'l1s_exact', path, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_exact', path)
         call estimate_folder(path, calibration, usual, failure)
         if (failed(error, failure)) return
         call estimate_folder(path, calibration, exact, failure, exact=.true.)
@@ -339,8 +334,7 @@ contains
         settings%duration = 240
         settings%span%amplitude = [0, 120, 120]
         settings%span%cycles = 6
-        call prepare(settings, 'l1s_phase', truth, path, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_phase', truth, path)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         associate (first => estimate%solutions(1))
@@ -378,8 +372,7 @@ contains
 
             settings = level1_settings_t()
             settings%fault = fault
-            call prepare(settings, 'l1s_fault', truth, path, error)
-            if (allocated(error)) return
+            call prepare(settings, 'l1s_fault', truth, path)
             call estimate_folder(path, calibration, estimate, failure)
             if (failed(error, failure)) return
             said = .false.
@@ -405,9 +398,8 @@ contains
         character(:), allocatable :: path, whole
         integer :: status
 
-        call fly(level1_settings_t(), truth, error)
-        call write_files(truth, 'l1s_unchanged', whole, error)
-        if (allocated(error)) return
+        call fly(level1_settings_t(), truth)
+        call write_files(truth, 'l1s_unchanged', whole)
         path = whole(:len(whole) - len('unchanged'))//'changed'
         call again()
         call change('SCA1B', [5], 1.0_dp, 5e-3_dp, error, 330)

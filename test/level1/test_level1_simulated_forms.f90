@@ -45,7 +45,7 @@ contains
                 settings%satellite = 'A'
                 products = pack(OF_BOTH, OF_BOTH /= 'MAG1A')
             end if
-            call prepare(settings, 'l1s_headers'//integer_text(satellite), truth, path, error)
+            call prepare(settings, 'l1s_headers'//integer_text(satellite), truth, path)
             do i = 1, size(products)
                 call read_product(path, products(i), records, error, merge('_2020-02-01_C_04.txt', '_2020-02-01_A_02.asc', &
                                                                            satellite == 1))
@@ -79,9 +79,9 @@ contains
             settings%duration = 240
             if (satellite == 2) settings%satellite = 'A'
             name = merge('_2020-02-01_C_04', '_2020-02-01_A_02', satellite == 1)
-            call fly(settings, truth, error)
-            call write_files(truth, 'l1s_text'//integer_text(satellite), path, error)
-            call write_files(truth, 'l1s_bytes'//integer_text(satellite), binary_path, error, .true.)
+            call fly(settings, truth)
+            call write_files(truth, 'l1s_text'//integer_text(satellite), path)
+            call write_files(truth, 'l1s_bytes'//integer_text(satellite), binary_path, .true.)
             do i = 1, size(BOTH)
                 if (satellite == 1 .and. BOTH(i) == 'SCA1A') cycle
                 call read_product(path, BOTH(i), text, error, trim(name)//merge('.txt', '.asc', satellite == 1))

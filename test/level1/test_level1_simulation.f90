@@ -1,13 +1,13 @@
 !> Flights of simulated Level-1 files: dynamics by the laws of mechanics, settings.
 module test_level1_simulation
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_constants, only: DEGREE, EARTH_GM, NANOTESLA, TWO_PI
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
     use gracecg_base_text, only: string_t
     use gracecg_base_vectors, only: cross
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_simulated_files, only: write_level1_folder
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
@@ -52,7 +52,7 @@ contains
         settings = clean()
         settings%drift = DRIFT
         settings%alignment = 0.04_dp*DEGREE
-        call prepare(settings, 'aligned', truth, path, error)
+        call prepare(settings, 'aligned', truth, path)
         call read_product(path, 'ACC1A', acc, error)
         if (allocated(error)) return
         call check(error, maxval(abs(truth%offset_at(truth%duration/2.0_dp) - truth%case%satellite%offset)) < 1e-15_dp .and. &
@@ -99,30 +99,27 @@ contains
     end function clean
 
     !> The flight of front-1, or back-1, with these settings.
-    subroutine fly(settings, truth, error, name)
+    subroutine fly(settings, truth, name)
         type(level1_settings_t), intent(in) :: settings
         type(level1_truth_t), intent(out) :: truth
-        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in), optional :: name      !! Of the case
 
         type(case_t) :: case
         type(error_t), allocatable :: failure
         character(:), allocatable :: of_case
 
-        if (allocated(error)) return
         of_case = 'front-1'
         if (present(name)) of_case = trim(name)
-        call report_case(of_case, case, failure)
-        if (.not. allocated(failure)) call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_passes(error, failure)
+        call take_case(of_case, case)
+        call new_level1_truth(case, settings, SEED, RUN, truth, failure)
+        call need(failure)
     end subroutine fly
 
     !> Writes the files of a flight into a folder of its own.
-    subroutine write_files(truth, name, path, error, binary)
+    subroutine write_files(truth, name, path, binary)
         type(level1_truth_t), intent(in) :: truth
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: path
-        type(error_type), allocatable, intent(inout) :: error
         logical, intent(in), optional :: binary
 
         type(string_t), allocatable :: written(:)
@@ -132,22 +129,21 @@ contains
         as_binary = .false.
         if (present(binary)) as_binary = binary
         path = FOLDER//name
-        if (.not. allocated(error)) call make_folder()
+        call make_folder()
         call make_directory(path, failure)
         if (.not. allocated(failure)) call write_level1_folder(truth, path, as_binary, written, failure)
-        call check_passes(error, failure)
+        call need(failure)
     end subroutine write_files
 
     !> A flight and its files.
-    subroutine prepare(settings, name, truth, path, error)
+    subroutine prepare(settings, name, truth, path)
         type(level1_settings_t), intent(in) :: settings
         character(*), intent(in) :: name
         type(level1_truth_t), intent(out) :: truth
         character(:), allocatable, intent(out) :: path
-        type(error_type), allocatable, intent(inout) :: error
 
-        call fly(settings, truth, error)
-        call write_files(truth, name, path, error)
+        call fly(settings, truth)
+        call write_files(truth, name, path)
     end subroutine prepare
 
     !> In a span J w' + w x J w is the torque of the rods, kappa I x B, with those of gravity gradient, air and light; w' is
@@ -160,8 +156,7 @@ contains
         real(dp) :: before(STATE_SIZE), after(STATE_SIZE), j(3, 3), expected(3), turn(4), time
         integer :: i
 
-        call fly(clean(), truth, error)
-        if (allocated(error)) return
+        call fly(clean(), truth)
         j = truth%dynamics%inertia
         do i = 1, 12
             time = START + 4.37_dp*i
@@ -194,8 +189,7 @@ contains
         real(dp) :: arm(3, -1:1), expected(3), c(3, 3), state(STATE_SIZE), tide(3), time
         integer :: i, k
 
-        call fly(clean(), truth, error)
-        if (allocated(error)) return
+        call fly(clean(), truth)
         do i = 1, 9
             time = START + 6*i + 0.05_dp
             call truth%at(time, point)
@@ -228,8 +222,7 @@ contains
         settings%duration = 500
         settings%science_current = 0
         do satellite = 1, 2
-            call fly(settings, truth, error, merge('front-1', 'back-1 ', satellite == 1))
-            if (allocated(error)) return
+            call fly(settings, truth, merge('front-1', 'back-1 ', satellite == 1))
             state = truth%arc%state_at(490.0_dp)
             c = rotation_matrix(state(ATTITUDE))
             up = matmul(c, state(POSITION))/norm2(state(POSITION))
@@ -247,16 +240,14 @@ contains
         type(level1_settings_t) :: settings
         type(truth_point_t) :: point, other
         type(case_t) :: case
-        type(error_t), allocatable :: failure
         real(dp) :: largest
         integer :: k
 
         settings = clean()
-        call fly(settings, without, error)
+        call fly(settings, without)
         settings%density_wave = .true.
-        call report_case('front-1', case, failure)
-        call fly(settings, with, error)
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call fly(settings, with)
         largest = 0
         do k = 100, 124
             call with%at(real(k, dp), point)
@@ -278,9 +269,8 @@ contains
         settings%spans = 1
         settings%first_start = START
         settings%duration = 240
-        call fly(settings, one, error)
-        call fly(settings, same, error)
-        if (allocated(error)) return
+        call fly(settings, one)
+        call fly(settings, same)
         call new_level1_truth(one%case, settings, SEED + 1, RUN, other, failure)
         if (failed(error, failure)) return
         call check(error, all(abs(one%arc%state_at(200.3_dp) - same%arc%state_at(200.3_dp)) <= 0) .and. &
@@ -316,7 +306,7 @@ contains
         call refused('&level1_simulation'//achar(10)//' epoch = ''2020-13-01'''//achar(10)//'/', ['epoch'])
         settings = clean()
         settings%epoch = '1999-01-01T00:00:00'
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
         call check_fails(error, failure, ['before 2000-01-01 12:00 GPS'])
         settings%epoch = '2016-12-31T23:59:30'      ! a second is put in half a minute later
@@ -336,7 +326,7 @@ contains
         settings%span%amplitude = 1000
         settings%span%phase = TWO_PI/4
         settings%span%cycles = 0
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
         call check_fails(error, failure, ['turns the satellite by more than 0.1 rad'])
 

@@ -1,15 +1,14 @@
 !> Observation sets as files: what is written is read, and every broken file is refused.
 module test_observation_files
     use vocabulary
+    use simulations, only: make_observations, make_simulator
     use gracecg_base_constants, only: DEGREE
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
     use gracecg_environment_time, only: time_tag
     use gracecg_base_text, only: real_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, measure_rods
+    use gracecg_simulation_simulator, only: simulator_t, measure_rods
     implicit none
     private
     public :: collect_observation_files
@@ -35,20 +34,16 @@ contains
     end subroutine collect_observation_files
 
     !> A noisy set of front-1, with some settings that are no round numbers.
-    subroutine simulated_set(error, observations)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine simulated_set(observations)
         type(observation_set_t), intent(out) :: observations
 
-        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
-        call check_passes(error, failure)
+        call make_simulator('front-1', simulator)
+        call make_observations(simulator, 7, 3, observations)
         if (.not. allocated(failure)) call measure_rods(simulator, 0.7_dp, observations, failure)
-        call check_passes(error, failure)
+        call need(failure)
         observations%knowledge%rods%activations(1)%phase = 30*DEGREE
         observations%knowledge%a_priori%sigma_scale_factors = [1e-3_dp/3, 2e-3_dp/7, 0.123456789e-4_dp]
         observations%knowledge%name = 'it''s a "name"'
@@ -61,8 +56,7 @@ contains
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
 
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         call write_observations(SET, observations, [character(20) :: 'first comment', 'second'], &
                                 failure)
         call check_passes(error, failure)
@@ -73,8 +67,7 @@ contains
         type(observation_set_t) :: written, again
         type(error_t), allocatable :: failure
 
-        call simulated_set(error, written)
-        if (allocated(error)) return
+        call simulated_set(written)
         call write_observations(SET, written, [character(20) :: 'first comment', 'second'], failure)
         if (.not. allocated(failure)) call read_observations(SET, again, failure)
         if (failed(error, failure)) return
@@ -149,8 +142,7 @@ contains
             end if
             if (allocated(error)) return
         end do
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         call check(error, all(abs(observations%accelerometer_time - [(k/10.0_dp, k=1, 600)]) <= 0))
         call check(error, all(abs(observations%star_camera_time(1::2) - [(k/2.0_dp, k=1, &
                 120)]) <= 0))
@@ -196,23 +188,20 @@ contains
         call check_fails(error, failure, &
                          [character(W) :: 'magnetometer.csv:30', 'truncated', 'orbit.csv'])
 
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         deallocate (observations%orbit_time, observations%orbit_position)
         call rewrite()
         if (allocated(error)) return
         call check(error, .not. allocated(again%orbit_time) .and. &
                    .not. file_exists(SET//'/orbit.csv'), 'an orbit that is not in the set')
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         deallocate (observations%knowledge%rods%measured%time)
         call rewrite()
         if (allocated(error)) return
         call check(error, .not. allocated(again%knowledge%rods%measured%time) .and. &
                    .not. file_exists(SET//'/rods.csv'), 'moments that are not in the set')
         if (allocated(error)) return
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         observations%magnetometer_time = observations%magnetometer_time(:0)
         observations%field = observations%field(:, :0)
         call rewrite()
@@ -220,8 +209,7 @@ contains
         call check(error, size(again%magnetometer_time) == 0 .and. size(again%orbit_time) == 61 .and. &
                    .not. file_exists(SET//'/magnetometer.csv'), 'samples that are not in the set')
 
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         observations%star_camera_time = observations%star_camera_time(:0)
         observations%star_camera_head = observations%star_camera_head(:0)
         observations%quaternion = observations%quaternion(:, :0)
@@ -440,8 +428,7 @@ contains
         character(*), parameter :: BLOCKED = FOLDER//'blocked'
         integer :: i
 
-        call simulated_set(error, observations)
-        if (allocated(error)) return
+        call simulated_set(observations)
         do i = 1, size(OBSERVATION_FILES)
             call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
             call write_observations(BLOCKED, observations, ['comment'], failure)

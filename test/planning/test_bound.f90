@@ -1,6 +1,7 @@
 !> The bound against independent numbers and the estimators, and what is said of impossible cases.
 module test_bound
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_constants, only: PI, MICROMETRE
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
@@ -8,7 +9,7 @@ module test_bound
     use gracecg_simulation_dynamics, only: OMEGA, POSITION
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
     use gracecg_base_constants, only: EARTH_GM
@@ -58,8 +59,8 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
-            if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
+            call take_case(REPORT_CASE_NAMES(i), case)
+            call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
             if (.not. allocated(failure)) call observe(simulator, 3_i8, 1, observations, failure)
             if (.not. allocated(failure)) call case_of_observations(observations, observed, failure)
@@ -112,7 +113,7 @@ contains
 
         do manoeuvre = 1, 3
             do i = 1, 3
-                call report_case(REPORT_CASE_NAMES(i), case, failure)
+                call take_case(REPORT_CASE_NAMES(i), case)
                 case%satellite%accelerometer%noise%sides = 1
                 if (manoeuvre == 2) then
                     call new_torque_rods(case%satellite%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
@@ -163,7 +164,7 @@ contains
         integer :: i, k, n
 
         do i = 1, 4, 3
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
+            call take_case(REPORT_CASE_NAMES(i), case)
             case%satellite%offset = 0
             call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(), simulator, failure)
@@ -204,7 +205,7 @@ contains
         trusting%optimal%estimate_within_limits = .false.
         call switch_off(switches, 'systematic', failure)
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
+            call take_case(REPORT_CASE_NAMES(i), case)
             if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &
@@ -224,7 +225,7 @@ contains
         type(case_bound_t) :: first, second
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         call bound_of_case(case, estimation_options_t(), first, failure)
         case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
         associate (limits => case%operator%a_priori)
@@ -252,7 +253,7 @@ contains
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         call bound_of_case(case, estimation_options_t(), without, failure)
         options%optimal%estimate_scale_factors = .true.
         options%optimal%estimate_rod_gain = .true.
@@ -269,19 +270,19 @@ contains
         type(case_bound_t) :: bound
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%rods%count = 0
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, failure, [character(20) :: 'front-1', 'torque rods are off', '&rod'])
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%accelerometer%noise(2)%level = -1e-18_dp
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, failure, [character(12) :: 'axis y', 'noise level'])
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%accelerometer%noise(3)%level = 0
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, failure, [character(12) :: 'axis z', 'noise level'])
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%star_camera%catalogue_noise = 0
         case%satellite%star_camera%measurement_noise = 0
         call bound_of_case(case, estimation_options_t(), bound, failure)
@@ -300,7 +301,7 @@ contains
 
         call switch_off(switches, 'systematic', failure)
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
+            call take_case(REPORT_CASE_NAMES(i), case)
             call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &
                 call predict_errors(simulator, 'optimal', estimation_options_t(), prediction, failure)
@@ -344,7 +345,7 @@ contains
         call switch_off(switches, 'systematic', failure)
         total = 0
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
+            call take_case(REPORT_CASE_NAMES(i), case)
             if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &

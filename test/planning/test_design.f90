@@ -1,11 +1,12 @@
 !> The planner: the search and its guarantees, places and plans. How good manoeuvres are at a place: test_site.
 module test_design
     use vocabulary
+    use simulations, only: take_calibration, take_case
     use gracecg_base_constants, only: DEGREE, MICROMETRE
     use gracecg_spacecraft_torque_rods
     use gracecg_base_quaternion, only: rotation_angle_between
     use gracecg_simulation_case, only: case_t, read_case, case_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_moved_case, only: moved_case
     use gracecg_planning_site
@@ -13,7 +14,7 @@ module test_design
     use gracecg_planning_candidates
     use gracecg_planning_design
     use gracecg_planning_planner
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use test_site, only: site_tests, stand, three_rods
     use test_whisper, only: whisper_tests
     implicit none
@@ -65,9 +66,8 @@ contains
         integer :: number
 
         do number = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(number), case, failure)
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(number), case)
+            call stand(case, planned, site)
             settings = quick_settings(merge(SQUARE, SINE, modulo(number, 2) == 1))
             settings%lowest_frequency = 5/60.0_dp
             call design_manoeuvre(planned, [site], settings, design, failure)
@@ -95,7 +95,7 @@ contains
         integer :: i, s
 
         do s = 1, 4, 3
-            call report_case(REPORT_CASE_NAMES(s), case, failure)
+            call take_case(REPORT_CASE_NAMES(s), case)
             call new_planned_arc(case, planned, failure)
             if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=30.0_dp)
             rods = three_rods([12, 8, 9], SQUARE)
@@ -129,9 +129,8 @@ contains
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
-        call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('front-3', case)
+        call stand(case, planned, site)
         settings = quick_settings(SINE)
         call design_manoeuvre(planned, [site], settings, free, failure)
         if (.not. allocated(failure)) then
@@ -160,7 +159,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: best
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
         if (.not. allocated(failure)) call new_manoeuvre_sites(planned, orbit, TIME_OF_CASE, 1, sites, failure)
@@ -178,9 +177,8 @@ contains
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call report_case('back-1', case, failure)
-        call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('back-1', case)
+        call stand(case, planned, site)
         settings = quick_settings(TAPERED)
         call design_manoeuvre(planned, [site], settings, one, failure)
         settings%threads = 2
@@ -200,8 +198,8 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call report_case('front-1', case, failure)
-        call report_case('front-2', printed, failure)
+        call take_case('front-1', case)
+        call take_case('front-2', printed)
         call new_nominal_orbit(case, orbit, failure, interval=10.0_dp)
         if (failed(error, failure)) return
         later = moved_case(case, orbit, TIME_OF_CASE(2))
@@ -234,7 +232,7 @@ contains
         type(manoeuvre_design_t) :: design
         type(error_t), allocatable :: failure
 
-        call find_calibration('back-1', calibration, failure)
+        call take_calibration('back-1', calibration)
         request%place = ANYWHERE
         request%settings = quick_settings(SINE)
         request%settings%highest_frequency = 0.1_dp
@@ -265,7 +263,7 @@ contains
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
         if (failed(error, failure)) return

@@ -2,6 +2,7 @@
 !> how case files state them.
 module test_manoeuvre
     use vocabulary
+    use simulations, only: make_simulator, take_case
     use gracecg_base_constants, only: DEGREE, PI
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods
@@ -9,7 +10,6 @@ module test_manoeuvre
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
     use gracecg_simulation_case, only: case_t, read_case, case_text
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
     use gracecg_simulation_limits
@@ -36,23 +36,22 @@ contains
     end subroutine collect_manoeuvre
 
     !> Front case 1 with all three rods at 5, 6 and 7 cycles a minute.
-    subroutine example(waveform, case, error)
+    subroutine example(waveform, case)
         integer, intent(in) :: waveform
         type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(inout) :: error
 
         type(rod_activation_t) :: activations(3)
         type(error_t), allocatable :: failure
         integer :: axis
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         do axis = 1, 3
             activations(axis) = rod_activation_t(axis, 30.0_dp, (4 + axis)/60.0_dp, 0.3_dp*axis, 0.0_dp, &
                                                  60.0_dp, waveform)
             if (waveform == TAPERED) activations(axis)%taper = 5
         end do
-        if (.not. allocated(failure)) call new_torque_rods(case%satellite%rods, activations, failure)
-        call check_passes(error, failure)
+        call new_torque_rods(case%satellite%rods, activations, failure)
+        call need(failure)
     end subroutine example
 
     !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: of the 3e-5 rad/s that the rods give, the
@@ -66,8 +65,7 @@ contains
         integer :: waveform
 
         do waveform = SINE, SQUARE
-            call example(waveform, case, error)
-            if (allocated(error)) return
+            call example(waveform, case)
             case%density_model = 'none'
             case%gravity_model = 'point-mass'
             call build_dynamics(case, dynamics, failure)
@@ -92,8 +90,7 @@ contains
         integer :: waveform, i
 
         do waveform = SINE, SQUARE
-            call example(waveform, case, error)
-            if (allocated(error)) return
+            call example(waveform, case)
             reference = fitted(case, 0.00625_dp)
             do i = 1, 2
                 trial = fitted(case, 0.2_dp/2**i)
@@ -144,10 +141,8 @@ contains
 
         subroutine report_motion(motion)
             type(attitude_motion_t), intent(out) :: motion
-            type(error_t), allocatable :: failure
 
-            call report_case('front-2', case, failure)
-            call check_passes(error, failure)
+            call take_case('front-2', case)
             if (.not. allocated(error)) call motion_of(motion)
         end subroutine report_motion
 
@@ -171,7 +166,7 @@ contains
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-2', case, failure)
+        call take_case('front-2', case)
         call new_torque_rods(case%satellite%rods, &
                              [rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], failure)
         case%duration = 90
@@ -180,7 +175,7 @@ contains
         call check_fails(error, failure, [character(W) :: 'case front-2', 'deg/s at t = 90 s', &
                                                       'at most 0.1 deg/s', 'rate_deg_s'])
         case%limits%rate = 0.15_dp*DEGREE
-        call new_simulator(case, simulator, failure)
+        call make_simulator(case, simulator)
         call check_passes(error, failure)
     end subroutine test_rate_limit
 
@@ -190,7 +185,7 @@ contains
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-2', case, failure)
+        call take_case('front-2', case)
         case%limits%pointing = 0.05_dp*DEGREE
         call new_simulator(case, simulator, failure)
         call check_fails(error, failure, [character(W) :: 'case front-2', &
@@ -199,7 +194,7 @@ contains
         ! free flight is not a manoeuvre
         call new_torque_rods(case%satellite%rods, [rod_activation_t ::], failure)
         case%limits%rate = 1e-5_dp
-        call new_simulator(case, simulator, failure)
+        call make_simulator(case, simulator)
         call check_passes(error, failure)
     end subroutine test_pointing_limit
 
@@ -209,7 +204,7 @@ contains
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%rods%activations%frequency = 5
         call new_simulator(case, simulator, failure)
         call check_fails(error, failure, [character(W) :: 'case front-1', 'frequency = 5 Hz', &
@@ -226,8 +221,7 @@ contains
         integer :: waveform
 
         do waveform = SINE, SQUARE
-            call example(waveform, case, error)
-            if (allocated(error)) return
+            call example(waveform, case)
             case%satellite%rods%activations%rise_time = 1.25_dp
             case%limits%rate = 0.09_dp*DEGREE
             case%limits%pointing = 0.4_dp*DEGREE
@@ -282,7 +276,7 @@ contains
         integer :: first, last
         logical :: in_limits
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         call case_text(case, text, failure)
         old = ''
         first = 1

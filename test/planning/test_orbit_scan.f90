@@ -2,6 +2,7 @@
 !> 6.4, and what section 6.2 says of them.
 module test_orbit_scan
     use vocabulary
+    use simulations, only: make_simulator, take_case
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_text, only: integer_text
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
@@ -9,8 +10,8 @@ module test_orbit_scan
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
+    use gracecg_simulation_report_cases, only: TIME_OF_CASE
+    use gracecg_simulation_simulator, only: simulator_t, propagate_case
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use gracecg_planning_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, candidates_along, programme_sigma
@@ -42,17 +43,16 @@ contains
     end subroutine collect_orbit_scan
 
     !> Case 1 of a satellite and its orbit.
-    subroutine fly(satellite, case, orbit, error)
+    subroutine fly(satellite, case, orbit)
         character(*), intent(in) :: satellite
         type(case_t), intent(out) :: case
         type(nominal_orbit_t), intent(out) :: orbit
-        type(error_type), allocatable, intent(inout) :: error
 
         type(error_t), allocatable :: failure
 
-        call report_case(trim(satellite)//'-1', case, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call take_case(trim(satellite)//'-1', case)
+        call new_nominal_orbit(case, orbit, failure)
+        call need(failure)
     end subroutine fly
 
     subroutine scan(case, orbit, times, places, error)
@@ -77,7 +77,7 @@ contains
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
 
-        call fly(satellite, case, orbit, error)
+        call fly(satellite, case, orbit)
         if (.not. allocated(error)) call scan(case, orbit, nint(TIME_OF_CASE), places, error)
     end subroutine scan_cases
 
@@ -91,8 +91,7 @@ contains
         type(nominal_orbit_t) :: orbit
         integer :: i
 
-        call fly(satellite, case, orbit, error)
-        if (allocated(error)) return
+        call fly(satellite, case, orbit)
         call scan(case, orbit, [(20*i, i=0, int(orbit%revolution)/20)], places, error)
     end subroutine scan_revolution
 
@@ -101,15 +100,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case, later
         type(nominal_orbit_t) :: orbit
-        type(error_t), allocatable :: failure
         real(dp) :: difference(3)
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call fly(SATELLITES(s), case, orbit, error)
-            if (allocated(error)) return
+            call fly(SATELLITES(s), case, orbit)
             do number = 2, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), later)
                 difference = orbit%state(POSITION, nint(TIME_OF_CASE(number))) - later%position
                 call check(error, norm2(difference([1, 3])) < 1.2_dp, trim(later%name))
             end do
@@ -121,14 +118,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case, later
         type(nominal_orbit_t) :: orbit
-        type(error_t), allocatable :: failure
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call fly(SATELLITES(s), case, orbit, error)
-            if (allocated(error)) return
+            call fly(SATELLITES(s), case, orbit)
             do number = 2, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), later)
                 call check(error, rotation_angle_between( &
                            orbit%state(ATTITUDE, nint(TIME_OF_CASE(number))), later%quaternion), &
                            0.0_dp, trim(later%name), thr=1e-8_dp)
@@ -164,11 +159,11 @@ contains
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call fly(SATELLITES(s), case, orbit, error)
+            call fly(SATELLITES(s), case, orbit)
             if (.not. allocated(error)) call scan(case, orbit, nint(TIME_OF_CASE) + 5, places, error)
             if (allocated(error)) return
             do number = 1, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), case, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 call propagate_case(case, arc, failure)
                 call check(error,.not. allocated(failure))
                 if (allocated(error)) return
@@ -195,11 +190,11 @@ contains
             call scan_cases(SATELLITES(s), places, error)
             if (allocated(error)) return
             do number = 1, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), case, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 if (case%name == 'front-2') then
                     case%satellite%rods%activations%amplitude = -case%satellite%rods%activations%amplitude
                 end if
-                call new_simulator(case, simulator, failure)
+                call make_simulator(case, simulator)
                 if (.not. allocated(failure)) &
                     call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
                 call check(error,.not. allocated(failure))
@@ -278,8 +273,7 @@ contains
         integer, parameter :: TIMES(4) = [0, 1400, 2680, 4000]
         integer :: i
 
-        call fly('front', case, orbit, error)
-        if (allocated(error)) return
+        call fly('front', case, orbit)
         case%satellite%magnetometer%bias = 0
         call scan(case, orbit, TIMES, places, error)
         if (allocated(error)) return
@@ -306,7 +300,7 @@ contains
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:), noisy(:)
 
-        call fly('back', case, orbit, error)
+        call fly('back', case, orbit)
         if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
         if (allocated(error)) return
         case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
@@ -325,7 +319,7 @@ contains
         type(candidate_t), allocatable :: strong_flight(:), weak_flight(:)
         type(error_t), allocatable :: failure
 
-        call fly('back', case, orbit, error)
+        call fly('back', case, orbit)
         if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
         if (allocated(error)) return
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, strong_flight, failure)
@@ -356,7 +350,7 @@ contains
         integer, parameter :: TIMES(5) = [0, 1000, 2000, 3000, 4000]
         integer :: i
 
-        call fly('front', case, orbit, error)
+        call fly('front', case, orbit)
         if (.not. allocated(error)) call scan(case, orbit, TIMES, two_threads, error)
         if (allocated(error)) return
         call scan_orbit(case, estimation_options_t(), orbit, TIMES, 1, one_thread, failure)
@@ -375,8 +369,7 @@ contains
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
-        call fly('front', case, orbit, error)
-        if (allocated(error)) return
+        call fly('front', case, orbit)
         call scan_orbit(case, estimation_options_t(), orbit, [0, 6000], 2, places, failure)
         call check(error, allocated(failure))
         if (allocated(error)) return

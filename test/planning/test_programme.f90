@@ -1,8 +1,9 @@
 !> Programmes of several manoeuvres: what the report's cases give together, and the search against all programmes.
 module test_programme
     use vocabulary
+    use simulations, only: take_calibration
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, programme_sigma
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
@@ -35,8 +36,8 @@ contains
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-1', calibration, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(calibration%case, orbit, failure)
+        call take_calibration('front-1', calibration)
+        call new_nominal_orbit(calibration%case, orbit, failure)
         if (.not. allocated(failure)) &
             call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
         call check_passes(error, failure)

@@ -1,6 +1,7 @@
 !> How good a manoeuvre is at a place, against the true arc and by identities.
 module test_site
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_constants, only: DEGREE, MICROMETRE
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_spacecraft_torque_rods
@@ -11,7 +12,7 @@ module test_site
     use gracecg_estimation_noise_whitening, only: weigh_series
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: propagate_case
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_simulation_limits, only: attitude_motion_t
@@ -37,11 +38,10 @@ contains
     end function site_tests
 
     !> View and start of a case.
-    subroutine stand(case, planned, site, error)
+    subroutine stand(case, planned, site)
         type(case_t), intent(in) :: case
         type(planned_arc_t), intent(out) :: planned
         type(manoeuvre_site_t), intent(out) :: site
-        type(error_type), allocatable, intent(inout) :: error
 
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
@@ -49,7 +49,7 @@ contains
         call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
         if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
-        call check_passes(error, failure)
+        call need(failure)
     end subroutine stand
 
     !> All three rods with 30 A m^2 at some cycles a minute.
@@ -80,7 +80,7 @@ contains
         real(dp) :: expected
         integer :: axis, k
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_planned_arc(case, planned, failure)
         if (failed(error, failure)) return
         stream = new_stream(3, 1, 4, 1, 5)
@@ -123,7 +123,6 @@ contains
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
-        type(error_t), allocatable :: failure
         type(attitude_motion_t) :: motion
         type(random_stream_t) :: stream
         real(dp), allocatable, dimension(:, :) :: omega, omega_dot, theta, disturbance
@@ -131,10 +130,8 @@ contains
         real(dp) :: information(3, 3), alone(3, 3), effect(3), expected(3), a(3, 3), scale(3)
         integer :: axis, k
 
-        call report_case('front-3', case, failure)
-        call check_passes(error, failure)
-        if (.not. allocated(error)) call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('front-3', case)
+        call stand(case, planned, site)
         allocate (omega(3, planned%samples), omega_dot(3, planned%samples), theta(3, planned%samples))
         call fly_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), omega, omega_dot, theta, motion)
         stream = new_stream(2, 7, 1, 8, 2)
@@ -173,10 +170,8 @@ contains
         integer :: part
         real(dp) :: all_errors(3), quick_errors(3)
 
-        call report_case('front-1', case, failure)
-        call check_passes(error, failure)
-        if (.not. allocated(error)) call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call stand(case, planned, site)
         call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SQUARE), quality)
         all_errors = hypot(hypot(quality%sigma, quality%wave), quality%force)
         do part = 1, 5, 4
@@ -209,12 +204,11 @@ contains
         integer :: number, waveform, axis
 
         do number = 1, 6
-            call report_case(REPORT_CASE_NAMES(number), case, failure)
+            call take_case(REPORT_CASE_NAMES(number), case)
             waveform = merge(SQUARE, SINE, modulo(number, 2) == 0)
             case%satellite%rods = three_rods([9, 7, 8], waveform)
             case%satellite%offset = 0
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
+            call stand(case, planned, site)
             call propagate_case(case, arc, failure)
             if (failed(error, failure)) return
             omega_fit = arc%state(OMEGA, 1:)
@@ -248,13 +242,12 @@ contains
         real(dp) :: found(3)
         integer :: k, axis, low_or_high
 
-        call report_case('back-2', case, failure)
+        call take_case('back-2', case)
         case%satellite%offset = 0
         do low_or_high = 1, 2
             case%satellite%rods = three_rods(merge([3, 4, 3], [9, 10, 9], low_or_high == 1), SQUARE)
             case%satellite%rods%activations(:3)%phase = [90, 0, 90]*DEGREE
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
+            call stand(case, planned, site)
             call propagate_case(case, arc, failure)
             if (failed(error, failure)) return
             if (allocated(force)) deallocate (force)
@@ -289,8 +282,8 @@ contains
         type(manoeuvre_quality_t) :: quality
         type(leakage_pair_t) :: pair
         type(error_t), allocatable :: failure
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_planned_arc(case, planned, failure)
+        call take_case('front-1', case)
+        call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
         if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
         if (.not. allocated(failure)) &

@@ -2,6 +2,7 @@
 !> 100 seeds, torque histories, and what is refused.
 module test_torquers
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_calibration
     use gracecg_base_constants, only: TWO_PI, DEGREE
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
@@ -47,16 +48,13 @@ contains
     end subroutine collect_torquers
 
     !> The calibration of an example; with everything known exactly but what the noise hides, or as it is.
-    subroutine take_example(error, path, exact, calibration)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine take_example(path, exact, calibration)
         character(*), intent(in) :: path
         logical, intent(in) :: exact
         type(calibration_t), intent(out) :: calibration
 
-        type(error_t), allocatable :: failure
 
-        call find_calibration(path, calibration, failure)
-        call check_passes(error, failure)
+        call take_calibration(path, calibration)
         calibration%options%covariance = .false.        ! the fit is not checked
         if (.not. exact) return
         calibration%case%operator%sigma = 0
@@ -90,11 +88,10 @@ contains
 
         do i = 1, size(EXAMPLES)
             do exact = 0, 1
-                call take_example(error, EXAMPLES(i), exact == 1, calibration)
-                if (allocated(error)) return
+                call take_example(EXAMPLES(i), exact == 1, calibration)
                 call bound_of_case(calibration%case, calibration%options, bound, failure)
                 if (failed(error, failure)) return
-                call least_squares(error, calibration, covariance)
+                call least_squares(calibration, covariance)
                 sigma = [(sqrt(covariance(k, k)), k=1, 3)]
                 call check(error, all(abs(bound%sigma/sigma - 1) < 0.05_dp), trim(calibration%case%name))
             end do
@@ -103,8 +100,7 @@ contains
 
     !> The covariance of d by least squares of accelerometer and star camera: d, attitude, rate, torque, bias, drift, and
     !> gains and scale factors where the options ask for them.
-    subroutine least_squares(error, calibration, covariance)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine least_squares(calibration, covariance)
         type(calibration_t), intent(in) :: calibration
         real(dp), intent(out) :: covariance(3, 3)
 
@@ -161,7 +157,7 @@ contains
                 rows(axis:3*n:3, c) = base%acceleration(axis, :)
             end do
         end associate
-        if (failed(error, failure)) return
+        call need(failure)
         factor = noise_factor(calibration%case, n)
         do k = 1, c
             do axis = 1, 3
@@ -180,7 +176,7 @@ contains
         allocate (rhs(c), source=0.0_dp)
         allocate (solution(c), inverse(c, c))
         call solve_normal_equations(normal, rhs, solution, inverse, condition, failure)
-        call check_passes(error, failure)
+        call need(failure)
         covariance = inverse(:3, :3)
 
     contains
@@ -193,7 +189,7 @@ contains
             type(simulator_t) :: simulator
 
             if (allocated(failure)) return
-            call new_simulator(of_case, simulator, failure)
+            call make_simulator(of_case, simulator)
             if (.not. allocated(failure)) call observe_without_noise(simulator, density_wave_t(), samples)
         end subroutine see
 
@@ -285,8 +281,7 @@ contains
 
         do i = 1, size(EXAMPLES)
             do exact = 0, 1
-                call take_example(error, EXAMPLES(i), exact == 1, calibration)
-                if (allocated(error)) return
+                call take_example(EXAMPLES(i), exact == 1, calibration)
                 call bound_of_case(calibration%case, calibration%options, bound, failure)
                 if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
                 by_bound = 0
@@ -325,14 +320,12 @@ contains
         real(dp) :: found
         integer :: i, k, seed
 
-        call take_example(error, EXAMPLES(2), .false., calibration)
-        if (allocated(error)) return
+        call take_example(EXAMPLES(2), .false., calibration)
         calibration%options%covariance = .true.
-        call new_simulator(calibration%case, simulator, failure)
+        call make_simulator(calibration%case, simulator)
         do seed = 1, 5
-            if (.not. allocated(failure)) call observe(simulator, seed, 1, observations, failure)
-            if (.not. allocated(failure)) &
-                call estimate_offset('optimal', observations, calibration%options, solution, failure, record)
+            call make_observations(simulator, seed, 1, observations)
+            call estimate_offset('optimal', observations, calibration%options, solution, failure, record)
             if (failed(error, failure)) return
             call check(error, solution%converged .and. size(record%epoch) > 300, 'converged, with a record')
             call check(error, .not. solution%beliefs%has_contradiction(), 'nothing is contradicted')
@@ -354,24 +347,21 @@ contains
         character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of rod y is ', 'the gain of rod y is 0.98', &
                                                 'the direction of rod x about y is ']
         type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations, wrong
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer :: i, k
         logical :: found
 
-        call take_example(error, EXAMPLES(2), .true., calibration)
-        if (allocated(error)) return
+        call take_example(EXAMPLES(2), .true., calibration)
         calibration%options%covariance = .true.
-        call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
+        call make_observations(calibration%case, 1, 1, observations)
         do i = 1, 3
             wrong = observations
             if (i == 1) wrong%knowledge%rods%delay(2) = 0.5_dp
             if (i == 2) wrong%knowledge%rods%gain(2) = 1.02_dp
             if (i == 3) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
-            if (.not. allocated(failure)) call estimate_offset('optimal', wrong, calibration%options, solution, failure)
+            call estimate_offset('optimal', wrong, calibration%options, solution, failure)
             if (failed(error, failure)) return
             found = .false.
             do k = 1, size(solution%warnings)
@@ -394,14 +384,13 @@ contains
         character(:), allocatable :: good, setup
         integer :: k
 
-        call take_example(error, EXAMPLES(2), .true., calibration)
-        if (allocated(error)) return
+        call take_example(EXAMPLES(2), .true., calibration)
         calibration%case%duration = 100
         calibration%case%satellite%rods%gain = [1.2_dp, 1.1_dp, 0.9_dp]
         calibration%case%satellite%rods%delay = 0.3_dp
-        call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 5, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_offset('optimal', observations, calibration%options, solution, failure)
+        call make_simulator(calibration%case, simulator)
+        call make_observations(simulator, 5, 1, observations)
+        call estimate_offset('optimal', observations, calibration%options, solution, failure)
         if (.not. allocated(failure)) call measure_rods(simulator, 0.5_dp, observations, failure)
         if (.not. allocated(failure)) call write_observations(SET, observations, [character(1) ::], failure)
         call remove_file(SET//'/magnetometer.csv')
@@ -460,7 +449,7 @@ contains
         character(120) :: line
         integer :: k
 
-        call take_example(error, EXAMPLES(2), .true., calibration)
+        call take_example(EXAMPLES(2), .true., calibration)
         history = 'time_s,tx_n_m,ty_n_m,tz_n_m'//new_line('a')
         do k = 0, 400
             write (line, '(f7.2, 3(",", es22.14))') 0.5_dp*k, dipole_moment(calibration%case%satellite%rods, 0.5_dp*k)
@@ -473,8 +462,7 @@ contains
         k = index(blocks, '    largest_torque')
         blocks = blocks(:k - 1)//"    torque_file = '"//FOLDER//"swing.csv'"//new_line('a')//blocks(k:)
         call make_file('swing.nml', blocks//text(index(text, '&truth'):))
-        call take_example(error, FOLDER//'swing.nml', .true., other)
-        if (allocated(error)) return
+        call take_example(FOLDER//'swing.nml', .true., other)
         call bound_of_case(calibration%case, calibration%options, bound, failure)
         if (.not. allocated(failure)) call bound_of_case(other%case, other%options, of_file, failure)
         if (failed(error, failure)) return
@@ -494,8 +482,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, twice
 
-        call take_example(error, EXAMPLES(1), .false., calibration)
-        if (allocated(error)) return
+        call take_example(EXAMPLES(1), .false., calibration)
         call case_text(calibration%case, text, failure)
         call check(error, index(text, '&rod') == 0 .and. index(text, '&excitation') > 0, 'groups')
         call case_from_text(text, 'again', again, failure)
@@ -525,8 +512,7 @@ contains
         type(case_bound_t) :: bound, own
         type(error_t), allocatable :: failure
 
-        call take_example(error, EXAMPLES(1), .true., calibration)
-        if (allocated(error)) return
+        call take_example(EXAMPLES(1), .true., calibration)
         calibration%case%duration = 100
         calibration%case%satellite%rods%activations%stop = 100
         call bound_of_case(calibration%case, calibration%options, own, failure)

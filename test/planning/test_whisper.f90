@@ -1,11 +1,11 @@
 !> Weak tones all the time: what they reach, against the flown rotation and the whitened samples of arcs along the orbit.
 module test_whisper
     use vocabulary
+    use simulations, only: take_case
     use gracecg_base_constants, only: MICROMETRE
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site
     use gracecg_planning_whisper, only: whisper_limits_t, whisper_plan_t, plan_whisper
@@ -40,8 +40,8 @@ contains
         real(dp) :: information(3, 3), covariance(3, 3), sigma(3)
         integer :: i, k
 
-        call report_case('front-3', case, failure)
-        if (.not. allocated(failure)) call plan_whisper(case, whisper_limits_t(), plan, failure)
+        call take_case('front-3', case)
+        call plan_whisper(case, whisper_limits_t(), plan, failure)
         case%duration = 300
         if (.not. allocated(failure)) call new_planned_arc(case, arc, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
@@ -72,8 +72,8 @@ contains
         type(whisper_limits_t) :: limits
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call plan_whisper(case, limits, plan, failure)
+        call take_case('front-1', case)
+        call plan_whisper(case, limits, plan, failure)
         if (.not. allocated(failure)) then
             limits%range = plan%range/10
             call plan_whisper(case, limits, tight, failure)

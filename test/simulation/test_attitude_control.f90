@@ -1,6 +1,7 @@
 !> Magnetic attitude control: the law by its identities, a flight under it, and what the operator is told of it.
 module test_attitude_control
     use vocabulary
+    use simulations, only: make_observations, make_simulator, take_case
     use gracecg_base_constants, only: DEGREE, TWO_PI
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between, &
         quaternion_of_matrix
@@ -11,10 +12,9 @@ module test_attitude_control
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_simulation_case, only: case_t, case_from_text, case_text
-    use gracecg_simulation_case_library, only: find_case
     use gracecg_simulation_case_models, only: initial_state
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, propagate_case
+    use gracecg_simulation_simulator, only: simulator_t, propagate_case
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
     use gracecg_estimation_solution, only: solution_t
@@ -39,14 +39,11 @@ contains
     end subroutine collect_attitude_control
 
     !> Case front-1 under control.
-    subroutine controlled_case(case, error)
+    subroutine controlled_case(case)
         type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(inout) :: error
 
-        type(error_t), allocatable :: failure
 
-        call find_case('front-1', case, failure)
-        call check_passes(error, failure)
+        call take_case('front-1', case)
         case%control%acts = .true.
         associate (a => case%satellite%rods%activations)
             a%amplitude = 25*a%amplitude/30
@@ -61,8 +58,7 @@ contains
         type(attitude_control_t) :: control
         real(dp) :: state(13), wanted(3), m(3), across(3), thrust(3)
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         state = initial_state(case)
         control = case%control
         call control%hold(state)
@@ -94,8 +90,7 @@ contains
         real(dp) :: state(13), held(13), axis(3), expected, torque(3)
         integer :: i
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         held = initial_state(case)
         control = case%control
         control%damping = 0.7_dp
@@ -129,8 +124,7 @@ contains
         type(truth_arc_t) :: held, free, checked
         type(error_t), allocatable :: failure
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         case%duration = 900
         case%interval = 1
         case%gravity_degree = 2
@@ -179,13 +173,11 @@ contains
         real(dp) :: moment(3), torque(3), most
         integer :: k
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         case%density_wave%amplitude = 0
         case%control%frequency = 2e-3_dp
-        call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        if (failed(error, failure)) return
+        call make_simulator(case, simulator)
+        call make_observations(simulator, 1, 1, observations)
         most = 0
         do k = 0, simulator%arc%steps
             moment = rod_moments(observations%knowledge%rods, k*simulator%arc%interval)
@@ -223,8 +215,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, plain
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         case%control%damping = 0.6_dp
         call case_text(case, text, failure)
         if (.not. allocated(failure)) call case_from_text(text, 'a case', again, failure)

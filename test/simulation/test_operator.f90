@@ -1,6 +1,7 @@
 !> An operator who errs: what is told changes, the truth does not; draws, files, and what right knowledge mends.
 module test_operator
     use vocabulary
+    use simulations, only: make_simulator, take_case
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -11,9 +12,7 @@ module test_operator
     use gracecg_simulation_case, only: case_t, case_text, case_from_text
     use gracecg_simulation_operator_errors
     use gracecg_simulation_operator_view, only: operator_knowledge
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, tell_operator, &
-        operator_of_run
+    use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise, tell_operator, operator_of_run
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t
@@ -68,8 +67,7 @@ contains
         character(:), allocatable :: text, other_text
         integer :: i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe(simulator, SEED, 1, right, failure)
         if (.not. allocated(failure)) call setup_text(right%knowledge, text, failure)
         call check_passes(error, failure)
@@ -100,18 +98,15 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator, wrong
         type(case_t) :: case
-        type(error_t), allocatable :: failure
         integer :: i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         case = simulator%case
         do i = 1, size(SOURCES)
             call err(case%operator, i)
         end do
         case%operator%sigma = 1e-3_dp
-        call new_simulator(case, wrong, failure)
-        if (failed(error, failure)) return
+        call make_simulator(case, wrong)
         call check(error, all(wrong%arc%state == simulator%arc%state) .and. &
                    all(wrong%arc%omega_dot == simulator%arc%omega_dot))
     end subroutine test_arc_stays
@@ -121,9 +116,8 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
         type(operator_knowledge_t) :: knowledge
-        type(error_t), allocatable :: failure
 
-        call report_case('back-2', case, failure)
+        call take_case('back-2', case)
         case%satellite%rods%gain = [0.99_dp, 1.01_dp, 1.02_dp]
         case%satellite%rods%delay = [0.01_dp, 0.02_dp, 0.03_dp]
         knowledge = operator_knowledge(case, case%operator)
@@ -200,8 +194,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, exact, failure)
         simulator%case%operator%sigma(:3, ROD_GAIN) = 5e-3_dp
         if (.not. allocated(failure)) &
@@ -218,9 +211,8 @@ contains
         real(dp), parameter :: TURN = 1e-3_dp
         type(case_t) :: case
         type(operator_knowledge_t) :: knowledge
-        type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%inertia = reshape([70.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 300.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, &
                                           350.0_dp], [3, 3])
         case%operator%value(:3, PRINCIPAL_MOMENTS) = [0.1_dp, 0.0_dp, -0.01_dp]
@@ -250,8 +242,7 @@ contains
         type(observation_set_t) :: right, wrong
         type(operator_t) :: operator
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe_without_noise(simulator, density_wave_t(), right)
         wrong = right
         operator = simulator%case%operator
@@ -306,8 +297,7 @@ contains
         character(:), allocatable :: first, second
         integer :: i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         do i = 1, size(SOURCES)
             call err(simulator%case%operator, i)
         end do
@@ -336,7 +326,7 @@ contains
         character(:), allocatable :: text, second
         integer :: i
 
-        call report_case('back-3', case, failure)
+        call take_case('back-3', case)
         case%satellite%rods%gain = [0.99_dp, 1.0_dp, 1.02_dp]
         case%satellite%rods%delay = 0.01_dp
         do i = 1, size(SOURCES)
@@ -362,7 +352,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call case_text(case, text, failure)
         text = text(:index(text, '&operator') - 1)//'@'//text(index(text, '&a_priori'):)
         call try('rod_gian = 1, 1, 1', ['rod_gian', 'rod_gain'])
@@ -399,7 +389,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call report_case('front-2', case, failure)
+        call take_case('front-2', case)
         associate (a => case%satellite%accelerometer, rods => case%satellite%rods)
             a%scale1 = 1
             a%scale2 = 0
@@ -436,7 +426,7 @@ contains
             type(operator_t), intent(in) :: operator
             type(solution_t), intent(out) :: solution
 
-            call new_simulator(case, simulator, failure)
+            call make_simulator(case, simulator)
             if (.not. allocated(failure)) then
                 call observe_without_noise(simulator, density_wave_t(), observations)
                 call tell_operator(simulator, operator, observations)
@@ -455,8 +445,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: n
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe_without_noise(simulator, density_wave_t(), observations)
         call estimate_offset('optimal', observations, estimation_options_t(), right, failure)
         n = size(observations%accelerometer_time)

@@ -47,16 +47,15 @@ contains
     end subroutine collect_simulation
 
     !> The simulator of front-1.
-    subroutine prepare(simulator, error)
+    subroutine prepare(simulator)
         type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
 
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, failure)
+        call need(failure)
     end subroutine prepare
 
     !> A short case whose magnetometer has a filter, and whose last second is not whole.
@@ -153,8 +152,7 @@ contains
         type(error_t), allocatable :: failure
         character(24), parameter :: PARTS(3) = [character(24) :: 'full scale', '600 of 600', '0.1 s']
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         simulator%case%satellite%accelerometer%limited = .true.
         simulator%case%satellite%magnetometer%limited = .true.
         call observe(simulator, SEED, 1, observations, failure)
@@ -194,8 +192,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, head
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe(simulator, SEED, 1, observations, failure)
         if (failed(error, failure)) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
@@ -228,10 +225,8 @@ contains
         type(observation_set_t) :: first, between, again
         type(error_t), allocatable :: failure
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
-        call prepare(another, error)
-        if (allocated(error)) return
+        call prepare(simulator)
+        call prepare(another)
         call observe(simulator, SEED, 7, first, failure)
         if (failed(error, failure)) return
         call observe(simulator, SEED, 3, between, failure)
@@ -249,8 +244,7 @@ contains
         type(observation_set_t) :: reference, changed
         type(error_t), allocatable :: failure
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe(simulator, SEED, 7, reference, failure)
         if (failed(error, failure)) return
         other = simulator
@@ -283,8 +277,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: head, i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         do head = 1, 2
             simulator%case%operator%head = head
             call observe(simulator, SEED, 4, full, failure)
@@ -312,8 +305,7 @@ contains
         real(dp) :: a(3), expected(3), d(3), radius
         integer :: i, k
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe_without_noise(simulator, density_wave_t(), observations)
         d = simulator%case%satellite%offset
         associate (arc => simulator%arc, instrument => simulator%case%satellite%accelerometer)
@@ -353,8 +345,7 @@ contains
         real(dp) :: squares(3, 3), total(3, 3), turn(4)     ! of accelerometer, magnetometer, star camera
         integer :: run, i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         simulator%case%satellite%accelerometer%noise%corner = 0
         squares = 0
         total = 0
@@ -411,8 +402,7 @@ contains
         real(dp) :: expected(3)
         integer :: k
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe_without_noise(simulator, density_wave_t(), calm)
         call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
         do k = 1, 600
@@ -438,8 +428,7 @@ contains
         complex(dp) :: resultant
         integer :: run
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         resultant = 0
         do run = 1, N
             wave = drawn_wave(simulator, SEED, run)
@@ -463,8 +452,7 @@ contains
         type(observation_set_t) :: a, b, calm
         type(error_t), allocatable :: failure
 
-        call prepare(drawn, error)
-        if (allocated(error)) return
+        call prepare(drawn)
         case = drawn%case
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
@@ -484,8 +472,7 @@ contains
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call prepare(simulator)
         call observe(simulator, SEED, 1, observations, failure)
         associate (knowledge => observations%knowledge, case => simulator%case)
             call check(error, all(knowledge%accelerometer_noise%level == &

@@ -1,9 +1,10 @@
 !> What the tests of beliefs have in common: the simulator of a case, and a density wave near the period of the rods.
 module belief_fixture
     use vocabulary
+    use simulations, only: make_simulator, take_calibration
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_options, only: estimation_options_t
     implicit none
     private
@@ -15,20 +16,17 @@ module belief_fixture
 
 contains
 
-    subroutine simulator_of(name, simulator, options, error, wave)
+    subroutine simulator_of(name, simulator, options, wave)
         character(*), intent(in) :: name
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(inout) :: error
         type(density_wave_t), intent(in), optional :: wave  !! In place of the case's
 
         type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
 
-        call find_calibration(name, calibration, failure)
+        call take_calibration(name, calibration)
         if (present(wave)) calibration%case%density_wave = wave
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        call check_passes(error, failure)
+        call make_simulator(calibration%case, simulator)
         options = calibration%options
     end subroutine simulator_of
 end module belief_fixture

@@ -2,6 +2,7 @@
 !> makes of them.
 module test_beliefs_of_operator
     use vocabulary
+    use simulations, only: make_observations, take_calibration
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_constants, only: TWO_PI
@@ -9,9 +10,9 @@ module test_beliefs_of_operator
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -70,8 +71,7 @@ contains
         real(dp) :: step, deviation, size_of_partials
         integer :: i
 
-        call simulator_of('front-3', simulator, options, error)
-        if (allocated(error)) return
+        call simulator_of('front-3', simulator, options)
         call observe_without_noise(simulator, density_wave_t(), observations)
         call estimate_offset('optimal', observations, options, solution, failure)
         call check_passes(error, failure)
@@ -205,12 +205,11 @@ contains
         integer :: run, i, k
 
         do k = 1, size(NAMES)
-            call simulator_of(trim(NAMES(k)), simulator, options, error)
-            if (allocated(error)) return
+            call simulator_of(trim(NAMES(k)), simulator, options)
             allocate (squares(PARAMETERS), source=0.0_dp)
             do run = 1, RUNS
-                call observe(simulator, 4712_i8, run, observations, failure)
-                if (.not. allocated(failure)) call estimate_offset('optimal', observations, options, solution, failure)
+                call make_observations(simulator, 4712, run, observations)
+                call estimate_offset('optimal', observations, options, solution, failure)
                 if (failed(error, failure)) return
                 call say_contradiction(solution%beliefs, found)
                 call check(error, found, '', NAMES(k)//' run '//integer_text(run))
@@ -246,10 +245,9 @@ contains
         integer, allocatable :: tested(:)
         integer :: i, k, round, n, all_of
 
-        call simulator_of('front-1', simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 77_i8, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure, problem=fitted)
+        call simulator_of('front-1', simulator, options)
+        call make_observations(simulator, 77, 1, observations)
+        call estimate_optimal(observations, options, solution, failure, problem=fitted)
         if (failed(error, failure)) return
         n = size(fitted%model%estimated)
         tested = pack(solution%beliefs%values%belief, &
@@ -296,10 +294,9 @@ contains
         type(error_t), allocatable :: failure
         integer :: axis
 
-        call simulator_of('back-1', simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 77_i8, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
+        call simulator_of('back-1', simulator, options)
+        call make_observations(simulator, 77, 1, observations)
+        call estimate_optimal(observations, options, solution, failure)
         if (.not. allocated(failure)) then
             associate (rods => observations%knowledge%rods)
                 axis = findloc([(any(rods%activations(:rods%count)%axis == axis), axis=1, 3)], .false., 1)
@@ -328,10 +325,9 @@ contains
         real(dp) :: score
         integer :: i
 
-        call simulator_of('front-3', simulator, options, error, WAVE_NEAR_RODS)
-        if (allocated(error)) return
-        call observe(simulator, 4716_i8, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
+        call simulator_of('front-3', simulator, options, WAVE_NEAR_RODS)
+        call make_observations(simulator, 4716, 1, observations)
+        call estimate_optimal(observations, options, solution, failure)
         if (failed(error, failure)) return
         i = findloc(solution%beliefs%values%belief, ROD_FREQUENCIES(3), 1)
         wrong = observations
@@ -358,18 +354,15 @@ contains
     subroutine test_bent_forces(error)
         type(error_type), allocatable, intent(out) :: error
         type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp), allocatable :: x(:)
         integer :: i
 
-        call find_calibration('front-1', calibration, failure)
+        call take_calibration('front-1', calibration)
         calibration%case%satellite%offset = 1e-6_dp
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
-        if (failed(error, failure)) return
+        call make_observations(calibration%case, 4711, 1, observations)
         x = 2*observations%accelerometer_time/calibration%case%duration - 1
         observations%acceleration(1, :) = observations%acceleration(1, :) + 6e-10_dp*(35*x**4 - 30*x**2 + 3)/8
         call estimate_offset('optimal', observations, calibration%options, solution, failure)
@@ -386,7 +379,6 @@ contains
         character(8), parameter :: NAMES(2) = [character(8) :: 'front-1', 'front-3']
         real(dp), parameter :: LENGTH = 300
         type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
@@ -395,13 +387,11 @@ contains
         integer :: i, k
 
         do k = 1, size(NAMES)
-            call find_calibration(trim(NAMES(k)), calibration, failure)
+            call take_calibration(NAMES(k), calibration)
             calibration%case%duration = LENGTH
             calibration%case%satellite%rods%activations%stop = LENGTH
-            if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-            if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
-            if (.not. allocated(failure)) &
-                call estimate_offset('optimal', observations, calibration%options, solution, failure)
+            call make_observations(calibration%case, 4711, 1, observations)
+            call estimate_offset('optimal', observations, calibration%options, solution, failure)
             if (failed(error, failure)) return
             call say_contradiction(solution%beliefs, found)
             call check(error, found, '', NAMES(k))

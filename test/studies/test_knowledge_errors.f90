@@ -1,6 +1,7 @@
 !> Errors in the operator's knowledge, each alone: the bound's consider covariance and differences of estimates agree.
 module test_knowledge_errors
     use vocabulary
+    use simulations, only: make_simulator, take_case
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_estimators, only: estimate_offset
@@ -10,8 +11,7 @@ module test_knowledge_errors
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, OPERATOR_PLACES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, tell_operator
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private
@@ -43,7 +43,7 @@ contains
 
         options = report_options('front-1')
         do i = 1, size(CHECKED)
-            call report_case('front-1', case, failure)
+            call take_case('front-1', case)
             associate (sigma => sizes_of(case%operator, CHECKED(i)))
                 case%operator%sigma = 0
                 case%operator%sigma(:size(sigma), CHECKED(i)) = sigma
@@ -134,15 +134,12 @@ contains
     subroutine test_estimators(error)
         type(error_type), allocatable, intent(out) :: error
         character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-rde', 'ascfest', 'optimal', 'sequential']
-        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
         real(dp) :: found(3)
         integer :: i, k
 
-        call report_case('back-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, failure)
+        call make_simulator('back-1', simulator)
         do k = 1, size(ALGORITHMS)
             do i = 1, size(SOURCES)
                 if (allocated(error)) return

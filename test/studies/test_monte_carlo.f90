@@ -1,11 +1,11 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
     use vocabulary
+    use simulations, only: make_simulator
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
@@ -37,17 +37,14 @@ contains
         runs = [(i, i=1, n)]
     end function first_runs
 
-    subroutine prepare(number, simulator, error)
+    subroutine prepare(number, simulator)
         integer, intent(in) :: number       !! Of the case, 1..6
         type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
 
-        type(case_t) :: case
         type(error_t), allocatable :: failure
 
-        call report_case(trim(REPORT_CASE_NAMES(number)), case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call make_simulator(REPORT_CASE_NAMES(number), simulator)
+        call need(failure)
     end subroutine prepare
 
     !> 300 runs: the RMS has a standard error of 4 %, so 12 % is three of them.
@@ -62,8 +59,7 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator, error)
-            if (allocated(error)) return
+            call prepare(i, simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
                 call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, first_runs(RUNS), 2, &
@@ -93,8 +89,7 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator, error)
-            if (allocated(error)) return
+            call prepare(i, simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
@@ -119,8 +114,7 @@ contains
         inside = 0
         squares = 0
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator, error)
-            if (allocated(error)) return
+            call prepare(i, simulator)
             do a = 1, size(REPORT_ESTIMATORS)
                 call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, &
                                     failure)
@@ -149,8 +143,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: a
 
-        call prepare(6, simulator, error)
-        if (allocated(error)) return
+        call prepare(6, simulator)
         do a = 1, size(REPORT_ESTIMATORS)
             call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
@@ -172,8 +165,7 @@ contains
         type(monte_carlo_t) :: one_thread, two_threads
         type(error_t), allocatable :: failure
 
-        call prepare(4, simulator, error)
-        if (allocated(error)) return
+        call prepare(4, simulator)
         call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, first_runs(8), 1, one_thread, &
                              failure)
         call check(error,.not. allocated(failure))

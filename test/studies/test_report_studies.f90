@@ -2,6 +2,7 @@
 !> that is enough, and on few runs where it is not.
 module test_report_studies
     use vocabulary
+    use simulations, only: make_simulator, take_calibration
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_progress, only: progress_t
     use gracecg_base_statistics, only: sampling_error
@@ -9,7 +10,7 @@ module test_report_studies
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
@@ -70,9 +71,9 @@ contains
 
         three = new_campaign(ALGORITHMS, 1, 7_i8, 3, 1, 1)
         two = new_campaign(ALGORITHMS, 1, 7_i8, 2, 1, 1)
-        call find_calibration('back-3', calibration, failure)
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call run_case(three, 1, calibration, simulator, 2, failure, listener)
+        call take_calibration('back-3', calibration)
+        call make_simulator(calibration%case, simulator)
+        call run_case(three, 1, calibration, simulator, 2, failure, listener)
         if (.not. allocated(failure)) call run_case(two, 1, calibration, simulator, 1, failure)
         if (failed(error, failure)) return
         cut = first_runs(three, 2)
@@ -152,8 +153,8 @@ contains
         type(listener_t) :: listener
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
-        if (.not. allocated(failure)) call study_limit(calibration, 5_i8, 2, 2, study, failure, listener)
+        call take_calibration('front-3', calibration)
+        call study_limit(calibration, 5_i8, 2, 2, study, failure, listener)
         if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
         if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
         if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
@@ -175,8 +176,8 @@ contains
         type(error_study_t) :: all_studies(size(STUDY_NAMES)), study
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-1', calibration, failure)
-        if (.not. allocated(failure)) call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
+        call take_calibration('front-1', calibration)
+        call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
         if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
                                                           calibration%options, 2_i8, 2, 1, study, failure)
         call check_passes(error, failure)
@@ -215,8 +216,8 @@ contains
         type(designed_calibration_t) :: reached
         type(error_t), allocatable :: failure
 
-        call find_calibration('back-3', calibration, failure)
-        if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
+        call take_calibration('back-3', calibration)
+        call bound_of_case(calibration%case, calibration%options, bound, failure)
         design%rods = calibration%case%satellite%rods
         if (.not. allocated(failure)) call calibrate_with_design('back-3', design, 1_i8, 2, 2, reached, failure)
         if (failed(error, failure)) return
