@@ -1,6 +1,5 @@
 !> The geomagnetic field: identities, independently computed values, and the reader of SHC files.
 module test_geomagnetic_field
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
     use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_environment_geomagnetic_field
@@ -234,7 +233,6 @@ contains
             type(igrf_t) :: old, new
             real(dp) :: b_old(3), b_new(3)
 
-            difference = ieee_value(difference, ieee_quiet_nan)
             call make('igrf95', year, old)
             call make('igrf14', year, new)
             call old%evaluate(PLACES(:, 1), b_old)

@@ -88,7 +88,6 @@ contains
         integer, intent(in) :: seed, run
         type(observation_set_t) :: set
 
-
         call make_observations(name, seed, run, set)
     end function simulated_set
 end module c_checks
