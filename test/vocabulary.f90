@@ -13,8 +13,8 @@ module vocabulary
 
     real(dp), protected :: NAN = transfer(9221120237041090560_i8, 1.0_dp)       !! A quiet one
 
-    !> check_fails(error, failure, parts): there must be a failure (or the message of one), and its message must have every one of
-    !> the parts.
+    !> check_fails(error, failure, 'part ... part'): there must be a failure (or the message of one), and its message must have
+    !> every one of the parts.
     interface check_fails
         procedure :: check_message_fails
         module procedure check_step_fails
@@ -39,7 +39,7 @@ contains
     subroutine check_step_fails(error, failure, parts)
         type(error_type), allocatable, intent(inout) :: error
         type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
+        character(*), intent(in) :: parts
 
         call check_message_fails(error, message_of(failure), parts)
     end subroutine check_step_fails

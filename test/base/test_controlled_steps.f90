@@ -277,7 +277,7 @@ contains
             call steps%advance(system, 3.0_dp, failure)
             if (allocated(failure)) exit
         end do
-        call check_fails(error, failure, ['NaN'])
+        call check_fails(error, failure, 'NaN')
         call check(error, steps%to, 1.0_dp, thr=1e-6_dp)
     end subroutine test_nan
 end module test_controlled_steps

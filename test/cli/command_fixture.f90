@@ -46,18 +46,16 @@ contains
     !> The line must end with a status, write no result and say every one of the parts.
     subroutine refused(error, line, expected_status, parts)
         type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: line, parts(:)
+        character(*), intent(in) :: line, parts
         integer, intent(in) :: expected_status
 
         character(:), allocatable :: output, messages
-        integer :: status, i
+        integer :: status
 
         if (allocated(error)) return
         call run(line, status, output, messages)
         call check(error, status, expected_status, line//': '//messages)
         call check(error, output, '', line)
-        do i = 1, size(parts)
-            call check(error, index(messages, trim(parts(i))) > 0, '"'//trim(parts(i))//'" is not in the message: '//messages)
-        end do
+        call check_says(error, messages, parts)
     end subroutine refused
 end module command_fixture

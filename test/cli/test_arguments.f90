@@ -8,7 +8,6 @@ module test_arguments
     private
     public :: collect_arguments
 
-    integer, parameter :: W = 80    !! Length of the parts of a message
 
 contains
 
@@ -134,13 +133,11 @@ contains
         if (allocated(error)) return
         call parse('x --out run --cases front-1,fromt-1', arguments, failure)
         call arguments%get('--cases', cases, failure)
-        call check_fails(error, failure, &
-                         [character(W) :: '--cases', '"fromt-1"', 'front-1, back-1', &
-                          'did you mean "front-1"'])
+        call check_fails(error, failure, '--cases ... "fromt-1" ... front-1, back-1 ... did you mean "front-1"')
         if (allocated(error)) return
         call parse('x --out run --cases front-1,', arguments, failure)
         call arguments%get('--cases', cases, failure)
-        call check_fails(error, failure, [character(W) :: '--cases', 'empty name'])
+        call check_fails(error, failure, '--cases ... empty name')
     end subroutine test_lists
 
     subroutine test_double_dash(error)
@@ -173,26 +170,25 @@ contains
     subroutine test_wrong_usage(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call refused('front-1 --out run --rusn 3', [character(W) :: 'unknown option --rusn', &
-                     'did you mean "--runs"?', 'usage: gracecg try CASE [SECOND] --out DIR', &
-                     'gracecg try --help'])
-        call refused('front-1 --out run -x', [character(W) :: 'unknown option -x'])
-        call refused('front-1 --out', [character(W) :: '--out takes 1 value: DIR', 'found 0'])
-        call refused('front-1 --out --quiet', [character(W) :: '--out takes 1 value: DIR', 'found 0'])
-        call refused('front-1 --out=', [character(W) :: 'option --out: the value DIR is empty'])
-        call refused('front-1 --out run --position 1 2', &
-                     [character(W) :: '--position takes 3 values: X Y Z', 'found 2'])
-        call refused('front-1 --out run --position=1,2,3,4', [character(W) :: 'takes 3 values', 'found 4'])
-        call refused('front-1 --out run --quiet=yes', [character(W) :: '--quiet takes no value'])
-        call refused('front-1 --out run --out run', [character(W) :: '--out is given twice'])
-        call refused('front-1', [character(W) :: '--out DIR is required'])
-        call refused('--out run', [character(W) :: 'an argument is missing: CASE'])
-        call refused('a b c --out run', [character(W) :: 'unexpected argument "c"'])
+        call refused('front-1 --out run --rusn 3', &
+                     'unknown option --rusn ... did you mean "--runs"? ... usage: gracecg try CASE [SECOND] --out DIR ... '// &
+                     'gracecg try --help')
+        call refused('front-1 --out run -x', 'unknown option -x')
+        call refused('front-1 --out', '--out takes 1 value: DIR ... found 0')
+        call refused('front-1 --out --quiet', '--out takes 1 value: DIR ... found 0')
+        call refused('front-1 --out=', 'option --out: the value DIR is empty')
+        call refused('front-1 --out run --position 1 2', '--position takes 3 values: X Y Z ... found 2')
+        call refused('front-1 --out run --position=1,2,3,4', 'takes 3 values ... found 4')
+        call refused('front-1 --out run --quiet=yes', '--quiet takes no value')
+        call refused('front-1 --out run --out run', '--out is given twice')
+        call refused('front-1', '--out DIR is required')
+        call refused('--out run', 'an argument is missing: CASE')
+        call refused('a b c --out run', 'unexpected argument "c"')
 
     contains
 
         subroutine refused(line, parts)
-            character(*), intent(in) :: line, parts(:)
+            character(*), intent(in) :: line, parts
             type(arguments_t) :: arguments
             type(error_t), allocatable :: failure
 
@@ -212,38 +208,35 @@ contains
 
         call parse('x --out run --step nan --runs 1.5 --position 1 2 3x --shape run', arguments, failure)
         call arguments%get('--step', step, failure, low=0.1_dp, high=60.0_dp, unit='s')
-        call check_fails(error, failure, [character(W) :: '--step', '"nan"', 'from 0.1 to 60 s'])
+        call check_fails(error, failure, '--step ... "nan" ... from 0.1 to 60 s')
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--runs', runs, failure, low=1)
-        call check_fails(error, failure, &
-                         [character(W) :: '--runs', '"1.5"', 'an integer of at least 1'])
+        call check_fails(error, failure, '--runs ... "1.5" ... an integer of at least 1')
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--position', position, failure, unit='m')
-        call check_fails(error, failure, [character(W) :: '--position', '"3x"', 'in m'])
+        call check_fails(error, failure, '--position ... "3x" ... in m')
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--shape', text, failure)
-        call check_fails(error, failure, &
-                         [character(W) :: '--shape', 'one of runs, walks', 'did you mean "runs"'])
+        call check_fails(error, failure, '--shape ... one of runs, walks ... did you mean "runs"')
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--step', step, failure)
-        call check_fails(error, failure, [character(W) :: 'step'])
+        call check_fails(error, failure, 'step')
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--undeclared', text, failure)
-        call check_fails(error, failure, [character(W) :: '--undeclared is not declared'])
+        call check_fails(error, failure, '--undeclared is not declared')
         if (allocated(error)) return
         deallocate (failure)
         call arguments%get('--position', step, failure)
-        call check_fails(error, failure, &
-                         [character(W) :: '--position is declared with 3 values, not 1'])
+        call check_fails(error, failure, '--position is declared with 3 values, not 1')
         if (allocated(error)) return
         call parse('x --out run --step 61', arguments, failure)
         call arguments%get('--step', step, failure, high=60.0_dp)
-        call check_fails(error, failure, [character(W) :: '--step', '61 is outside', 'at most 60'])
+        call check_fails(error, failure, '--step ... 61 is outside ... at most 60')
     end subroutine test_wrong_values
 
     !> The first failure stays: the next values stay as they are, and nothing is looked up for them.
@@ -264,14 +257,14 @@ contains
         call arguments%get('--undeclared', text, failure)
         call arguments%get_threads(threads, failure)
         call refuse_if(.true., 'a later one', failure)
-        call check_fails(error, failure, [character(W) :: '--runs', '"many"'])
+        call check_fails(error, failure, '--runs ... "many"')
         call check(error, index(failure%message, 'step') + index(failure%message, 'later'), 0)
         call check(error, size(cases) == 0 .and. text == '' .and. abs(step - 10) <= 0)
         if (allocated(error)) return
         deallocate (failure)
         call refuse_if(.false., 'nothing wrong', failure)
         if (.not. allocated(failure)) call refuse_if(.true., 'wrong', failure)
-        call check_fails(error, failure, [character(W) :: 'wrong'])
+        call check_fails(error, failure, 'wrong')
     end subroutine test_first_failure
 
     subroutine test_help_text(error)

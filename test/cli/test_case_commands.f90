@@ -10,7 +10,6 @@ module test_case_commands
     private
     public :: collect_case_commands
 
-    integer, parameter :: W = 70
     character(*), parameter :: LF = new_line('a')
 
 contains
@@ -56,8 +55,7 @@ contains
         words = split_words(list%line(5))
         call check(error, words(4)%text(:2) == '10' .and. words(5)%text(:2) == '67', list%line(5))
         call refused(error, 'cases show frnt-1', STATUS_FAILED, &
-                     [character(W) :: 'no case "frnt-1"', 'front-1, front-2', &
-                     'did you mean "front-1"?'])
+                     'no case "frnt-1" ... front-1, front-2 ... did you mean "front-1"?')
     end subroutine test_cases
 
     !> A case shown, saved and run gives exactly the numbers of the built-in case.
@@ -105,32 +103,27 @@ contains
     subroutine test_broken_cases(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call broken('mass =', 'mas = 420', [character(W) :: 'mas', 'mass'])
-        call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', 'duration'])
-        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:10', 'mass', '"heavy"'])
-        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:10', 'mass', 'value'])
-        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:10', 'mass', '-1', '0.001 to'])
-        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:10', 'mass', 'nan'])
-        call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', '3'])
-        call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', &
-                    [character(W) :: 'broken.nml:', 'quaternion', 'not a unit quaternion'])
+        call broken('mass =', 'mas = 420', 'mas ... mass')
+        call broken('duration =', 'durration = 60', 'broken.nml:5 ... durration ... duration')
+        call broken('mass =', 'mass = heavy', 'broken.nml:10 ... mass ... "heavy"')
+        call broken('mass =', 'mass =', 'broken.nml:10 ... mass ... value')
+        call broken('mass =', 'mass = -1', 'broken.nml:10 ... mass ... -1 ... 0.001 to')
+        call broken('mass =', 'mass = nan', 'broken.nml:10 ... mass ... nan')
+        call broken('position =', 'position = 7e6, 0', 'broken.nml: ... position ... 3')
+        call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', 'broken.nml: ... quaternion ... not a unit quaternion')
         call broken('epoch =', 'epoch = ''1995-01-02T00:00:00''', &
-                    [character(W) :: 'no space weather for 1995-01-02', '1988-12-01 to 1989-02-28'])
-        call broken('epoch =', 'epoch = ''2003-01-02T00:00:00''', &
-                    [character(W) :: 'igrf95', '1985 to 2000', 'igrf14'])
-        call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', 'day 32'])
-        call broken('gravity =', 'gravity = ''file''', [character(W) :: 'broken.nml:', &
-                                                        'gravity_file', 'names no file'])
-        call broken('solar_irradiance =', 'solar_irradiance = 0', [character(W) :: 'broken.nml:', &
-                                                                   'solar_irradiance', '1 to 10000'])
-        call broken('wind_file =', 'wind_file = ''wind.txt''', &
-                    [character(W) :: 'broken.nml:', 'wind_file', 'a file that is not used'])
-        call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', 'dtm77'])
+                    'no space weather for 1995-01-02 ... 1988-12-01 to 1989-02-28')
+        call broken('epoch =', 'epoch = ''2003-01-02T00:00:00''', 'igrf95 ... 1985 to 2000 ... igrf14')
+        call broken('epoch =', 'epoch = ''1989-01-32''', 'broken.nml:4 ... epoch ... day 32')
+        call broken('gravity =', 'gravity = ''file''', 'broken.nml: ... gravity_file ... names no file')
+        call broken('solar_irradiance =', 'solar_irradiance = 0', 'broken.nml: ... solar_irradiance ... 1 to 10000')
+        call broken('wind_file =', 'wind_file = ''wind.txt''', 'broken.nml: ... wind_file ... a file that is not used')
+        call broken('density =', 'density = ''msis''', 'broken.nml: ... "msis" ... dtm77')
 
     contains
 
         subroutine broken(key, text, parts)
-            character(*), intent(in) :: key, text, parts(:)
+            character(*), intent(in) :: key, text, parts
 
             type(text_file_t) :: good
             character(:), allocatable :: output
@@ -202,9 +195,9 @@ contains
         call succeeds(error, 'design '//OWN//' --out '//FOLDER//'own-best.nml', output)
         call check(error, index(output, '     3.000  ') > 0 .and. index(output, '30.000  ') == 0, output)
         call succeeds(error, 'simulate '//FOLDER//'own-best.nml --out '//FOLDER//'own-run', output)
-        call refused(error, 'design '//OWN//' --amplitude 4', STATUS_FAILED, [character(60) :: 'at most 3 A m^2 (largest_moment'])
+        call refused(error, 'design '//OWN//' --amplitude 4', STATUS_FAILED, 'at most 3 A m^2 (largest_moment')
         call make_file('own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT)
-        call refused(error, 'timing '//OWN, STATUS_FAILED, [character(60) :: "space_weather = 'given'", "space_weather = 'file'"])
+        call refused(error, 'timing '//OWN, STATUS_FAILED, "space_weather = 'given' ... space_weather = 'file'")
         call make_file('own.nml', BEGINNING//'2031-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
         call run('timing '//OWN//' --step 600', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'is extrapolated: igrf14 ends') > 0, messages)
@@ -290,11 +283,8 @@ contains
         subroutine broken(text, part)
             character(*), intent(in) :: text, part
 
-            character(100) :: parts(1)
-
-            parts(1) = part
             call make_file('noise.csv', 'frequency_hz,a_m_s2_sqrt_hz'//LF//text)
-            call refused(error, 'bound '//FOLDER//'table.nml', STATUS_FAILED, parts)
+            call refused(error, 'bound '//FOLDER//'table.nml', STATUS_FAILED, part)
         end subroutine broken
     end subroutine test_noise_table
 
@@ -369,15 +359,12 @@ contains
             text = text(:place - 1)//'amplitude = 0'//text(place + len('amplitude = 30'):)
         end do
         call make_file('off.nml', text)
-        call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, &
-                     [character(W) :: 'all torque rods are off'])
-        call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, [character(W) :: 'all torque rods are off'])
-        call refused(error, 'design --manoeuvre '//FOLDER//'off.nml', STATUS_FAILED, &
-                     [character(W) :: 'all torque rods are off'])
+        call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, 'all torque rods are off')
+        call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, 'all torque rods are off')
+        call refused(error, 'design --manoeuvre '//FOLDER//'off.nml', STATUS_FAILED, 'all torque rods are off')
         call run('simulate '//FOLDER//'off.nml --out '//FOLDER//'off', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'all torque rods are off') > 0, messages)
-        call refused(error, 'estimate '//FOLDER//'off --algorithm optimal', STATUS_FAILED, &
-                     [character(W) :: 'all torque rods are off'])
+        call refused(error, 'estimate '//FOLDER//'off --algorithm optimal', STATUS_FAILED, 'all torque rods are off')
     end subroutine test_rods_off
 
     !> Groups stand for their cases in their order, beside names and --cases; a name may not come twice, and a command of
@@ -402,17 +389,14 @@ contains
         call succeeds(error, 'verify front-2 --cases back-2 --format csv', output)
         call in_order([character(16) :: 'front-2', 'back-2'], 90)
         do i = 1, size(SINGLE)
-            call refused(error, trim(SINGLE(i))//' front', STATUS_MISUSED, [character(W) :: '3 cases are named'])
-            call refused(error, trim(SINGLE(i))//' front-1 --cases front-2', STATUS_MISUSED, &
-                         [character(W) :: '2 cases are named'])
+            call refused(error, trim(SINGLE(i))//' front', STATUS_MISUSED, '3 cases are named')
+            call refused(error, trim(SINGLE(i))//' front-1 --cases front-2', STATUS_MISUSED, '2 cases are named')
         end do
         do i = 1, size(SEVERAL)
-            call refused(error, trim(SEVERAL(i))//' front front-2', STATUS_FAILED, &
-                         [character(W) :: 'two cases have the name "front-2"'])
-            call refused(error, trim(SEVERAL(i))//' --cases all,back', STATUS_FAILED, &
-                         [character(W) :: 'two cases have the name "back-1"'])
+            call refused(error, trim(SEVERAL(i))//' front front-2', STATUS_FAILED, 'two cases have the name "front-2"')
+            call refused(error, trim(SEVERAL(i))//' --cases all,back', STATUS_FAILED, 'two cases have the name "back-1"')
         end do
-        call refused(error, 'bound middle', STATUS_FAILED, [character(W) :: 'no case "middle"'])
+        call refused(error, 'bound middle', STATUS_FAILED, 'no case "middle"')
 
     contains
 

@@ -16,7 +16,6 @@ module test_commands
     private
     public :: collect_commands
 
-    integer, parameter :: W = 70
     character(*), parameter :: LF = new_line('a')
     character(*), parameter :: EQUATOR = ' --position 6837865 0 0'
 
@@ -90,37 +89,31 @@ contains
     subroutine test_wrong_usage(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call refused(error, 'simulat front-1', STATUS_MISUSED, &
-                     [character(W) :: 'unknown command "simulat"', 'did you mean "simulate"?'])
-        call refused(error, 'model fild', STATUS_MISUSED, [character(W) :: 'did you mean "model field"?'])
-        call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'orientation'])
-        call refused(error, 'level1', STATUS_MISUSED, [character(W) :: 'which level1?', 'list', 'dump'])
-        call refused(error, 'level1 lst x', STATUS_MISUSED, [character(W) :: 'did you mean "level1 list"?'])
-        call refused(error, 'level1 dump x --format json', STATUS_MISUSED, [character(W) :: 'one of csv, records'])
-        call refused(error, 'level1 convert x', STATUS_MISUSED, [character(W) :: '--out FILE is required'])
-        call refused(error, 'level1 convert x --out x', STATUS_MISUSED, [character(W) :: 'the same file as the input'])
-        call refused(error, 'level1 dump no-such-file', STATUS_FAILED, [character(W) :: 'no such file'])
-        call refused(error, 'simulate front-1', STATUS_MISUSED, &
-                     [character(W) :: '--out DIR is required', 'usage: gracecg simulate'])
-        call refused(error, 'simulate front-1 --out x --seed one', STATUS_MISUSED, &
-                     [character(W) :: '--seed', '"one"'])
-        call refused(error, 'simulate front-1 --out x --run -1', STATUS_MISUSED, [character(W) :: '--run'])
-        call refused(error, 'estimate x', STATUS_MISUSED, [character(W) :: '--algorithm NAME is required'])
-        call refused(error, 'estimate x --algorithm asest-fde', STATUS_MISUSED, &
-                     [character(W) :: 'did you mean "assest-fde"?'])
-        call refused(error, 'estimate x --algorithm assest-fde --format html', STATUS_MISUSED, &
-                     [character(W) :: '--format', 'one of text, csv'])
-        call refused(error, 'cases shw front-1', STATUS_MISUSED, [character(W) :: 'did you mean "show"?'])
-        call refused(error, 'cases show', STATUS_MISUSED, [character(W) :: 'which case?'])
-        call refused(error, 'model gravity', STATUS_MISUSED, [character(W) :: '--position X Y Z is required'])
-        call refused(error, 'model gravity --position nan 0 0', STATUS_MISUSED, [character(W) :: '"nan"'])
-        call refused(error, 'model gravity --position 7e6 0', STATUS_MISUSED, &
-                     [character(W) :: '--position takes 3 values'])
-        call refused(error, 'model sun --date 1989-13-01', STATUS_MISUSED, [character(W) :: 'month 13'])
+        call refused(error, 'simulat front-1', STATUS_MISUSED, 'unknown command "simulat" ... did you mean "simulate"?')
+        call refused(error, 'model fild', STATUS_MISUSED, 'did you mean "model field"?')
+        call refused(error, 'model', STATUS_MISUSED, 'gravity ... orientation')
+        call refused(error, 'level1', STATUS_MISUSED, 'which level1? ... list ... dump')
+        call refused(error, 'level1 lst x', STATUS_MISUSED, 'did you mean "level1 list"?')
+        call refused(error, 'level1 dump x --format json', STATUS_MISUSED, 'one of csv, records')
+        call refused(error, 'level1 convert x', STATUS_MISUSED, '--out FILE is required')
+        call refused(error, 'level1 convert x --out x', STATUS_MISUSED, 'the same file as the input')
+        call refused(error, 'level1 dump no-such-file', STATUS_FAILED, 'no such file')
+        call refused(error, 'simulate front-1', STATUS_MISUSED, '--out DIR is required ... usage: gracecg simulate')
+        call refused(error, 'simulate front-1 --out x --seed one', STATUS_MISUSED, '--seed ... "one"')
+        call refused(error, 'simulate front-1 --out x --run -1', STATUS_MISUSED, '--run')
+        call refused(error, 'estimate x', STATUS_MISUSED, '--algorithm NAME is required')
+        call refused(error, 'estimate x --algorithm asest-fde', STATUS_MISUSED, 'did you mean "assest-fde"?')
+        call refused(error, 'estimate x --algorithm assest-fde --format html', STATUS_MISUSED, '--format ... one of text, csv')
+        call refused(error, 'cases shw front-1', STATUS_MISUSED, 'did you mean "show"?')
+        call refused(error, 'cases show', STATUS_MISUSED, 'which case?')
+        call refused(error, 'model gravity', STATUS_MISUSED, '--position X Y Z is required')
+        call refused(error, 'model gravity --position nan 0 0', STATUS_MISUSED, '"nan"')
+        call refused(error, 'model gravity --position 7e6 0', STATUS_MISUSED, '--position takes 3 values')
+        call refused(error, 'model sun --date 1989-13-01', STATUS_MISUSED, 'month 13')
         call refused(error, 'model density --date 1989-01-02 --kp 3'//EQUATOR, STATUS_MISUSED, &
-                     [character(W) :: 'all three of --f107, --f107a and --kp'])
-        call refused(error, 'model field --date 1989-01-02 --table igrf14 --file x'//EQUATOR, &
-                     STATUS_MISUSED, [character(W) :: '--table or --file, not both'])
+                     'all three of --f107, --f107a and --kp')
+        call refused(error, 'model field --date 1989-01-02 --table igrf14 --file x'//EQUATOR, STATUS_MISUSED, &
+                     '--table or --file, not both')
     end subroutine test_wrong_usage
 
     !> The example of every help works as printed (below the folder of the tests).
@@ -175,7 +168,7 @@ contains
     subroutine test_unwritable_results(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: PATH = 'build/no-such-folder/x.csv'
-        character(*), parameter :: PARTS(2) = [character(W) :: PATH, 'there is no folder']
+        character(*), parameter :: PARTS = PATH//' ... there is no folder'
 
         call refused(error, 'montecarlo --cases front-3 --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
         call refused(error, 'montecarlo --cases front-3 --runs 1 --runs-out '//PATH, STATUS_FAILED, PARTS)
@@ -209,9 +202,8 @@ contains
         ! a_total = a_vel + a_gg + a_acc
         call check(error, maxval(abs(table(:, 23:25) - table(:, 14:16) - table(:, &
                 17:19) - table(:, 20:22))) < 1e-22_dp)
-        call refused(error, 'verify front-1 front-1', STATUS_FAILED, &
-                     [character(W) :: 'two cases have the name "front-1"'])
-        call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
+        call refused(error, 'verify front-1 front-1', STATUS_FAILED, 'two cases have the name "front-1"')
+        call refused(error, 'verify front-4', STATUS_FAILED, 'no case "front-4"')
     end subroutine test_verify
 
     !> The file without its second column, which has to be `utc`.
@@ -290,16 +282,14 @@ contains
         call check(error, index(output, 'case,time_s,utc,latitude_deg') == 1 .and. &
                    index(output, 'back-1-design,0,') > 0, output)
 
-        call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, [character(W) :: 'is for the search'])
+        call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, 'is for the search')
         call refused(error, 'design --manoeuvre front-1 --frequencies 0.1 0.2', STATUS_MISUSED, &
-                     [character(W) :: '--frequencies is for the search'])
-        call refused(error, QUICK//'--rods w', STATUS_MISUSED, [character(W) :: '--rods', '"w"'])
-        call refused(error, QUICK//'--anywhere --at 3', STATUS_MISUSED, [character(W) :: '--anywhere'])
-        call refused(error, 'design --frequencies 0.1 5', STATUS_FAILED, [character(W) :: 'frequency = 5 Hz', &
-                                                                          'below 5 Hz'])
-        call refused(error, QUICK//'--rate-limit 0.06', STATUS_FAILED, [character(W) :: 'no manoeuvre stays', &
-                                                                        'at most 0.06 deg/s'])
-        call refused(error, QUICK//'--out '//FOLDER//'no/such.nml', STATUS_FAILED, [character(W) :: 'no folder'])
+                     '--frequencies is for the search')
+        call refused(error, QUICK//'--rods w', STATUS_MISUSED, '--rods ... "w"')
+        call refused(error, QUICK//'--anywhere --at 3', STATUS_MISUSED, '--anywhere')
+        call refused(error, 'design --frequencies 0.1 5', STATUS_FAILED, 'frequency = 5 Hz ... below 5 Hz')
+        call refused(error, QUICK//'--rate-limit 0.06', STATUS_FAILED, 'no manoeuvre stays ... at most 0.06 deg/s')
+        call refused(error, QUICK//'--out '//FOLDER//'no/such.nml', STATUS_FAILED, 'no folder')
     end subroutine test_design_command
 
     !> Tones all the time: a table of what they reach, members of JSON, a file that `level1 simulate` reads with what was printed.
@@ -319,9 +309,9 @@ contains
         call check(error, all(level1%whisper_frequency >= 0.05_dp .and. level1%whisper_frequency <= 0.15_dp), 'frequencies')
         call succeeds(error, 'design front-3 --whisper --format json', output)
         call check(error, index(output, '"tones": [') > 0 .and. index(output, '"range_m": ') > 0, output)
-        call refused(error, 'design example/cases/nggm.nml --whisper', STATUS_FAILED, [character(W) :: 'has torquers'])
-        call refused(error, 'design --whisper --at 3', STATUS_MISUSED, [character(W) :: '--at is of a manoeuvre'])
-        call refused(error, 'design --whisper --frequencies 0.1 0.11', STATUS_FAILED, [character(W) :: 'three tones need'])
+        call refused(error, 'design example/cases/nggm.nml --whisper', STATUS_FAILED, 'has torquers')
+        call refused(error, 'design --whisper --at 3', STATUS_MISUSED, '--at is of a manoeuvre')
+        call refused(error, 'design --whisper --frequencies 0.1 0.11', STATUS_FAILED, 'three tones need')
     end subroutine test_whisper_command
 
     !> The file's angular acceleration is what its field gives: rods y and z at 30 A m^2, opposed when
@@ -350,7 +340,7 @@ contains
         expected = 30*(abs(table(:, 5)) + abs(table(:, 6)))*1e-9_dp/INERTIA_X
         call check(error, maxval(abs(table(:, 7) - expected)) < BY_PRODUCTS)
         call check(error, all(table(:, 10:12) > 0))
-        call refused(error, 'timing --step 0', STATUS_MISUSED, [character(W) :: '--step'])
+        call refused(error, 'timing --step 0', STATUS_MISUSED, '--step')
         call succeeds(error, 'timing --step 600', output)
     end subroutine test_timing
 
@@ -358,18 +348,16 @@ contains
     !> way.
     subroutine test_unwritable(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: UNWRITABLE(1) = ['/proc/gracecg: cannot be written']
+        character(*), parameter :: UNWRITABLE = '/proc/gracecg: cannot be written'
         character(:), allocatable :: output
 
         call make_file('a-file', 'text')
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file/run', STATUS_FAILED, &
-                     [character(W) :: 'a-file: cannot make this folder: a file of that name'])
+                     'a-file: cannot make this folder: a file of that name')
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file', STATUS_FAILED, &
-                     [character(W) :: 'a-file: cannot make this folder: a file of that name'])
-        call refused(error, 'simulate front-1 --out /proc/gracecg', STATUS_FAILED, &
-                     [character(W) :: '/proc/gracecg: cannot make this folder'])
-        call refused(error, 'verify front-1 --out /proc/gracecg', STATUS_FAILED, &
-                     [character(W) :: '/proc/gracecg: cannot make this folder'])
+                     'a-file: cannot make this folder: a file of that name')
+        call refused(error, 'simulate front-1 --out /proc/gracecg', STATUS_FAILED, '/proc/gracecg: cannot make this folder')
+        call refused(error, 'verify front-1 --out /proc/gracecg', STATUS_FAILED, '/proc/gracecg: cannot make this folder')
         call refused(error, 'montecarlo --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'montecarlo --runs 1 --runs-out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'errors --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
@@ -377,8 +365,7 @@ contains
         call refused(error, 'trim --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'timing --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call succeeds(error, 'verify back-2 --out '//FOLDER//'held/setup.nml', output)
-        call refused(error, 'simulate front-1 --out '//FOLDER//'held', STATUS_FAILED, &
-                     [character(W) :: 'held/setup.nml: is a folder'])
+        call refused(error, 'simulate front-1 --out '//FOLDER//'held', STATUS_FAILED, 'held/setup.nml: is a folder')
         call check(error, .not. file_exists(FOLDER//'held/truth.csv') .and. &
                    .not. file_exists(FOLDER//'held/accelerometer.csv'), 'half a run stands')
     end subroutine test_unwritable
@@ -421,7 +408,7 @@ contains
         call holds('"verdict": "holds"')
         call holds('"setting": "case 2 + 3", "runs": 0, "rms_x_mm": null')
         call holds('"predicted_x_mm": "mm"')
-        call refused(error, 'bound front-3 --format xml', STATUS_MISUSED, [character(W) :: '--format', 'text, csv, json'])
+        call refused(error, 'bound front-3 --format xml', STATUS_MISUSED, '--format ... text, csv, json')
 
     contains
 
@@ -447,7 +434,7 @@ contains
                    .and. index(help, 'simulate') == 0, help)
         call succeeds(error, 'model --help', same)
         call check(error, same, help)
-        call refused(error, 'help simulat', STATUS_MISUSED, [character(W) :: 'unknown command "simulat"', 'simulate'])
+        call refused(error, 'help simulat', STATUS_MISUSED, 'unknown command "simulat" ... simulate')
     end subroutine test_help_command
 
     !> What the commands print fits the console, 100 columns where COLUMNS is not set.
@@ -485,7 +472,7 @@ contains
         call check(error, by_rule, other)
         call succeeds(error, 'timing --step 300 --pattern general', by_rule)
         call check(error, by_rule /= other .and. index(by_rule, 'rods by the rule general') > 0, by_rule)
-        call refused(error, 'timing --pattern y', STATUS_MISUSED, [character(W) :: '--pattern', 'y-z, general'])
+        call refused(error, 'timing --pattern y', STATUS_MISUSED, '--pattern ... y-z, general')
     end subroutine test_pattern
 
     !> Level-1 files are listed, shown, converted and checked; a broken one among others is told.
@@ -517,15 +504,14 @@ contains
         call check(error, index(output, 'quantity,value,unit,verdict'//LF//'gas_used_1,0.0009765625,kg,ok'//LF// &
                                 'gas_used_2,0.001953125,kg,ok') > 0, output)
         call make_file('level1-day/'//MAS//'.txt', HEAD//'633798600 0 G'//LF)
-        call refused(error, 'level1 dump '//DAY//'/'//MAS//'.txt', STATUS_FAILED, [character(W) :: MAS//'.txt:4', &
-                                                                                   'field id of MAS1B'])
+        call refused(error, 'level1 dump '//DAY//'/'//MAS//'.txt', STATUS_FAILED, MAS//'.txt:4 ... field id of MAS1B')
         ! In a list the others are shown all the same.
         console%captured = .true.
         call run_command_line([string_t('level1'), string_t('list'), string_t(DAY)], console, status, &
                               level1_commands())
         call check(error, status == STATUS_FAILED .and. index(console%messages, MAS//'.txt:4') > 0 .and. &
                    index(console%output, TNK//'.txt        2') > 0, console%output//console%messages)
-        call refused(error, 'level1 check '//DAY//' --satellite A', STATUS_FAILED, [character(W) :: 'files of satellite A'])
+        call refused(error, 'level1 check '//DAY//' --satellite A', STATUS_FAILED, 'files of satellite A')
     end subroutine test_level1
 
     !> Sentences for an empty path, a folder where a file is expected, and the reverse.
@@ -543,13 +529,12 @@ contains
         call run_command_line([string_t('simulate'), string_t(''), string_t('--out'), string_t('x')], console, status)
         call check(error, status == STATUS_MISUSED .and. index(console%messages, 'an argument is empty: CASE') > 0, &
                    console%messages)
-        call refused(error, 'estimate '//FOLDER//'a-file --algorithm optimal', STATUS_FAILED, &
-                     [character(W) :: 'a-file', 'is a file'])
-        call refused(error, 'simulate '//FOLDER//' --out '//FOLDER//'x', STATUS_FAILED, [character(W) :: 'is a folder'])
+        call refused(error, 'estimate '//FOLDER//'a-file --algorithm optimal', STATUS_FAILED, 'a-file ... is a file')
+        call refused(error, 'simulate '//FOLDER//' --out '//FOLDER//'x', STATUS_FAILED, 'is a folder')
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file', STATUS_FAILED, &
-                     [character(W) :: 'a-file', 'a file of that name is in the way'])
-        call refused(error, 'timing --step 600 --out '//FOLDER, STATUS_FAILED, [character(W) :: 'is a folder; name a file'])
+                     'a-file ... a file of that name is in the way')
+        call refused(error, 'timing --step 600 --out '//FOLDER, STATUS_FAILED, 'is a folder; name a file')
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file/below', STATUS_FAILED, &
-                     [character(W) :: 'a file of that name is in the way'])
+                     'a file of that name is in the way')
     end subroutine test_paths
 end module test_commands

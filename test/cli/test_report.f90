@@ -46,11 +46,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call make_file('in-the-way', 'a file')
-        call refused(error, 'report', STATUS_MISUSED, ['--out'])
-        call refused(error, 'report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, ['--runs'])
-        call refused(error, 'report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, ['--threads'])
-        call refused(error, 'report --out '//FOLDER//'in-the-way', STATUS_FAILED, ['a file of that name is in the way'])
-        call refused(error, 'report --out /proc/gracecg', STATUS_FAILED, ['/proc/gracecg'])
+        call refused(error, 'report', STATUS_MISUSED, '--out')
+        call refused(error, 'report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, '--runs')
+        call refused(error, 'report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, '--threads')
+        call refused(error, 'report --out '//FOLDER//'in-the-way', STATUS_FAILED, 'a file of that name is in the way')
+        call refused(error, 'report --out /proc/gracecg', STATUS_FAILED, '/proc/gracecg')
         if (allocated(error)) return
         call check(error,.not. file_exists(FOLDER//'page/index.html'))
     end subroutine test_wrong_usage

@@ -12,7 +12,6 @@ module test_run_commands
     private
     public :: collect_run_commands
 
-    integer, parameter :: W = 70
 
 contains
 
@@ -71,7 +70,7 @@ contains
 
         call make_directory(BLOCKED//'/options.nml', failure)
         call check_passes(error, failure)
-        call refused(error, 'simulate front-3 --out '//BLOCKED, STATUS_FAILED, [character(11) :: 'options.nml', 'is a folder'])
+        call refused(error, 'simulate front-3 --out '//BLOCKED, STATUS_FAILED, 'options.nml ... is a folder')
         call check(error, .not. any([file_exists(BLOCKED//'/truth.csv'), file_exists(BLOCKED//'/setup.nml'), &
                                      file_exists(BLOCKED//'/accelerometer.csv')]))
     end subroutine test_blocked_options
@@ -119,8 +118,7 @@ contains
             call parse_real(fields(1 + axis)%text, value, ok)
             call check(error, abs(sigma - value) < 1e-5_dp, line)
         end do
-        call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
-                     [character(W) :: 'none: no such folder'])
+        call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, 'none: no such folder')
         call estimate_without_stars()
         if (allocated(error)) return
         call remove_file(FOLDER//'run3/magnetometer.csv')
@@ -129,7 +127,7 @@ contains
         call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs'), 1, messages)
         call remove_file(FOLDER//'run3/orbit.csv')
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
-                     [character(W) :: 'run3/magnetometer.csv: no such file'])
+                     'run3/magnetometer.csv: no such file')
 
     contains
 
@@ -145,7 +143,7 @@ contains
             if (allocated(error)) return
             call remove_file(FOLDER//'run4/star_camera.csv')
             call refused(error, 'estimate '//FOLDER//'run4 --algorithm assest-fde', STATUS_FAILED, &
-                         [character(W) :: 'run4/star_camera.csv: no such file'])
+                         'run4/star_camera.csv: no such file')
             call read_text_file(FOLDER//'run4/truth.csv', truth, failure)
             names = split(truth%line(1), ',')
             values = split(truth%line(2), ',')
@@ -173,8 +171,7 @@ contains
                 length = length + len_trim(fields(i)%text)
             end do
             call check(error, length, 0, text%line(2))
-            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, &
-                         [character(W) :: 'ASSEST alone can do without'])
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, 'ASSEST alone can do without')
         end subroutine estimate_without_stars
     end subroutine test_estimate
 
@@ -211,12 +208,12 @@ contains
         end do
         call remove_file(FILE)
         call refused(error, 'estimate '//FOLDER//'run6 --algorithm optimal --running '//FILE, STATUS_MISUSED, &
-                     [character(W) :: '--running: optimal estimates from all samples at once'])
+                     '--running: optimal estimates from all samples at once')
         call refused(error, 'estimate '//FOLDER//'none --algorithm sequential --running '//FILE, STATUS_FAILED, &
-                     [character(W) :: 'none: no such folder'])
+                     'none: no such folder')
         call check(error, .not. file_exists(FILE), 'no file is left by a failure')
-        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', &
-                     STATUS_FAILED, [character(W) :: 'there is no folder'])
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', STATUS_FAILED, &
+                     'there is no folder')
     end subroutine test_running
 
     !> A hopeless initial guess: the result is shown, marked as not converged, and the status is 1.
@@ -260,7 +257,7 @@ contains
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &
                  status, output, messages)
         call check(error, output == untold, '--options takes their place')
-        call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', &
-                     STATUS_FAILED, [character(W) :: 'old/none.nml'])
+        call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', STATUS_FAILED, &
+                     'old/none.nml')
     end subroutine test_options_in_setup
 end module test_run_commands

@@ -22,7 +22,6 @@ module test_models
     private
     public :: collect_models
 
-    integer, parameter :: W = 60    !! Length of the parts of a message
 
     !> U = mu/r - mu R^2 J2 (3 sin^2(latitude) - 1)/(2 r^3): the example of docs/development.md.
     type, extends(gravity_model_t) :: j2_gravity_t
@@ -92,24 +91,21 @@ contains
         type(error_t), allocatable :: failure
 
         call new_gravity_model('egm69', 4, 4, '', gravity, failure)
-        call check_fails(error, failure, [character(W) :: 'gravity model', '"egm69"', &
-                         'egm96, point-mass, file', 'did you mean "egm96"'])
+        call check_fails(error, failure, 'gravity model ... "egm69" ... egm96, point-mass, file ... did you mean "egm96"')
         call new_geomagnetic_model('igrf15', 1989.0_dp, '', field, failure)
-        call check_fails(error, failure, [character(W) :: 'geomagnetic field', '"igrf15"', &
-                         'igrf95, igrf14, file', 'did you mean "igrf'])
+        call check_fails(error, failure, 'geomagnetic field ... "igrf15" ... igrf95, igrf14, file ... did you mean "igrf')
         call new_density_model('dtm7', epoch(), density_settings_t(), density, failure)
-        call check_fails(error, failure, [character(W) :: 'density model', '"dtm7"', &
-                         'dtm77, dtm78, dtm94, exponential', 'did you mean "dtm77"'])
+        call check_fails(error, failure, &
+                         'density model ... "dtm7" ... dtm77, dtm78, dtm94, exponential ... did you mean "dtm77"')
         call new_wind_model('hwm39', 0.0_dp, 0.0_dp, '', wind, failure)
-        call check_fails(error, failure, [character(W) :: 'wind model', '"hwm39"', &
-                         'hwm93, constant, file', 'did you mean "hwm93"'])
+        call check_fails(error, failure, 'wind model ... "hwm39" ... hwm93, constant, file ... did you mean "hwm93"')
         call check(error, .not. (allocated(gravity) .or. allocated(field) .or. allocated(density) .or. &
                                  allocated(wind)))
         if (allocated(error)) return
         call new_gravity_model('file', 4, 4, 'missing.gfc', gravity, failure)
-        call check_fails(error, failure, [character(W) :: 'missing.gfc', 'no such file'])
+        call check_fails(error, failure, 'missing.gfc ... no such file')
         call new_geomagnetic_model('igrf95', 2020.0_dp, '', field, failure)
-        call check_fails(error, failure, [character(W) :: 'igrf95', '1985 to 2000'])
+        call check_fails(error, failure, 'igrf95 ... 1985 to 2000')
     end subroutine test_unknown
 
     !> Given indices need no date; the embedded table knows the report's; others are refused.
@@ -125,9 +121,9 @@ contains
         call check_passes(error, failure)
         call check(error, all(table(:2) > 150) .and. table(3) >= 0)
         call indices(space_weather_source_t('file', file='missing.txt'), table)
-        call check_fails(error, failure, [character(W) :: 'missing.txt'])
+        call check_fails(error, failure, 'missing.txt')
         call indices(space_weather_source_t('tabel'), table)
-        call check_fails(error, failure, [character(W) :: '"tabel"', 'table, given, file'])
+        call check_fails(error, failure, '"tabel" ... table, given, file')
 
     contains
 

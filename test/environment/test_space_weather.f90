@@ -99,19 +99,15 @@ contains
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         type(utc_t) :: utc
-        character(60) :: parts(4)
         real(dp) :: found(3)
         integer :: i
 
-        parts(4) = "space_weather = 'given'"
-        parts(2) = '1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31'
-        parts(3) = 'f107, f107_mean and kp'
         table = embedded_space_weather()
         do i = 1, size(TIMES)
             call parse_utc(TIMES(i), utc, failure)
             call table%indices_at(utc, found(1), found(2), found(3), failure)
-            parts(1) = TIMES(i)
-            call check_fails(error, failure, parts)
+            call check_fails(error, failure, TIMES(i)//' ... 1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31 ... '// &
+                             "f107, f107_mean and kp ... space_weather = 'given'")
         end do
         call table%indices_at(utc_t(47528, -1.0_dp), found(1), found(2), found(3), failure)
         call check(error, allocated(failure))
@@ -157,8 +153,7 @@ contains
         if (allocated(error)) return
         call parse_utc('2026-03-04', utc, failure)
         call table%indices_at(utc, found(1), found(2), found(3), failure)
-        call check_fails(error, failure, [character(40) :: 'no 81-day mean of F10.7 for 2026-03-04', &
-                                                      '2026-02-28 to 2026-03-04'])
+        call check_fails(error, failure, 'no 81-day mean of F10.7 for 2026-03-04 ... 2026-02-28 to 2026-03-04')
     end subroutine test_celestrak
 
     !> The figures of the embedded table in the layout of GFZ: the same indices, and means that agree with the
@@ -185,7 +180,7 @@ contains
             call check(error, .not. allocated(failure) .and. abs(c(2) - b(2)) < 1 .and. abs(c(2) - b(2)) > 1e-3_dp)
         end do
         call table%indices_at(utc_plus(utc, 864000.0_dp), b(1), b(2), b(3), failure)
-        call check_fails(error, failure, [character(40) :: 'no 81-day mean', '1988-12-01 to 1989-02-28'])
+        call check_fails(error, failure, 'no 81-day mean ... 1988-12-01 to 1989-02-28')
     end subroutine test_gfz
 
     !> Each with a word that its message must hold.
@@ -211,7 +206,7 @@ contains
 
         do i = 1, size(BAD, 2)
             call read_space_weather(FIXTURES//trim(BAD(1, i)), table, failure)
-            call check_fails(error, failure, BAD(:, i))
+            call check_fails(error, failure, joined(BAD(:, i)))
         end do
     end subroutine test_corrupted
 end module test_space_weather

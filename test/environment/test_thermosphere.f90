@@ -259,7 +259,7 @@ contains
         call check(error, density_at(late, 460e3_dp, 0.0_dp, 3.0_dp, 10.0_dp), &
                    density_at(model(1), 460e3_dp, 0.0_dp, 3.0_dp, 10.0_dp), thr=0.0_dp)
         call new_dtm('dtm95', 150.0_dp, 150.0_dp, 1.0_dp, late, failure)
-        call check_fails(error, failure, ['dtm94'])
+        call check_fails(error, failure, 'dtm94')
     end subroutine test_dtm94_kp
 
     subroutine test_mass(error)
@@ -486,7 +486,7 @@ contains
                            50.0_dp, 450.0_dp, 2.0_dp], [3, 7])
         do i = 1, size(WORDS)
             call new_dtm('dtm77', indices(1, i), indices(2, i), indices(3, i), model, failure)
-            call check_fails(error, failure, WORDS(i:i))
+            call check_fails(error, failure, WORDS(i))
         end do
     end subroutine test_indices
 

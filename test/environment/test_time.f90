@@ -106,7 +106,7 @@ contains
 
         do i = 1, size(BAD, 2)
             call parse_utc(trim(BAD(1, i)), utc, failure)
-            call check_fails(error, failure, BAD(2:, i))
+            call check_fails(error, failure, BAD(2, i))
         end do
     end subroutine test_malformed
 

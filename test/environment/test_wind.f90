@@ -142,7 +142,7 @@ contains
 
         do i = 1, size(BAD, 2)
             call read_wind(FIXTURES//trim(BAD(1, i)), wind, failure)
-            call check_fails(error, failure, BAD(:, i))
+            call check_fails(error, failure, joined(BAD(:, i)))
         end do
     end subroutine test_corrupted
 end module test_wind

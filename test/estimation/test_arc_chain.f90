@@ -22,7 +22,6 @@ module test_arc_chain
     private
     public :: collect_arc_chain
 
-    integer, parameter :: W = 60
     real(dp), parameter :: ARC = 20     !! s
 
 contains
@@ -267,8 +266,7 @@ contains
         ! with a manoeuvre in it, one arc of three is too much
         observations%knowledge%rods%activations%stop = 60
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_fails(error, failure, [character(W) :: '1 of 3 arcs with a manoeuvre are refused', '40 to 60 s', &
-                                          'star camera'])
+        call check_fails(error, failure, '1 of 3 arcs with a manoeuvre are refused ... 40 to 60 s ... star camera')
     end subroutine test_left_out
 
     !> One arc of twenty, in which accelerometer z shows half of its changes too much, is left out with the reason, and the
@@ -352,19 +350,19 @@ contains
         call open_case(simulator, options)
         call make_observations(simulator, 3, 1, observations)
         call estimate_chain(observations, options, joint, 5.0_dp, 1, chain, failure)
-        call check_fails(error, failure, [character(W) :: 'arcs of 5 s', '10 s to 1'])
+        call check_fails(error, failure, 'arcs of 5 s ... 10 s to 1')
         call estimate_chain(observations, options, joint, 2000.0_dp, 1, chain, failure)
-        call check_fails(error, failure, [character(W) :: 'arcs of 2000 s'])
+        call check_fails(error, failure, 'arcs of 2000 s')
         broken = observations
         broken%acceleration(2, 400) = NAN
         call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, failure, [character(W) :: 'accelerometer', '40 s', 'NaN'])
+        call check_fails(error, failure, 'accelerometer ... 40 s ... NaN')
         broken = observations
         broken%knowledge%rods%count = 0
         call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, failure, [character(W) :: 'all torque rods are off'])
+        call check_fails(error, failure, 'all torque rods are off')
         options%largest_offset = 1e-6_dp
         call estimate_chain(observations, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, failure, [character(W) :: 'no arc tells an offset', '0 to 20 s', 'largest_offset_mm'])
+        call check_fails(error, failure, 'no arc tells an offset ... 0 to 20 s ... largest_offset_mm')
     end subroutine test_refused
 end module test_arc_chain

@@ -268,11 +268,11 @@ contains
         do i = 1, size(ESTIMATOR_NAMES)
             observations%knowledge%angular_velocity_sigma = 0
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
-            call check_fails(error, failure, [character(16) :: 'star camera', 'other means'])
+            call check_fails(error, failure, 'star camera ... other means')
             if (i <= 2) cycle
             observations%knowledge%angular_velocity_sigma = 1e-6_dp
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
-            call check_fails(error, failure, [character(16) :: 'star camera', 'ASSEST alone'])
+            call check_fails(error, failure, 'star camera ... ASSEST alone')
         end do
     end subroutine test_unknown_attitude
 
@@ -390,7 +390,7 @@ contains
         call fill(observations, normalised(Q_0))
         do i = 1, size(REPORT_ESTIMATORS)
             call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, estimation_options_t(), solution, failure)
-            call check_fails(error, failure, [character(12) :: 'AS', 'singular', 'd_'])
+            call check_fails(error, failure, 'AS ... singular ... d_')
         end do
     end subroutine test_singular
 
@@ -508,11 +508,11 @@ contains
         call example(observations, interval=0.5_dp)
         observations%accelerometer_time(7) = observations%accelerometer_time(6)
         call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure)
-        call check_fails(error, failure, ['must increase'])
+        call check_fails(error, failure, 'must increase')
         call example(observations, interval=0.5_dp)
         options%guess_angular_velocity = NAN
         call estimate_offset('assest-fde', observations, options, solution, failure)
-        call check_fails(error, failure, ['NaN'])
+        call check_fails(error, failure, 'NaN')
     end subroutine test_refusals
 
     !> Measured samples of the sine give what the sine itself gives: within the interpolation's error h^4/384 of the

@@ -177,7 +177,7 @@ contains
 
         call prepare('front-3', observations, live)
         call none%add(sample_of(observations, 0), failure)
-        call check_fails(error, failure, ['has not begun'])
+        call check_fails(error, failure, 'has not begun')
         sample = sample_of(observations, 0)
         sample%has_field = .false.
         call refused('needs the field')
@@ -205,7 +205,7 @@ contains
         call refused('silent since')
         observations%knowledge%accelerometer_noise(2)%level = 0
         call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], live, failure)
-        call check_fails(error, failure, ['noise_level'])
+        call check_fails(error, failure, 'noise_level')
 
     contains
 
@@ -213,7 +213,7 @@ contains
             character(*), intent(in) :: part
 
             call live%add(sample, failure)
-            call check_fails(error, failure, [part])
+            call check_fails(error, failure, part)
         end subroutine refused
     end subroutine test_refusals
 

@@ -239,20 +239,20 @@ contains
         type(error_t), allocatable :: failure
 
         call new_whitener(noise_of(0.0_dp, 0.0_dp), [1, 2, 3, 4], whitener, failure)
-        call check_fails(error, failure, ['level is 0'])
+        call check_fails(error, failure, 'level is 0')
         call new_whitener(noise_of(LEVEL, CORNER), [1, 3, 3, 4], whitener, failure)
-        call check_fails(error, failure, ['increase'])
+        call check_fails(error, failure, 'increase')
         call new_whitener(noise_of(LEVEL, CORNER), [1, 2, 3, 4], whitener, failure, &
                           [.true., .false., .true., .false.])
-        call check_fails(error, failure, ['2 samples'])
+        call check_fails(error, failure, '2 samples')
         knowledge%accelerometer_noise%level = [1e-20_dp, -1e-18_dp, 1e-20_dp]
         call accelerometer_whiteners(knowledge%accelerometer_noise, knowledge%accelerometer_interval, &
                                      [1, 2, 3, 4], whiteners, failure)
-        call check_fails(error, failure, [character(12) :: 'axis y', 'noise_level', 'positive'])
+        call check_fails(error, failure, 'axis y ... noise_level ... positive')
         knowledge%accelerometer_noise%level = 1e-20_dp
         knowledge%accelerometer_noise%corner = [0.1_dp, 0.1_dp, -0.1_dp]
         call accelerometer_whiteners(knowledge%accelerometer_noise, knowledge%accelerometer_interval, &
                                      [1, 2, 3, 4], whiteners, failure)
-        call check_fails(error, failure, [character(12) :: 'axis z', 'corner'])
+        call check_fails(error, failure, 'axis z ... corner')
     end subroutine test_refused
 end module test_noise_whitening

@@ -17,7 +17,6 @@ module test_preprocessing
     public :: collect_preprocessing
 
     real(dp), parameter :: MOUNTING(4) = [0.6_dp, 0.0_dp, 0.0_dp, 0.8_dp]
-    integer, parameter :: W = 40        !! Length of the parts of a message
 
 contains
 
@@ -322,39 +321,38 @@ contains
         call example(good, q)
         bad = good
         bad%accelerometer_time(300:301) = [30.1_dp, 30.0_dp]
-        call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', &
-                     '30 s follows 30.1 s'], error)
+        call refused(bad, good, 'accelerometer ... must increase ... 30 s follows 30.1 s', error)
         bad%accelerometer_time(301) = bad%accelerometer_time(300)
-        call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', '30 s follows 30 s with another value'], error)
+        call refused(bad, good, 'accelerometer ... must increase ... 30 s follows 30 s with another value', error)
         bad%accelerometer_time(300:) = bad%accelerometer_time(300:) - 1
-        call refused(bad, good, [character(W) :: 'accelerometer', 'must increase', '29 s follows 29.9 s'], error)
+        call refused(bad, good, 'accelerometer ... must increase ... 29 s follows 29.9 s', error)
         bad%magnetometer_time(7) = 6
-        call refused(bad, good, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s with another value'], error)
+        call refused(bad, good, 'magnetometer ... must increase ... 6 s follows 6 s with another value', error)
         bad%magnetometer_time(7) = 5.5_dp
-        call refused(bad, good, [character(W) :: 'magnetometer', 'must increase', '5.5 s follows 6 s'], error)
+        call refused(bad, good, 'magnetometer ... must increase ... 5.5 s follows 6 s', error)
         bad%accelerometer_time(7) = 0.6001_dp
-        call refused(bad, good, [character(W) :: 'accelerometer', 'two samples near 0.6001 s'], error)
+        call refused(bad, good, 'accelerometer ... two samples near 0.6001 s', error)
         bad%star_camera_time(7) = 2
-        call refused(bad, good, [character(W) :: 'star camera 1', 'must increase'], error)
+        call refused(bad, good, 'star camera 1 ... must increase', error)
         bad%star_camera_time(9) = bad%star_camera_time(8)
-        call refused(bad, good, [character(W) :: 'star camera 1', '4 s follows 4 s with another value'], error)
+        call refused(bad, good, 'star camera 1 ... 4 s follows 4 s with another value', error)
         bad%star_camera_head(9:10) = 2
         bad%star_camera_time(10) = bad%star_camera_time(9)
-        call refused(bad, good, [character(W) :: 'star camera 2', '4.5 s follows 4.5 s with another value'], error)
+        call refused(bad, good, 'star camera 2 ... 4.5 s follows 4.5 s with another value', error)
         bad%accelerometer_time(300) = 30.03_dp
-        call refused(bad, good, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], error)
+        call refused(bad, good, 'accelerometer ... 30.03 s ... not a multiple ... 0.1 s', error)
         bad%accelerometer_time(600) = 60.1_dp
-        call refused(bad, good, [character(W) :: 'accelerometer', '60.1 s', 'outside', '60 s'], error)
+        call refused(bad, good, 'accelerometer ... 60.1 s ... outside ... 60 s', error)
         bad%accelerometer_time(1) = -0.1_dp
-        call refused(bad, good, [character(W) :: 'accelerometer', '-0.1 s', 'outside'], error)
+        call refused(bad, good, 'accelerometer ... -0.1 s ... outside', error)
         bad%star_camera_time(4) = NAN
-        call refused(bad, good, [character(W) :: 'star camera', 'NaN'], error)
+        call refused(bad, good, 'star camera ... NaN', error)
         bad%accelerometer_time(3) = NAN
-        call refused(bad, good, [character(W) :: 'accelerometer', 'time tag 3', 'NaN'], error)
+        call refused(bad, good, 'accelerometer ... time tag 3 ... NaN', error)
         bad%orbit_time = [(1.0_dp*i, i=0, 60)]
         bad%orbit_time(30:) = bad%orbit_time(30:) - 1.5_dp
         bad%orbit_position = spread([7e6_dp, 0.0_dp, 0.0_dp], 2, 61)
-        call refused(bad, good, [character(W) :: 'orbit', 'must increase', '27.5 s follows 28 s'], error)
+        call refused(bad, good, 'orbit ... must increase ... 27.5 s follows 28 s', error)
     end subroutine test_times
 
     subroutine test_values(error)
@@ -365,21 +363,21 @@ contains
         call example(good, q)
         bad = good
         bad%acceleration(2, 17) = NAN
-        call refused(bad, good, [character(W) :: 'accelerometer', 'at 1.7 s', 'NaN', 'leave it out'], error)
+        call refused(bad, good, 'accelerometer ... at 1.7 s ... NaN ... leave it out', error)
         bad%field(1, 60) = NAN
-        call refused(bad, good, [character(W) :: 'magnetometer', 'at 60 s', 'NaN'], error)
+        call refused(bad, good, 'magnetometer ... at 60 s ... NaN', error)
         bad%field(3, 17) = ieee_value(1.0_dp, ieee_positive_inf)
-        call refused(bad, good, [character(W) :: 'magnetometer', 'infinite'], error)
+        call refused(bad, good, 'magnetometer ... infinite', error)
         bad%field = 1e9_dp*bad%field
-        call refused(bad, good, [character(W) :: 'magnetometer', 'have to be in T'], error)
+        call refused(bad, good, 'magnetometer ... have to be in T', error)
         bad%acceleration(2, 17) = 1e300_dp
-        call refused(bad, good, [character(W) :: 'accelerometer', 'have to be in m/s^2'], error)
+        call refused(bad, good, 'accelerometer ... have to be in m/s^2', error)
         bad%quaternion(1, 17) = NAN
-        call refused(bad, good, [character(W) :: 'star camera 1', 'at 8.5 s', 'NaN'], error)
+        call refused(bad, good, 'star camera 1 ... at 8.5 s ... NaN', error)
         bad%quaternion(:, 17) = 1.01_dp*bad%quaternion(:, 17)
-        call refused(bad, good, [character(W) :: 'star camera', 'unit length'], error)
+        call refused(bad, good, 'star camera ... unit length', error)
         bad%quaternion(:, 17) = 0
-        call refused(bad, good, [character(W) :: 'star camera', 'unit length'], error)
+        call refused(bad, good, 'star camera ... unit length', error)
     end subroutine test_values
 
     subroutine test_too_few(error)
@@ -392,16 +390,16 @@ contains
         bad = good
         bad%acceleration = bad%acceleration(:, :1)
         bad%accelerometer_time = bad%accelerometer_time(:1)
-        call refused(bad, good, [character(W) :: 'accelerometer', 'fewer than two'], error)
+        call refused(bad, good, 'accelerometer ... fewer than two', error)
         bad%field = bad%field(:, :0)
         bad%magnetometer_time = bad%magnetometer_time(:0)
-        call refused(bad, good, [character(W) :: 'magnetometer', 'fewer than two'], error)
+        call refused(bad, good, 'magnetometer ... fewer than two', error)
         call drop_stars(bad, [(i <= 1, i=1, 120)])
-        call refused(bad, good, [character(W) :: 'star camera', 'fewer than two'], error)
+        call refused(bad, good, 'star camera ... fewer than two', error)
         call drop_stars(bad, [(i == 20 .or. i == 70, i=1, 120)])
-        call refused(bad, good, [character(W) :: 'star camera', 'too few'], error)
+        call refused(bad, good, 'star camera ... too few', error)
         bad%knowledge%camera = 3
-        call refused(bad, good, [character(W) :: 'star camera', 'head 3'], error)
+        call refused(bad, good, 'star camera ... head 3', error)
     end subroutine test_too_few
 
     subroutine test_magnetometer_gap(error)
@@ -414,13 +412,13 @@ contains
         bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
                                      2.5_dp)
         bad%field = good%field(:, nint(bad%magnetometer_time))
-        call refused(bad, good, [character(W) :: 'magnetometer', 'no samples near 28'], error)
+        call refused(bad, good, 'magnetometer ... no samples near 28', error)
         bad%magnetometer_time = good%magnetometer_time(:50)
         bad%field = good%field(:, :50)
-        call refused(bad, good, [character(W) :: 'magnetometer', 'no samples near 51'], error)
+        call refused(bad, good, 'magnetometer ... no samples near 51', error)
         bad%magnetometer_time = good%magnetometer_time(5:)
         bad%field = good%field(:, 5:)
-        call refused(bad, good, [character(W) :: 'magnetometer', 'no samples near 0 s'], error)
+        call refused(bad, good, 'magnetometer ... no samples near 0 s', error)
     end subroutine test_magnetometer_gap
 
     !> A magnetometer that keeps its value for 4 s has a gap there; 3 s pass.
@@ -439,9 +437,9 @@ contains
         call check(error, size(data%warnings), 0)
         if (allocated(error)) return
         bad%field(:, 34) = good%field(:, 30)
-        call refused(bad, good, [character(W) :: 'magnetometer', 'no samples near 30', 'repetitions of one value'], error)
+        call refused(bad, good, 'magnetometer ... no samples near 30 ... repetitions of one value', error)
         bad%field(:, 31:) = spread(good%field(:, 30), 2, 30)
-        call refused(bad, good, [character(W) :: 'magnetometer', 'no samples near 31', 'repetitions of one value'], error)
+        call refused(bad, good, 'magnetometer ... no samples near 31 ... repetitions of one value', error)
     end subroutine test_stuck_magnetometer
 
     subroutine test_sizes(error)
@@ -452,15 +450,15 @@ contains
         call example(good, q)
         bad = good
         bad%acceleration = bad%acceleration(:, :599)
-        call refused(bad, good, [character(W) :: 'accelerometer', '600', '599'], error)
+        call refused(bad, good, 'accelerometer ... 600 ... 599', error)
         bad%field = bad%field(:, :59)
-        call refused(bad, good, [character(W) :: 'magnetometer', '60', '59'], error)
+        call refused(bad, good, 'magnetometer ... 60 ... 59', error)
         bad%quaternion = bad%quaternion(:, :119)
-        call refused(bad, good, [character(W) :: 'star camera', '120', '119'], error)
+        call refused(bad, good, 'star camera ... 120 ... 119', error)
         bad%star_camera_head = bad%star_camera_head(:119)
-        call refused(bad, good, [character(W) :: 'star camera', '120', '119'], error)
+        call refused(bad, good, 'star camera ... 120 ... 119', error)
         deallocate (bad%field)
-        call refused(bad, good, [character(W) :: 'missing altogether'], error)
+        call refused(bad, good, 'missing altogether', error)
     end subroutine test_sizes
 
     subroutine test_setup(error)
@@ -471,24 +469,24 @@ contains
         call example(good, q)
         bad = good
         bad%knowledge%duration = 0
-        call refused(bad, good, [character(W) :: 'duration'], error)
+        call refused(bad, good, 'duration', error)
         bad%knowledge%duration = NAN
-        call refused(bad, good, [character(W) :: 'duration'], error)
+        call refused(bad, good, 'duration', error)
         bad%knowledge%accelerometer_interval = 0
-        call refused(bad, good, [character(W) :: 'sampling intervals', 'positive'], error)
+        call refused(bad, good, 'sampling intervals ... positive', error)
         bad%knowledge%inertia = 0
-        call refused(bad, good, [character(W) :: 'inertia', 'positive definite'], error)
+        call refused(bad, good, 'inertia ... positive definite', error)
         bad%knowledge%inertia(1, 2) = 5
-        call refused(bad, good, [character(W) :: 'inertia', 'symmetric'], error)
+        call refused(bad, good, 'inertia ... symmetric', error)
         bad%knowledge%inertia(3, 3) = 800
-        call refused(bad, good, [character(W) :: 'inertia', 'sum of the two others'], error)
+        call refused(bad, good, 'inertia ... sum of the two others', error)
     end subroutine test_setup
 
     !> Preprocessing must fail with a message that has every one of the parts; then the observations are good again.
     subroutine refused(bad, good, parts, error)
         type(observation_set_t), intent(inout) :: bad
         type(observation_set_t), intent(in) :: good
-        character(*), intent(in) :: parts(:)
+        character(*), intent(in) :: parts
         type(error_type), allocatable, intent(inout) :: error
 
         type(fitting_data_t) :: data

@@ -50,12 +50,12 @@ contains
     !> The content must be refused with all of the parts in the message.
     subroutine check_refused(error, content, parts)
         type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: content, parts(:)
+        character(*), intent(in) :: content, parts
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
         call read_table(content, table, failure)
-        call check_fails(error, failure, [character(60) :: PATH, parts])
+        call check_fails(error, failure, PATH//' ... '//parts)
     end subroutine check_refused
 
     subroutine test_read(error)
@@ -87,25 +87,20 @@ contains
     subroutine test_header_fails(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, [character(60) :: &
-                           ':2:', 'column 2 is "ay", expected "ax"', 'time_s,ax,ay', &
-                           '| time_s,ay,ax'])
-        call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, [character(60) :: &
-                           ':1:', '2 columns, expected 3'])
-        call check_refused(error, 'time_s,ax,ay,az'//LF//'1,2,3,4'//LF, [character(60) :: &
-                           ':1:', '4 columns, expected 3'])
-        call check_refused(error, '1,2,3'//LF, [character(60) :: ':1:', 'column 1 is "1"'])
+        call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, &
+                           ':2: ... column 2 is "ay", expected "ax" ... time_s,ax,ay ... | time_s,ay,ax')
+        call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, ':1: ... 2 columns, expected 3')
+        call check_refused(error, 'time_s,ax,ay,az'//LF//'1,2,3,4'//LF, ':1: ... 4 columns, expected 3')
+        call check_refused(error, '1,2,3'//LF, ':1: ... column 1 is "1"')
     end subroutine test_header_fails
 
     subroutine test_count_fails(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: BEGIN = 'time_s,ax,ay'//LF//'1,2,3'//LF
 
-        call check_refused(error, BEGIN//'4,5', [character(60) :: ':3:', '2 columns, expected 3', &
-                                                 '| 4,5'])
-        call check_refused(error, BEGIN//'4,5,6,7'//LF, [character(60) :: ':3:', &
-                                                         '4 columns, expected 3'])
-        call check_refused(error, BEGIN//'4,5,'//LF, [character(60) :: ':3:', 'column ay: ""'])
+        call check_refused(error, BEGIN//'4,5', ':3: ... 2 columns, expected 3 ... | 4,5')
+        call check_refused(error, BEGIN//'4,5,6,7'//LF, ':3: ... 4 columns, expected 3')
+        call check_refused(error, BEGIN//'4,5,'//LF, ':3: ... column ay: ""')
     end subroutine test_count_fails
 
     subroutine test_values_fail(error)
@@ -115,9 +110,8 @@ contains
         integer :: i
 
         do i = 1, size(BAD)
-            call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// &
-                               LF, [character(60) :: ':3:', 'column ax: "'//trim(BAD(i))//'"', &
-                                'not a finite number'])
+            call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// LF, &
+                               ':3: ... column ax: "'//trim(BAD(i))//'" ... not a finite number')
         end do
     end subroutine test_values_fail
 
@@ -126,20 +120,18 @@ contains
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
-        call check_refused(error, '', [character(60) :: 'is empty', 'time_s,ax,ay'])
-        call check_refused(error, '# only'//LF//'# comments'//LF//LF, [character(60) :: 'is empty'])
-        call check_refused(error, 'time_s,ax,ay'//LF, [character(60) :: 'no row'])
+        call check_refused(error, '', 'is empty ... time_s,ax,ay')
+        call check_refused(error, '# only'//LF//'# comments'//LF//LF, 'is empty')
+        call check_refused(error, 'time_s,ax,ay'//LF, 'no row')
         if (allocated(error)) return
         call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
-        call check_fails(error, failure, &
-                         [character(60) :: FOLDER//'missing.csv', 'no such file'])
+        call check_fails(error, failure, FOLDER//'missing.csv ... no such file')
     end subroutine test_empty_fails
 
     subroutine test_blank_fails(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, &
-                           [character(60) :: ':3:', '1 columns, expected 3'])
+        call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, ':3: ... 1 columns, expected 3')
     end subroutine test_blank_fails
 
     subroutine test_round_trip(error)
@@ -208,19 +200,16 @@ contains
         real(dp) :: infinity
 
         infinity = ieee_value(infinity, ieee_positive_inf)
-        call check_row_refused(error, [1.0_dp, nan, nan], [character(60) :: 'row 2', 'column ax', &
-                                                           'NaN'])
-        call check_row_refused(error, [1.0_dp, 2.0_dp, infinity], &
-                               [character(60) :: 'row 2', 'column ay', 'Inf'])
-        call check_row_refused(error, [1.0_dp, 2.0_dp], [character(60) :: 'row 2', &
-                                                         '2 values, expected 3'])
+        call check_row_refused(error, [1.0_dp, nan, nan], 'row 2 ... column ax ... NaN')
+        call check_row_refused(error, [1.0_dp, 2.0_dp, infinity], 'row 2 ... column ay ... Inf')
+        call check_row_refused(error, [1.0_dp, 2.0_dp], 'row 2 ... 2 values, expected 3')
     end subroutine test_writer_refuses
 
     !> A bad row after a good one: the failure comes at commit, and there is no file.
     subroutine check_row_refused(error, row, parts)
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: row(:)
-        character(*), intent(in) :: parts(:)
+        character(*), intent(in) :: parts
         type(csv_writer_t) :: writer
         type(error_t), allocatable :: failure
 
@@ -230,7 +219,7 @@ contains
         call writer%row(row)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%commit(failure)
-        call check_fails(error, failure, [character(60) :: PATH, parts])
+        call check_fails(error, failure, PATH//' ... '//parts)
         call check(error,.not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
     end subroutine check_row_refused
 end module test_csv

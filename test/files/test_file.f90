@@ -86,17 +86,15 @@ contains
         type(error_t), allocatable :: failure
 
         call read_text_file(FOLDER//'missing.txt', file, failure)
-        call check_fails(error, failure, &
-                         [character(40) :: FOLDER//'missing.txt', 'no such file'])
+        call check_fails(error, failure, FOLDER//'missing.txt ... no such file')
         call read_text_file('build', file, failure)
-        call check_fails(error, failure, [character(40) :: 'build: is a folder'])
+        call check_fails(error, failure, 'build: is a folder')
         call read_text_file('', file, failure)
-        call check_fails(error, failure, [character(40) :: 'name of the file is empty'])
+        call check_fails(error, failure, 'name of the file is empty')
         if (allocated(error) .or. .not. file_exists('/proc/self/mem')) return
         ! A file that opens, but whose first byte cannot be read
         call read_text_file('/proc/self/mem', file, failure)
-        call check_fails(error, failure, &
-                         [character(40) :: '/proc/self/mem', 'cannot be read'])
+        call check_fails(error, failure, '/proc/self/mem ... cannot be read')
     end subroutine test_read_fails
 
     subroutine test_make_directory(error)
@@ -123,21 +121,18 @@ contains
 
         call make_file('in-the-way', 'x')
         call make_directory(FOLDER//'in-the-way', failure)
-        call check_fails(error, failure, &
-                         [character(40) :: FOLDER//'in-the-way', 'a file of that name'])
+        call check_fails(error, failure, FOLDER//'in-the-way ... a file of that name')
         if (.not. allocated(error)) then
             call make_directory(FOLDER//'in-the-way/below', failure)
-            call check_fails(error, failure, &
-                             [character(40) :: FOLDER//'in-the-way', 'a file of that name'])
+            call check_fails(error, failure, FOLDER//'in-the-way ... a file of that name')
         end if
         call remove_file(FOLDER//'in-the-way')
         if (allocated(error)) return
         call make_directory('', failure)
-        call check_fails(error, failure, &
-                         [character(40) :: 'name of the folder is empty'])
+        call check_fails(error, failure, 'name of the folder is empty')
         ! Nobody may make a folder there
         call make_directory('/proc/gracecg', failure)
-        call check_fails(error, failure, [character(40) :: '/proc', 'permissions'])
+        call check_fails(error, failure, '/proc ... permissions')
     end subroutine test_make_directory_fails
 
     subroutine test_commit(error)
@@ -161,7 +156,7 @@ contains
         call remove_file(FOLDER//'out.txt')
         if (allocated(error)) return
         call output%commit(failure)
-        call check_fails(error, failure, [character(40) :: 'closed already'])
+        call check_fails(error, failure, 'closed already')
     end subroutine test_commit
 
     subroutine test_discard(error)
@@ -207,7 +202,7 @@ contains
         call make_folder()
         call one%open(FOLDER//'shared.txt', failure)
         call two%open(FOLDER//'./shared.txt', failure)
-        call check_fails(error, failure, [character(40) :: 'shared.txt', 'is writing this file', 'part1'])
+        call check_fails(error, failure, 'shared.txt ... is writing this file ... part1')
         call one%line('one')
         call one%commit(failure)
         if (failed(error, failure)) return
@@ -278,18 +273,18 @@ contains
         call read_text_file(FOLDER//'in.txt', file, failure)
         do i = 1, size(NAMES)
             call output%open(FOLDER//NAMES(i), failure)
-            call check_fails(error, failure, [character(40) :: 'reads this file', 'name another file'])
+            call check_fails(error, failure, 'reads this file ... name another file')
             call check(error, index(message_of(failure), FOLDER//trim(NAMES(i))//': ') == 1)
             call check_writable(FOLDER//NAMES(i), failure)
-            call check_fails(error, failure, [character(40) :: 'reads this file'])
+            call check_fails(error, failure, 'reads this file')
         end do
         call begin_record('test')       ! the output is named first
         call check_writable(FOLDER//'soft.txt', failure)
         call check_passes(error, failure)
         call read_text_file(FOLDER//'in.txt', file, failure)
-        call check_fails(error, failure, [character(40) :: 'soft.txt', 'in.txt', 'reads this file'])
+        call check_fails(error, failure, 'soft.txt ... in.txt ... reads this file')
         call stream%open(FOLDER//'hard.txt', failure)
-        call check_fails(error, failure, [character(40) :: 'soft.txt', 'hard.txt', 'reads this file'])
+        call check_fails(error, failure, 'soft.txt ... hard.txt ... reads this file')
         call begin_record('test')       ! what is to be brought up to date
         call note_file(FOLDER//'in.txt', UPDATED)
         call check_writable(FOLDER//'in.txt', failure)
@@ -314,12 +309,12 @@ contains
         call begin_record('test')
         call check_writable(FOLDER//'two.txt', failure)
         call check_writable(FOLDER//'./two.txt', failure)
-        call check_fails(error, failure, [character(40) :: 'two.txt', 'two outputs'])
+        call check_fails(error, failure, 'two.txt ... two outputs')
         call output%open(FOLDER//'two.txt', failure)
         call output%commit(failure)
         call check_passes(error, failure)
         call output%open(FOLDER//'./two.txt', failure)
-        call check_fails(error, failure, [character(40) :: 'two.txt', 'written this file already'])
+        call check_fails(error, failure, 'two.txt ... written this file already')
         call end_record()
         call remove_file(FOLDER//'two.txt')
     end subroutine test_two_outputs
@@ -377,17 +372,14 @@ contains
         type(error_t), allocatable :: failure
 
         call output%open('build/no-such-folder/a.txt', failure)
-        call check_fails(error, failure, &
-                         [character(60) :: 'build/no-such-folder/a.txt', &
-                          'no folder build/no-such-folder'])
+        call check_fails(error, failure, 'build/no-such-folder/a.txt ... no folder build/no-such-folder')
         call output%open('build', failure)
-        call check_fails(error, failure, [character(60) :: 'build', 'is a folder'])
+        call check_fails(error, failure, 'build ... is a folder')
         call output%open('', failure)
-        call check_fails(error, failure, [character(60) :: 'empty'])
+        call check_fails(error, failure, 'empty')
         if (allocated(error) .or. .not. directory_exists('/proc')) return
         call output%open('/proc/gracecg.txt', failure)
-        call check_fails(error, failure, &
-                         [character(60) :: '/proc/gracecg.txt', 'permissions'])
+        call check_fails(error, failure, '/proc/gracecg.txt ... permissions')
     end subroutine test_open_fails
 
     subroutine test_rename_fails(error)
@@ -400,8 +392,7 @@ contains
         call make_directory(FOLDER//'taken', failure)
         call output%commit(failure)
         call remove_file(FOLDER//'taken')
-        call check_fails(error, failure, &
-                         [character(60) :: FOLDER//'taken', 'could not be given its name'])
+        call check_fails(error, failure, FOLDER//'taken ... could not be given its name')
         call check(error,.not. file_exists(FOLDER//'taken.part1'))
     end subroutine test_rename_fails
 
@@ -419,7 +410,7 @@ contains
         if (failed(error, failure)) return
         call output%line('x')
         call output%commit(failure)
-        call check_fails(error, failure, [character(60) :: '/dev/full', 'free space'])
+        call check_fails(error, failure, '/dev/full ... free space')
         call check(error, file_exists('/dev/full'), 'the device is gone')
     end subroutine test_disk_full
 end module test_file

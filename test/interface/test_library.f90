@@ -202,10 +202,10 @@ contains
         call check(error, text_again == text .and. len(text) > 1000, 'setup')
         if (allocated(error)) return
         call setup_from_text(text//'&spurious /', 'memory', knowledge, failure)
-        call check_fails(error, failure, [character(8) :: 'memory:', 'spurious'])
+        call check_fails(error, failure, 'memory: ... spurious')
         if (allocated(error)) return
         call case_from_text('&calibration epoch = 5 /', 'memory', again, failure)
-        call check_fails(error, failure, [character(8) :: 'memory:', 'epoch'])
+        call check_fails(error, failure, 'memory: ... epoch')
     end subroutine test_texts
 
     !> What would not fit into memory is refused, before it is asked for.
@@ -221,24 +221,24 @@ contains
 
         call prepare('front-1', dynamics, state)
         call propagate_arc(dynamics, state, 0.1_dp, 2000000, arc, failure)
-        call check_fails(error, failure, [character(20) :: 'steps of an arc', '1000000'])
+        call check_fails(error, failure, 'steps of an arc ... 1000000')
         if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.1_dp, -1, arc, failure)
-        call check_fails(error, failure, [character(20) :: 'steps of an arc', '-1'])
+        call check_fails(error, failure, 'steps of an arc ... -1')
         if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.0_dp, 1, arc, failure)
-        call check_fails(error, failure, [character(20) :: 'interval', 'positive'])
+        call check_fails(error, failure, 'interval ... positive')
         if (allocated(error)) return
         call take_case('front-1', case)
         call make_simulator(case, simulator)
         call make_observations(simulator, 1, 1, observations)
         observations%knowledge%duration = 1e300_dp
         call check_observations(observations, failure)
-        call check_fails(error, failure, [character(20) :: 'duration', '1000000'])
+        call check_fails(error, failure, 'duration ... 1000000')
         if (allocated(error)) return
         case%duration = 86400
         case%interval = 1e-3_dp
         call new_simulator(case, simulator, failure)
-        call check_fails(error, failure, [character(20) :: 'steps of an arc'])
+        call check_fails(error, failure, 'steps of an arc')
     end subroutine test_long_arcs
 end module test_library

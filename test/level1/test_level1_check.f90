@@ -95,8 +95,8 @@ contains
         call check(error, size(files%warnings), 2)
         call open_level1_folder([DAYS], 'C', files, failure)
         call check(error, files%satellite//files%date, 'C2020-02-01')
-        call check_fails(error, files%warnings(1)%text, [character(40) :: '.txt.part1 is left out'])
-        call check_fails(error, files%warnings(2)%text, [character(40) :: '2 days are joined', '2020-02-01 to 2020-02-02'])
+        call check_fails(error, files%warnings(1)%text, '.txt.part1 is left out')
+        call check_fails(error, files%warnings(2)%text, '2 days are joined ... 2020-02-01 to 2020-02-02')
         call files%paths_of('MAS1B', paths)
         call check(error, size(paths), 2)
         call check(error, paths(1)%text, DAYS//'/MAS1B_2020-02-01_C_04.txt')
@@ -109,11 +109,11 @@ contains
         call open_level1_folder([DAYS], 'C', files, failure, '2020-02-02')
         call check(error, files%date//files%days(1), '2020-02-022020-02-01')
         call open_level1_folder([DAYS], 'C', files, failure, '2020-02-03')
-        call check_fails(error, failure, [character(60) :: 'no Level-1 files of satellite C of 2020-02-03'])
+        call check_fails(error, failure, 'no Level-1 files of satellite C of 2020-02-03')
         call open_level1_folder([DAYS], 'A', files, failure)
-        call check_fails(error, failure, [character(40) :: 'no Level-1 files of satellite A'])
+        call check_fails(error, failure, 'no Level-1 files of satellite A')
         call open_level1_folder([DAYS//'-not'], 'A', files, failure)
-        call check_fails(error, failure, [character(40) :: 'no such folder'])
+        call check_fails(error, failure, 'no such folder')
     end subroutine test_folder
 
     !> A day of a few products with known numbers.

@@ -284,7 +284,7 @@ contains
         type(error_t), allocatable :: failure
 
         call estimate_day('l1_quiet', flaws_t(quiet=.true.), setup_said(), calibration, estimate, failure)
-        call check_fails(error, failure, ['no manoeuvre found'])
+        call check_fails(error, failure, 'no manoeuvre found')
     end subroutine test_no_manoeuvre
 
     !> The requirement holds for each axis: 0.09 mm on all three is within it, though the vector is 0.16 mm long.

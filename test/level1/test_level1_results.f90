@@ -61,7 +61,7 @@ contains
         call make_file('l1_origins.nml', '! what is said'//LF//'&mass_properties'//LF//'mass = 580'//LF//INERTIA)
         call make_file('l1_massless.nml', '&mass_properties'//LF//INERTIA)
         call gather(FOLDER//'l1_massless.nml')
-        call check_fails(error, failure, ['the mass is not known'])
+        call check_fails(error, failure, 'the mass is not known')
         call gather(FOLDER//'l1_origins.nml')
         if (.not. allocated(failure)) call estimate_level1(calibration, setup, 'prior', estimate, failure)
         if (failed(error, failure)) return
@@ -158,7 +158,7 @@ contains
         end do
         at = 6e8_dp + 1.75_dp*JULIAN_YEAR
         call fit_trend(points(:1), [5e8_dp], 100e-6_dp, trend, failure)
-        call check_fails(error, failure, ['at least 2 dates'])
+        call check_fails(error, failure, 'at least 2 dates')
         if (allocated(error)) return
         call fit_trend(points, [5e8_dp, at, at + 60, 9e8_dp], 100e-6_dp, trend, failure)
         if (failed(error, failure)) return
@@ -174,6 +174,6 @@ contains
         call check(error, maxval(abs(predicted_change(setup_said(), [13.0_dp, 13.0_dp], [12.999_dp, 13.0_dp]) - &
                                      [-0.6e-3_dp/580, 0.0_dp, 0.0_dp])) < 1e-15_dp, 'by gas')
         call fit_trend(points(:1), [real(dp) ::], 100e-6_dp, trend, failure)
-        call check_fails(error, failure, ['at least 2 dates'])
+        call check_fails(error, failure, 'at least 2 dates')
     end subroutine test_trend
 end module test_level1_results

@@ -226,13 +226,13 @@ contains
                        '633798000 0 R C 00000000 '//FLAG//' 1 70000'//LF//'633798001 0 R C 00000000 '//FLAG//' 1 5'//LF)
         call convert_level1(FOLDER//'ACC1A_2020-02-01_C_04.txt', FOLDER//'ACC1A_2020-02-01_C_04.dat', warnings, failure)
         call check_passes(error, failure)
-        call check_fails(error, join(padded(warnings), '; '), [character(50) :: '1 block numbers are beyond the 16 bits'])
+        call check_fails(error, join(padded(warnings), '; '), '1 block numbers are beyond the 16 bits')
         call make_file('TNK1B_2020-02-01_C_04.txt', 'header:'//LF//'# End of YAML header'//LF// &
                            '633798000 0 G C 1 00000000 00000011 221.7 1.507822036743164'//LF)
         call convert_level1(FOLDER//'TNK1B_2020-02-01_C_04.txt', FOLDER//'TNK1B_2020-02-01_C_04.dat', warnings, failure)
         call check_passes(error, failure)
         call check(error, size(warnings), 1)
-        call check_fails(error, warnings(1)%text, [character(50) :: '1 values of tank_pres were rounded'])
+        call check_fails(error, warnings(1)%text, '1 values of tank_pres were rounded')
     end subroutine test_losses
 
     subroutine test_refused(error)
@@ -241,23 +241,22 @@ contains
         type(string_t), allocatable :: warnings(:)
         character(*), parameter :: TNK = FOLDER//'TNK1B_2020-02-01_C_04.txt', OUT = FOLDER//'refused.dat'
         character(*), parameter :: HEAD = 'header:'//LF//'# End of YAML header'//LF
-        integer, parameter :: W = 50
 
         call make_file('TNK1B_2020-02-01_C_04.txt', HEAD//'633798000 0 G C 1 00000000 00000001 1e39'//LF)
         call convert_level1(TNK, OUT, warnings, failure)
-        call check_fails(error, failure, [character(W) :: 'record 1', 'tank_pres', 'too large for single precision'])
+        call check_fails(error, failure, 'record 1 ... tank_pres ... too large for single precision')
         call check(error, .not. file_exists(OUT), 'a file was left')
         call convert_level1(TNK, TNK, warnings, failure)
-        call check_fails(error, failure, [character(W) :: 'are the same file'])
+        call check_fails(error, failure, 'are the same file')
         call convert_level1(TNK, FOLDER//'no/such/folder.dat', warnings, failure)
-        call check_fails(error, failure, [character(W) :: 'there is no folder'])
+        call check_fails(error, failure, 'there is no folder')
         call make_file('TNK1B_2020-02-01_C_04.txt', HEAD//'633798000 0 G C 1 00000000 00000001 1'//LF//'6337')
         call convert_level1(TNK, OUT, warnings, failure)
-        call check_fails(error, failure, [character(W) :: ':4:', 'the line ends here'])
+        call check_fails(error, failure, ':4: ... the line ends here')
         call check(error, .not. file_exists(OUT), 'a file was left')
         call make_file('IMU1B_2020-02-01_C_04.txt', HEAD//'633798000 0 G C 1 2 00000000'//LF)
         call convert_level1(FOLDER//'IMU1B_2020-02-01_C_04.txt', OUT, warnings, failure)
-        call check_fails(error, failure, [character(W) :: 'has no binary form'])
+        call check_fails(error, failure, 'has no binary form')
     end subroutine test_refused
 
     !> Mean, extremes, gaps, doubles, disorder and flags of a file in one pass.

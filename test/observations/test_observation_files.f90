@@ -13,7 +13,6 @@ module test_observation_files
     private
     public :: collect_observation_files
 
-    integer, parameter :: W = 60
     character(*), parameter :: SET = FOLDER//'observations'
 
 contains
@@ -155,16 +154,14 @@ contains
         integer :: i
 
         call read_observations(FOLDER//'there-is-no-such-folder', observations, failure)
-        call check_fails(error, failure, [character(W) :: 'there-is-no-such-folder', &
-                                          'no such folder'])
+        call check_fails(error, failure, 'there-is-no-such-folder ... no such folder')
         do i = 1, size(OBSERVATION_FILES)
             if (any(OBSERVATION_FILES(i) == [character(10) :: 'orbit.csv', 'rods.csv', 'torque.csv'])) cycle
             if (.not. allocated(error)) call write_set(error)
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')
             call read_observations(SET, observations, failure)
-            call check_fails(error, failure, &
-                             parts_of(OBSERVATION_FILES(i), 'no such file'))
+            call check_fails(error, failure, OBSERVATION_FILES(i)//' ... no such file')
         end do
     end subroutine test_missing
 
@@ -185,8 +182,7 @@ contains
         if (allocated(error)) return
         call remove_file(SET//'/orbit.csv')
         call read_observations(SET, again, failure)
-        call check_fails(error, failure, &
-                         [character(W) :: 'magnetometer.csv:30', 'truncated', 'orbit.csv'])
+        call check_fails(error, failure, 'magnetometer.csv:30 ... truncated ... orbit.csv')
 
         call simulated_set(observations)
         deallocate (observations%orbit_time, observations%orbit_position)
@@ -268,44 +264,31 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call broken('accelerometer.csv', 1, 'time,ax_m_s2,ay_m_s2,az_m_s2', &
-                    [character(W) :: 'accelerometer.csv:1', &
-                    'column 1 is "time", expected "time_s"'])
+                    'accelerometer.csv:1 ... column 1 is "time", expected "time_s"')
         call broken('accelerometer.csv', 8, '0.7,NaN,0,0', &
-                    [character(W) :: 'accelerometer.csv:8', 'column ax_m_s2', &
-                    '"NaN" is not a finite number'])
+                    'accelerometer.csv:8 ... column ax_m_s2 ... "NaN" is not a finite number')
         call broken('accelerometer.csv', 8, '0.7,0,1e999,0', &
-                    [character(W) :: 'accelerometer.csv:8', 'column ay_m_s2', 'is not a finite number'])
-        call broken('accelerometer.csv', 8, '0.7,0,0', [character(W) :: 'accelerometer.csv:8', &
-                    '3 columns, expected 4'])
-        call broken('accelerometer.csv', 8, '0.6,0,0,0', [character(W) :: 'accelerometer.csv:8', &
-                    'times must increase, but 0.6 follows 0.6'])
-        call broken('magnetometer.csv', 3, '1,0,0,0', [character(W) :: 'magnetometer.csv:3', &
-                    'times must increase'])
-        call broken('orbit.csv', 3, '0,0,0,7e6', [character(W) :: 'orbit.csv:3', &
-                    'times must increase'])
-        call broken('orbit.csv', 3, '1,0,0,7e3', [character(W) :: 'orbit', 'at 1 s', '7000 m', &
-                    'in metres'])
-        call broken('orbit.csv', 1, 'time_s,x,y,z', [character(W) :: 'orbit.csv:1', &
-                    'column 2 is "x", expected "rx_m"'])
-        call broken('rods.csv', 1, 'time_s,mx,my,mz_a_m2', [character(W) :: 'rods.csv:1', 'expected'])
-        call broken('rods.csv', 8, '4.2,0,NaN,0', [character(W) :: 'rods.csv:8', 'column my_a_m2', 'finite number'])
-        call broken('rods.csv', 8, '1,0,0,0', [character(W) :: 'rods.csv:8', 'times must increase'])
-        call broken('rods.csv', 8, '4.2,0,0,1e4', [character(W) :: 'rods.csv', 'at 4.2 s', 'have to be in A m^2'])
-        call broken('star_camera.csv', 6, '1.5,3,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
-                    '3 is not the number of a camera head'])
-        call broken('star_camera.csv', 6, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
-                    '1.5 is not the number of a camera head'])
-        call broken('star_camera.csv', 6, '1.5,1,0,0,0,1.001', &
-                    [character(W) :: 'star_camera.csv:6', 'not a unit quaternion', '1.001'])
-        call broken('star_camera.csv', 6, '1.5,1,0,0,0,0', [character(W) :: 'star_camera.csv:6', &
-                    'not a unit quaternion'])
-        call broken('star_camera.csv', 6, '0.5,1,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
-                    'times must increase, but 0.5 follows 1'])
+                    'accelerometer.csv:8 ... column ay_m_s2 ... is not a finite number')
+        call broken('accelerometer.csv', 8, '0.7,0,0', 'accelerometer.csv:8 ... 3 columns, expected 4')
+        call broken('accelerometer.csv', 8, '0.6,0,0,0', 'accelerometer.csv:8 ... times must increase, but 0.6 follows 0.6')
+        call broken('magnetometer.csv', 3, '1,0,0,0', 'magnetometer.csv:3 ... times must increase')
+        call broken('orbit.csv', 3, '0,0,0,7e6', 'orbit.csv:3 ... times must increase')
+        call broken('orbit.csv', 3, '1,0,0,7e3', 'orbit ... at 1 s ... 7000 m ... in metres')
+        call broken('orbit.csv', 1, 'time_s,x,y,z', 'orbit.csv:1 ... column 2 is "x", expected "rx_m"')
+        call broken('rods.csv', 1, 'time_s,mx,my,mz_a_m2', 'rods.csv:1 ... expected')
+        call broken('rods.csv', 8, '4.2,0,NaN,0', 'rods.csv:8 ... column my_a_m2 ... finite number')
+        call broken('rods.csv', 8, '1,0,0,0', 'rods.csv:8 ... times must increase')
+        call broken('rods.csv', 8, '4.2,0,0,1e4', 'rods.csv ... at 4.2 s ... have to be in A m^2')
+        call broken('star_camera.csv', 6, '1.5,3,0,0,0,1', 'star_camera.csv:6 ... 3 is not the number of a camera head')
+        call broken('star_camera.csv', 6, '1.5,1.5,0,0,0,1', 'star_camera.csv:6 ... 1.5 is not the number of a camera head')
+        call broken('star_camera.csv', 6, '1.5,1,0,0,0,1.001', 'star_camera.csv:6 ... not a unit quaternion ... 1.001')
+        call broken('star_camera.csv', 6, '1.5,1,0,0,0,0', 'star_camera.csv:6 ... not a unit quaternion')
+        call broken('star_camera.csv', 6, '0.5,1,0,0,0,1', 'star_camera.csv:6 ... times must increase, but 0.5 follows 1')
 
     contains
 
         subroutine broken(file, line, text, parts)
-            character(*), intent(in) :: file, text, parts(:)
+            character(*), intent(in) :: file, text, parts
             integer, intent(in) :: line
 
             if (.not. allocated(error)) call check_broken(error, file, line, text, parts)
@@ -315,7 +298,7 @@ contains
     !> A set with one line replaced must be refused with a message of the given parts.
     subroutine check_broken(error, file, line, text, parts)
         type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: file, text, parts(:)
+        character(*), intent(in) :: file, text, parts
         integer, intent(in) :: line
 
         type(text_file_t) :: good
@@ -376,35 +359,29 @@ contains
             type(observation_set_t) :: observations
 
             call read_observations(SET, observations, failure)
-            call check_fails(error, failure, &
-                             parts_of('.csv', part))
+            call check_fails(error, failure, '.csv ... '//part)
         end subroutine refused
     end subroutine test_truncated
 
     subroutine test_broken_setup(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call broken('mass =', '    mas = 420', [character(W) :: 'setup.nml', 'mass'])
-        call broken('mass =', '    mass = -1', [character(W) :: 'setup.nml:11', 'mass', '-1', &
-                                                '0.001 to'])
-        call broken('mass =', '    mass = heavy', [character(W) :: 'setup.nml:11', 'mass', 'heavy'])
-        call broken('sigma_torque =', '    sigma_torque = -1', [character(W) :: 'setup.nml', 'sigma_torque', '-1'])
-        call broken('sigma_rod_gain =', '    sigma_rod_gian = 1', [character(W) :: 'setup.nml', '&a_priori', &
-                                                                    'sigma_rod_gian', 'sigma_rod_gain'])
-        call broken('mounting_2 =', '    mounting_2 = 0, 0, 0.1, 1', &
-                    [character(W) :: 'setup.nml', 'mounting_2', 'not a unit quaternion'])
-        call broken('mounting_1 =', '', [character(W) :: 'setup.nml', 'mounting_1', 'is missing'])
-        call broken('epoch =', '    epoch = ''1989-02-30''', [character(W) :: 'setup.nml', &
-                'epoch', 'day 30'])
-        call broken('moments_of_inertia =', '    moments_of_inertia = 1, 1, 100', &
-                    [character(W) :: 'setup.nml', 'inertia'])
-        call broken('duration =', '    duration = 90', [character(W) :: 'accelerometer.csv:601', &
-                    'duration of 90 s'])
+        call broken('mass =', '    mas = 420', 'setup.nml ... mass')
+        call broken('mass =', '    mass = -1', 'setup.nml:11 ... mass ... -1 ... 0.001 to')
+        call broken('mass =', '    mass = heavy', 'setup.nml:11 ... mass ... heavy')
+        call broken('sigma_torque =', '    sigma_torque = -1', 'setup.nml ... sigma_torque ... -1')
+        call broken('sigma_rod_gain =', '    sigma_rod_gian = 1', &
+                    'setup.nml ... &a_priori ... sigma_rod_gian ... sigma_rod_gain')
+        call broken('mounting_2 =', '    mounting_2 = 0, 0, 0.1, 1', 'setup.nml ... mounting_2 ... not a unit quaternion')
+        call broken('mounting_1 =', '', 'setup.nml ... mounting_1 ... is missing')
+        call broken('epoch =', '    epoch = ''1989-02-30''', 'setup.nml ... epoch ... day 30')
+        call broken('moments_of_inertia =', '    moments_of_inertia = 1, 1, 100', 'setup.nml ... inertia')
+        call broken('duration =', '    duration = 90', 'accelerometer.csv:601 ... duration of 90 s')
 
     contains
 
         subroutine broken(key, text, parts)
-            character(*), intent(in) :: key, text, parts(:)
+            character(*), intent(in) :: key, text, parts
 
             type(text_file_t) :: good
             type(error_t), allocatable :: failure
@@ -432,16 +409,14 @@ contains
         do i = 1, size(OBSERVATION_FILES)
             call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
             call write_observations(BLOCKED, observations, ['comment'], failure)
-            call check_fails(error, failure, &
-                             parts_of(OBSERVATION_FILES(i), 'is a folder'))
+            call check_fails(error, failure, OBSERVATION_FILES(i)//' ... is a folder')
             if (.not. allocated(error)) call nothing_stands(BLOCKED)
             call remove_file(BLOCKED//'/'//trim(OBSERVATION_FILES(i)))
             if (allocated(error)) return
         end do
         observations%field(2, 5) = NAN
         call write_observations(BLOCKED, observations, ['comment'], failure)
-        call check_fails(error, failure, [character(W) :: 'magnetometer.csv', 'by_tesla', &
-                                          'not a finite number'])
+        call check_fails(error, failure, 'magnetometer.csv ... by_tesla ... not a finite number')
         if (.not. allocated(error)) call nothing_stands(BLOCKED)
 
     contains
@@ -457,14 +432,4 @@ contains
             end do
         end subroutine nothing_stands
     end subroutine test_unwritable
-
-    !> Two texts as an array: an array constructor with a type does not pad variables in gfortran
-    !> 12.
-    pure function parts_of(first, second) result(parts)
-        character(*), intent(in) :: first, second
-        character(W) :: parts(2)
-
-        parts(1) = first
-        parts(2) = second
-    end function parts_of
 end module test_observation_files

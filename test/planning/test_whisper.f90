@@ -88,13 +88,13 @@ contains
         call check(error, all(tight%sigma(:, 2) > plan%sigma(:, 2)), 'less moment tells less')
         limits%moment = 31
         call plan_whisper(case, limits, plan, failure)
-        call check_fails(error, failure, ['bears 30'])
+        call check_fails(error, failure, 'bears 30')
         limits%moment = 1
         limits%band = [0.1_dp, 0.11_dp]
         call plan_whisper(case, limits, plan, failure)
-        call check_fails(error, failure, ['three tones need'])
+        call check_fails(error, failure, 'three tones need')
         limits%band = [0.1_dp, 6.0_dp]
         call plan_whisper(case, limits, plan, failure)
-        call check_fails(error, failure, ['half of the sampling'])
+        call check_fails(error, failure, 'half of the sampling')
     end subroutine test_limits
 end module test_whisper

@@ -355,20 +355,20 @@ contains
         call take_case('front-1', case)
         call case_text(case, text, failure)
         text = text(:index(text, '&operator') - 1)//'@'//text(index(text, '&a_priori'):)
-        call try('rod_gian = 1, 1, 1', ['rod_gian', 'rod_gain'])
+        call try('rod_gian = 1, 1, 1', 'rod_gian ... rod_gain')
         if (allocated(error)) return
-        call try('rod_gain = 1e-3, 1e-3', ['rod_gain'])
+        call try('rod_gain = 1e-3, 1e-3', 'rod_gain')
         if (allocated(error)) return
-        call try('mass_sigma = -1e-3', ['mass_sigma'])
+        call try('mass_sigma = -1e-3', 'mass_sigma')
         if (allocated(error)) return
-        call try('star_camera_noise = 0, 1, 1', ['star_camera_noise'])
+        call try('star_camera_noise = 0, 1, 1', 'star_camera_noise')
         if (allocated(error)) return
-        call try('field_model = ''igrf15''', ['igrf14'])
+        call try('field_model = ''igrf15''', 'igrf14')
 
     contains
 
         subroutine try(line, parts)
-            character(*), intent(in) :: line, parts(:)
+            character(*), intent(in) :: line, parts
 
             associate (place => index(text, '@'))
                 call case_from_text(text(:place - 1)//'&operator'//LF//line//LF//'/'//LF//text(place + 1:), 'x.nml', &

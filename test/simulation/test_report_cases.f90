@@ -62,7 +62,7 @@ contains
                        case%number == mod(i - 1, 3) + 1)
         end do
         call report_case('front-4', case, failure)
-        call check_fails(error, failure, ['front-4'])
+        call check_fails(error, failure, 'front-4')
     end subroutine test_names
 
     !> The cards RADPR, EM and the models' own density and wind, from the pages of section 5.2; the rest, above
@@ -102,7 +102,7 @@ contains
                    names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')
         if (allocated(error)) return
         call find_case('front-1-print', printed, failure)
-        call check_fails(error, failure, ['front-1-printed'])
+        call check_fails(error, failure, 'front-1-printed')
     end subroutine test_printed
 
     subroutine test_quaternions(error)

@@ -192,6 +192,6 @@ contains
         type(error_t), allocatable :: failure
 
         call validate_mass_properties(body, failure)
-        call check_fails(error, failure, [part_of_message])
+        call check_fails(error, failure, part_of_message)
     end subroutine check_refused
 end module test_mass_properties

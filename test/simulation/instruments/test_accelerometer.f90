@@ -200,7 +200,7 @@ contains
 
             if (allocated(error)) return
             call accelerometer%measure(spread(A_NG, 2, 2), stream, measured, failure)
-            call check_fails(error, failure, [word])
+            call check_fails(error, failure, word)
         end subroutine expect_failure
     end subroutine test_settings
 end module test_accelerometer

@@ -177,7 +177,7 @@ contains
 
             if (allocated(error)) return
             call magnetometer%measure(spread(FIELD, 2, 2), stream, measured, failure)
-            call check_fails(error, failure, [word])
+            call check_fails(error, failure, word)
         end subroutine expect_failure
     end subroutine test_settings
 end module test_magnetometer

@@ -405,7 +405,7 @@ contains
             if (allocated(error)) return
             call quest(observed, reference, sigma, q, p, loss, failure)
             call q_method(observed, reference, sigma, q, p, loss, failure_reference)
-            call check_fails(error, failure, [words])
+            call check_fails(error, failure, words)
             call check(error, allocated(failure_reference), 'q_method accepted: '//words)
         end subroutine expect_failure
     end subroutine test_failures

@@ -309,7 +309,7 @@ contains
             type(error_t), allocatable :: failure
 
             call camera%see(builtin_star_catalogue(), q, head, frame, failure)
-            call check_fails(error, failure, [words])
+            call check_fails(error, failure, words)
         end subroutine expect_failure
     end subroutine test_settings
 end module test_star_camera

@@ -167,7 +167,7 @@ contains
 
             if (allocated(error)) return
             call read_star_catalogue(FIXTURES//name//'.txt', catalogue, failure)
-            call check_fails(error, failure, [words])
+            call check_fails(error, failure, words)
         end subroutine expect_failure
     end subroutine test_corrupted
 end module test_star_catalogue

@@ -9,9 +9,11 @@ module fixture
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, test_failed, FOLDER, make_folder, make_file, read_content, check_same_files, check_fails, check_passes, failed
+    public :: check, test_failed, FOLDER, make_folder, make_file, read_content, check_same_files
+    public :: has_parts, joined, check_says, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
+    character(*), parameter :: BETWEEN = ' ... '        !! Between the parts of a message
 
     !> The checks of testdrive; none is made once there is an error.
     interface check
@@ -133,18 +135,57 @@ contains
         end function behind_head
     end subroutine check_same_files
 
+    !> Has a text every one of the parts, between which stands ' ... '? In whatever order.
+    pure logical function has_parts(text, parts)
+        character(*), intent(in) :: text, parts
+
+        has_parts = lacks(text, parts) == 0
+    end function has_parts
+
+    !> Where the first of the parts begins that a text has not; 0: it has all.
+    pure integer function lacks(text, parts)
+        character(*), intent(in) :: text, parts
+        integer :: length
+
+        lacks = 1
+        do while (lacks <= len(parts))
+            length = index(parts(lacks:)//BETWEEN, BETWEEN) - 1
+            if (index(text, trim(parts(lacks:min(lacks + length - 1, len(parts))))) == 0) return
+            lacks = lacks + length + len(BETWEEN)
+        end do
+        lacks = 0
+    end function lacks
+
+    !> The parts of a table's column as one text.
+    pure function joined(parts) result(text)
+        character(*), intent(in) :: parts(:)
+        character(:), allocatable :: text
+        integer :: i
+
+        text = trim(parts(1))
+        do i = 2, size(parts)
+            text = text//BETWEEN//trim(parts(i))
+        end do
+    end function joined
+
+    !> A text must have every one of the parts.
+    subroutine check_says(error, text, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: text, parts
+        integer :: missing
+
+        missing = lacks(text, parts)
+        call check(error, missing == 0, '"'//trim(parts(max(missing, 1):))//'" is not in: '//text)
+    end subroutine check_says
+
     !> There must be a failure, and its message must have every one of the parts.
     subroutine check_fails(error, message, parts)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: message     !! Of the failure; empty: there was none
-        character(*), intent(in) :: parts(:)
-        integer :: i
+        character(*), intent(in) :: parts
 
-        call check(error, message /= '', 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            call check(error, index(message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//message)
-        end do
+        call check(error, message /= '', 'no failure where one must be: '//parts)
+        call check_says(error, message, parts)
     end subroutine check_fails
 
     !> There must be no failure.
