@@ -245,7 +245,6 @@ contains
         noise = coloured_noise(noise_spectrum_t(LEVEL, frequency=table_frequencies(), shape=1 + 0.1_dp/table_frequencies()), &
                                INTERVAL, failure)
         call check(error, message_of(failure), '')
-        if (allocated(error)) return
         f = [(2e-3_dp*2500.0_dp**((i - 1)/399.0_dp), i=1, 400)]
         ratio = noise%spectrum(f)/(LEVEL*(1 + 0.1_dp/f))
         call check(error, maxval(abs(ratio - 1)) < 0.06_dp .and. abs(mean(ratio) - 1) < 0.005_dp, 'formula')

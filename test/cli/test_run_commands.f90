@@ -195,7 +195,6 @@ contains
         call run('estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, status, &
                  output, messages)
         call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
         call read_csv(FILE, COLUMNS, table, failure)
         call check_passes(error, failure)
         call check(error, size(table, 1), 601)

@@ -72,7 +72,6 @@ contains
             call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure)
             call check_passes(error, failure)
             call check(error, fit%converged, 'settled')
-            if (allocated(error)) return
             squares = squares + squares_of(fit%value(:3) - simulator%case%satellite%offset, fit%covariance(:3, :3))
             apart = apart + fit%chi_square
             degrees = degrees + fit%degrees

@@ -327,7 +327,6 @@ contains
         if (failed(error, failure)) return
         i = findloc(solution%parameters%name, 'jump_x', 1)
         call check(error, i > 0, 'found')
-        if (allocated(error)) return
         call check(error, abs(solution%parameters(i)%value - JUMP) < 4*solution%parameters(i)%sigma, 'its size')
         call check(error, abs(solution%parameters(i + 1)%value) < 4*solution%parameters(i + 1)%sigma, 'none along y')
         call check(error, any([(index(solution%warnings(i)%text, 'jumps at') > 0, i=1, size(solution%warnings))]), 'warning')

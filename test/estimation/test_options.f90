@@ -233,7 +233,6 @@ contains
         if (failed(error, failure)) return
         call check(error, options%optimal%noise == 'estimate' .and. all(abs(options%accelerometer_weight - 2) <= 0) .and. &
                    all(abs(options%guess_quaternion - [1, 0, 0, 0]) <= 0))
-        if (allocated(error)) return
         call options_from_text(text//'&sequential edit_sgma = 4 /', 'setup.nml', options, failure, beside=.true.)
         call check_fails(error, failure, 'setup.nml: ... edit_sgma ... edit_sigma')
         call setup_from_text(text//'&spurious /', 'setup.nml', knowledge, failure)
@@ -257,7 +256,6 @@ contains
         call check(error, again%options%optimal%estimate_rod_gain .and. &
                    abs(again%options%star_camera_weight - 3) <= 0 .and. &
                    all(abs(again%options%guess_quaternion - calibration%options%guess_quaternion) <= 0))
-        if (allocated(error)) return
 
         call make_file('options.nml', text//LF//'&optimall /')
         call find_calibration(FOLDER//'options.nml', again, failure)

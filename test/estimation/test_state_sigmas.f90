@@ -173,7 +173,6 @@ contains
                 do i = 1, 3
                     place = findloc(it%state_names, STATE_NAMES(STATE_OFFSET(i)), 1)
                     call check(error, place > 0, ESTIMATOR_NAMES(a))
-                    if (allocated(error)) return
                     call check(error, it%state(place), again%offset(i), thr=1e-7_dp, rel=.false.)
                 end do
             end associate

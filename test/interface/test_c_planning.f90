@@ -45,7 +45,6 @@ contains
                                  item(bound, 'consider_sigma', 3), item(bound, 'by_source', 15)], &
                          [[expected%covariance], expected%sigma, expected%principal_sigma, [expected%direction], &
                           expected%consider_sigma, [expected%by_source]], 'bound')
-        if (allocated(error)) return
         ! the eigenvectors belong to the eigenvalues
         call check(error, norm2(matmul(reshape(covariance, [3, 3]), direction(7:)) - &
                                 expected%principal_sigma(3)**2*direction(7:)) < &
@@ -93,7 +92,6 @@ contains
                    abs(settings(8) - calibration%case%limits%rate) <= 0 .and. &
                    abs(settings(5) - own_settings%highest_frequency) <= 0 .and. &
                    all((choices(4:7) /= 0) .eqv. own_settings%waveform_used), 'defaults')
-        if (allocated(error)) return
         settings(1:2) = [1400, 50]
         settings(4:5) = [5/50.0_dp, 6/50.0_dp]      ! few candidates
         settings(8) = 0.9_dp*settings(8)
@@ -114,15 +112,12 @@ contains
                          [expected%sigma, expected%wave, expected%force, expected%worst, expected%rate, &
                           expected%excursion, real(expected%evaluations, dp), 1400.0_dp], 'design')
         call check(error, expected%rate <= settings(8) .and. planned_case%case%name == 'back-1-design', 'limits, name')
-        if (allocated(error)) return
 
         ! the case that flies it: later, elsewhere, with these rods
         later_state = item(planned, 'state', 13)
         call check(error, norm2(later_state(1:3) - epoch_state(1:3)) > 1e6_dp, 'at another place')
-        if (allocated(error)) return
         status = gracecg_get(planned, c_string('rods'), NONE, count=count, error=failure)
         call check(error, status == OK .and. count == 21, 'number of rods')
-        if (allocated(error)) return
         rods = reshape(item(planned, 'rods', 21), [7, 3])
         do i = 1, 3
             associate (rod => expected%rods%activations(i))
@@ -131,7 +126,6 @@ contains
             end associate
         end do
         call check_equal(error, item(planned, 'rod_kinds', 6), [real(dp) :: 1, 1, 2, 1, 3, 1], 'axes and waveforms')
-        if (allocated(error)) return
         status = gracecg_get(planned, c_string('rods'), 14_c_size_t, rods, count, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'there are 21')
         if (allocated(error)) return

@@ -79,14 +79,12 @@ contains
         call egm96(case%gravity_degree, case%gravity_order, gravity, failure)
         call gravity%acceleration(matmul(rotation, r), a)
         call check(error, norm2(matmul(transpose(rotation), a) - acting%gravity) < 1e-14_dp*norm2(a), 'gravity')
-        if (allocated(error)) return
         sun = sun_position(julian_centuries_tt(utc_plus(case%epoch, T)))
         body = rotation_matrix(q)
         a = solar_radiation_acceleration(dynamics%surface, case%satellite%mass, case%satellite%reflectivity_sun, &
                                          case%solar_irradiance, conical_shadow(r, sun), matmul(body, sun - r))
         call check(error, norm2(matmul(transpose(body), a) - acting%solar_radiation) <= 1e-9_dp*norm2(a) .and. &
                    norm2(a) > 0, 'sunlight')
-        if (allocated(error)) return
         ! drag is against the motion through air that turns with the Earth
         a = v - EARTH_ROTATION_RATE*[-r(2), r(1), 0.0_dp]
         call check(error, -dot_product(a, acting%drag) > 0.99_dp*norm2(a)*norm2(acting%drag) .and. &
@@ -193,7 +191,6 @@ contains
         if (failed(error, failure)) return
         call case_text(again, text_again, failure)
         call check(error, text_again == text, 'case')
-        if (allocated(error)) return
         call make_observations(case, 1, 1, observations)
         call setup_text(observations%knowledge, text, failure)
         call setup_from_text(text, 'memory', knowledge, failure)
@@ -203,7 +200,6 @@ contains
         if (allocated(error)) return
         call setup_from_text(text//'&spurious /', 'memory', knowledge, failure)
         call check_fails(error, failure, 'memory: ... spurious')
-        if (allocated(error)) return
         call case_from_text('&calibration epoch = 5 /', 'memory', again, failure)
         call check_fails(error, failure, 'memory: ... epoch')
     end subroutine test_texts
@@ -222,20 +218,16 @@ contains
         call prepare('front-1', dynamics, state)
         call propagate_arc(dynamics, state, 0.1_dp, 2000000, arc, failure)
         call check_fails(error, failure, 'steps of an arc ... 1000000')
-        if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.1_dp, -1, arc, failure)
         call check_fails(error, failure, 'steps of an arc ... -1')
-        if (allocated(error)) return
         call propagate_arc(dynamics, state, 0.0_dp, 1, arc, failure)
         call check_fails(error, failure, 'interval ... positive')
-        if (allocated(error)) return
         call take_case('front-1', case)
         call make_simulator(case, simulator)
         call make_observations(simulator, 1, 1, observations)
         observations%knowledge%duration = 1e300_dp
         call check_observations(observations, failure)
         call check_fails(error, failure, 'duration ... 1000000')
-        if (allocated(error)) return
         case%duration = 86400
         case%interval = 1e-3_dp
         call new_simulator(case, simulator, failure)

@@ -73,14 +73,13 @@ contains
         ! These files hold the spans alone, where nothing tells the signs of the accelerometer.
         call check(error, estimate%flag == 1 .and. index(estimate%solutions(1)%reason, 'sign of the accelerometer') == 1, &
                    'sign not confirmed')
-        if (.not. allocated(error)) call check(error, estimate%action%kind, CALIBRATE_AGAIN, estimate%action%text)
-        if (allocated(error)) return
+        call check(error, estimate%action%kind, CALIBRATE_AGAIN, estimate%action%text)
         setup = setup_said()
         setup%signs_known = .true.
         call estimate_level1(calibration, setup, 'estimate', estimate, failure)
         call check(error, .not. allocated(failure) .and. estimate%flag == 0, 'signs are known')
-        if (.not. allocated(error)) call check(error, estimate%action%kind == TRIM_IT .and. all(estimate%action%trimmed), &
-                                               estimate%action%text)
+        call check(error, estimate%action%kind == TRIM_IT .and. all(estimate%action%trimmed), &
+                   estimate%action%text)
         ! Spans that are far from each other, or sources, are not to be used.
         estimate%solutions(1)%chi_square = 1000
         call judge(calibration, setup, estimate)
@@ -90,8 +89,8 @@ contains
         call judge(calibration, setup, estimate)
         call check(error, all(estimate%solutions%flag == 2), 'solutions that disagree')
         call take_action(setup%mass, estimate)
-        if (.not. allocated(error)) call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
-                                               estimate%action%text)
+        call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
+                   estimate%action%text)
         estimate%solutions(1)%offset = 11e-3_dp
         call name_faults(calibration, setup, estimate)
         call check(error, says(estimate%findings, 'an offset of 11 mm'), 'an offset beyond all')

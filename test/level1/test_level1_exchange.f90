@@ -73,7 +73,6 @@ contains
             if (.not. allocated(failure)) call read_level1(FOLDER//product//LATER, after, failure)
             if (failed(error, failure)) return
             call check(error, after%count, before%count, product)
-            if (allocated(error)) return
             call check(error, all(after%seconds == before%seconds) .and. all(abs(after%fraction - before%fraction) < 1e-9_dp), &
                        product//' '//form//': other times')
             do i = 1, size(before%fields)
@@ -123,7 +122,6 @@ contains
             if (attempt == 3) call read_text(trim(LINES(1))//LF//trim(LINES(2))//LF, 'ACT1B', acc, message)
             if (failed(error, message)) return
             call check(error, acc%count, 2)
-            if (allocated(error)) return
             call check(error, all(acc%seconds == [EPOCH, EPOCH + 1]), 'other times')
             call check(error, acc%values(2, acc%field_of('lin_accl_y')), -2.6e-8_dp, 'column')
             call check(error, acc%values(1, acc%field_of('lin_accl_z')), 3e-9_dp, 'column')

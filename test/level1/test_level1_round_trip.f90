@@ -277,7 +277,6 @@ contains
         associate (last => estimate%solutions(1))
             call check(error, size(estimate%findings), 1, 'one finding')
             call check(error, estimate%flag, 2, 'not to be trimmed')
-            if (allocated(error)) return
             call check(error, index(estimate%findings(1)%text, 'they fit if the inertia xy is') > 0, estimate%findings(1)%text)
             associate (found => last%beliefs%explanations(1))
                 call check(error, found%complete .and. abs(found%value + MORE) < 4*found%sigma, 'its value')

@@ -377,7 +377,6 @@ contains
         call read_product(path, 'IMU1A', imu, error)
         if (allocated(error)) return
         call check(error, imu%count, 3*8*299, 'three gyros, eight a second')
-        if (allocated(error)) return
         last = 0
         do i = 1, imu%count
             gyro = nint(imu%values(i, imu%field_of('gyro_id')))
@@ -454,7 +453,6 @@ contains
         call read_product(path, 'MAS1B', mas, error)
         if (allocated(error)) return
         call check(error, thr%count, 3, 'a firing in each span')
-        if (allocated(error)) return
         on = thr%field_of('on_time_1') - 1
         state = with%arc%state_at(with%dynamics%firings(1)%time + 0.2_dp)
         state_without = without%arc%state_at(with%dynamics%firings(1)%time + 0.2_dp)
@@ -492,7 +490,6 @@ contains
         call read_product(path, 'ACC1A', acc, error)
         if (allocated(error)) return
         call check(error, abs(all_of_them%count - acc%count - 30) <= 1, 'three seconds are missing')
-        if (allocated(error)) return
         flag = acc%field_of('qualflg')
         bad = count(acc%values(:, flag) > 0)
         call check(error, bad <= 7 .and. bad >= 5, 'flagged samples, but for those in the gap')

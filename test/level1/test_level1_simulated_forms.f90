@@ -88,7 +88,6 @@ contains
                 call read_product(binary_path, BOTH(i), bytes, error, trim(name)//'.dat')
                 if (allocated(error)) return
                 call check(error, bytes%header%binary .and. text%count == bytes%count, BOTH(i)//': form and number')
-                if (allocated(error)) return
                 call check(error, all(text%seconds == bytes%seconds) .and. all(abs(text%fraction - bytes%fraction) <= 0), &
                            BOTH(i)//': tags')
                 ! Text has at most 16 digits of a number of single precision

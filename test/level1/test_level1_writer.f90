@@ -311,7 +311,6 @@ contains
             if (.not. allocated(failure)) call again%next(other, failure)
             call check_passes(error, failure)
             call check(error, block%count, other%count, PRODUCTS(i))
-            if (allocated(error)) return
             do k = 1, size(block%values, 2)
                 call check(error, count(abs(block%values(:block%count, k) - other%values(:block%count, k)) > &
                                         6e-16_dp*abs(block%values(:block%count, k))), 0, &

@@ -87,9 +87,8 @@ contains
             call say_contradiction(solution%beliefs, text)
             k = findloc(NOISE_SUBJECTS(solution%beliefs%noises%subject) == subject, .true., 1)
             call check(error, k > 0, subject//': not tested')
-            if (allocated(error)) return
             call check(error, (solution%beliefs%noises(k)%state == CONTRADICTED) .eqv. words /= '', subject//': '//text)
-            if (.not. allocated(error)) call check(error, index(text, words) > 0, text)
+            call check(error, index(text, words) > 0, text)
         end subroutine tells
     end subroutine test_other_satellite
 
@@ -109,7 +108,7 @@ contains
         call check(error, index(text, 'the inertia zz is 11') > 0 .and. index(text, 'even then') > 0, text)
         report%arc = 600        ! the rotation fits: it is not the arc
         if (.not. allocated(error)) call say_contradiction(report, text)
-        if (.not. allocated(error)) call check(error, index(text, 'the inertia zz is 11') > 0, text)
+        call check(error, index(text, 'the inertia zz is 11') > 0, text)
         report%noises(2)%state = CONTRADICTED
         if (.not. allocated(error)) call say_contradiction(report, text)
         call check(error, index(text, 'inertia') == 0 .and. &

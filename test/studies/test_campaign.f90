@@ -1,5 +1,4 @@
 !> Campaigns in shards: the files of the shards, and what merging makes of them.
-    integer, parameter :: RUNS = 5
 module test_campaign
     use vocabulary
     use simulations, only: take_calibration
@@ -17,6 +16,8 @@ module test_campaign
 
     character(*), parameter :: LF = new_line('a')
     character(10), parameter :: ALGORITHMS(2) = [character(10) :: 'assest-fde', 'ascrest']
+
+    integer, parameter :: RUNS = 5
 
 contains
 
