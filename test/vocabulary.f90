@@ -1,11 +1,16 @@
-!> The words of all tests: kinds of numbers, failures and their checks, files that tests make. Test modules use it whole.
+!> The words of all tests: numbers, angles, vectors and random numbers, failures and their checks, files that tests make. Test
+!> modules use it whole.
 !>
 !> What is tested and must succeed is followed by `if (failed(error, failure)) return`; what a test only needs, by
 !> `call need(failure)`: without it nothing can be tested, so the run ends.
 module vocabulary
     use, intrinsic :: iso_fortran_env, only: error_unit
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: PI, TWO_PI, DEGREE, ARCSECOND, MICROMETRE, MILLIMETRE, EARTH_GM, AXES
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_vectors, only: cross, unit, identity, inverse_3x3
     use fixture, check_message_fails => check_fails, check_no_message => check_passes, failed_with_message => failed
     use testdrive, only: new_unittest, unittest_type, error_type, skip_test
     implicit none

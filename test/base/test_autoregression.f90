@@ -3,7 +3,6 @@ module test_autoregression
     use vocabulary
     use gracecg_base_autoregression
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_random, only: random_stream_t, new_stream
     implicit none
     private
     public :: collect_autoregression

@@ -1,9 +1,7 @@
 !> Coloured noise: the analytic spectrum against the law, the samples against the analytic ones.
 module test_coloured_noise
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_spectrum, only: power_spectrum, HANN
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
     implicit none

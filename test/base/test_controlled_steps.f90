@@ -60,9 +60,7 @@ end module controlled_systems
 
 module test_controlled_steps
     use vocabulary
-    use gracecg_base_constants, only: PI
     use gracecg_base_runge_kutta, only: rkf78_step
-    use gracecg_base_text, only: integer_text
     use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
     use controlled_systems
     implicit none

@@ -2,9 +2,7 @@
 !> fewer do, and none of that many are nearer.
 module test_decimal
     use vocabulary
-    use gracecg_base_text, only: integer_text
     use gracecg_base_decimal, only: scan_real, scan_integer, shortest_digits
-    use gracecg_base_random, only: random_stream_t, new_stream
     implicit none
     private
     public :: collect_decimal

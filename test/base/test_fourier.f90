@@ -1,7 +1,6 @@
 !> Fourier sums: equal to the sums written out, whatever the lengths.
 module test_fourier
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_fourier, only: fourier_sums
     implicit none
     private

@@ -2,9 +2,7 @@
 module test_lanes
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES, lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, total_of
-    use gracecg_base_random, only: random_stream_t, new_stream
     implicit none
     private
     public :: collect_lanes

@@ -3,7 +3,6 @@ module test_lapack
     use vocabulary
     use gracecg_base_lapack, only: symmetric_eigen, normal_equations, grouped_normal_equations, solve_normal_equations, &
         sum_of_products, triangle_of
-    use gracecg_base_vectors, only: identity
     implicit none
     private
     public :: collect_lapack

@@ -5,7 +5,6 @@ module test_parallel
     use gracecg_base_error, only: fail
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
-    use gracecg_base_text, only: integer_text
     implicit none
     private
     public :: collect_parallel

@@ -1,8 +1,7 @@
 !> Identities of the attitude quaternions.
 module test_quaternion
     use vocabulary
-    use gracecg_base_constants, only: PI
-    use gracecg_base_vectors, only: identity, unit, cross, cross_matrix, inverse_3x3
+    use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion
     implicit none
     private

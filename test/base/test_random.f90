@@ -1,9 +1,8 @@
 !> The random numbers: published vectors, independence of streams, distributions.
 module test_random
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES
-    use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32
+    use gracecg_base_random, only: philox_4x32
     use statistics, only: Z_999, mean, correlation, chi_square_limits, ljung_box
     implicit none
     private

@@ -1,7 +1,6 @@
 !> The Runge-Kutta-Fehlberg integrator: order, exactness, error estimate.
 module test_runge_kutta
     use vocabulary
-    use gracecg_base_constants, only: PI
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_base_table_rkf78
     use controlled_systems, only: power_t, kepler_t

@@ -1,8 +1,6 @@
 !> The power spectrum: conservation of power, lines, the level of known noise, gaps.
 module test_spectrum
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_base_spectrum
     use statistics, only: Z_999

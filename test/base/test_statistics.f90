@@ -2,7 +2,6 @@
 module test_statistics
     use vocabulary
     use gracecg_base_statistics, only: median_of, chi_square_tail
-    use gracecg_base_random, only: random_stream_t, new_stream
     implicit none
     private
     public :: collect_statistics

@@ -3,11 +3,11 @@ module command_fixture
     use vocabulary
     use gracecg_base_text, only: split_words
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE
+    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_level1_commands, only: level1_commands
     implicit none
     private
-    public :: run, succeeds, refused
+    public :: run, succeeds, refused, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
 
 contains
 

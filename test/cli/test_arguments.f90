@@ -3,7 +3,7 @@ module test_arguments
     use vocabulary
     use gracecg_cli_arguments
     use gracecg_cli_process, only: process_words
-    use gracecg_base_text, only: string_t, split
+    use gracecg_base_text, only: split
     implicit none
     private
     public :: collect_arguments

@@ -1,13 +1,10 @@
 !> `gracecg bound`, and what `estimate` and `montecarlo` say of `optimal`.
 module test_bound_command
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_text, only: string_t, split
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
+    use calibrations
+    use gracecg_base_text, only: split
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run
+    use command_fixture
     implicit none
     private
     public :: collect_bound_command

@@ -3,14 +3,11 @@
 module test_calibration_page
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use vocabulary
-    use gracecg_base_text, only: string_t
+    use calibrations
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
     use gracecg_files_json, only: read_json_numbers
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED
-    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
-    use command_fixture, only: run
+    use command_fixture
     implicit none
     private
     public :: collect_calibration_page

@@ -1,11 +1,10 @@
 !> Cases on the command line: the list, files of them, whole and broken, edited ones, and what refuses a case.
 module test_case_commands
     use vocabulary
-    use gracecg_base_text, only: string_t, split, split_words, real_text
+    use gracecg_base_text, only: split, split_words, real_text
     use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, remove_file
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run, succeeds, refused
+    use command_fixture
     implicit none
     private
     public :: collect_case_commands

@@ -3,15 +3,15 @@
 module test_commands
     use vocabulary
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t, split, split_words
+    use gracecg_base_text, only: split, split_words
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory
     use gracecg_files_table, only: read_csv
     use gracecg_studies_curves, only: CURVE_NAMES, curve_column
     use gracecg_cli_console, only: console_t, console_width
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use gracecg_cli_command_line, only: run_command_line
     use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
-    use command_fixture, only: run, succeeds, refused
+    use command_fixture
     implicit none
     private
     public :: collect_commands

@@ -1,11 +1,10 @@
 !> The commands of `model`: their numbers, and places where no model holds.
 module test_model_commands
     use vocabulary
-    use gracecg_base_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
-    use gracecg_base_text, only: string_t, split, parse_real
+    use gracecg_base_constants, only: ASTRONOMICAL_UNIT
+    use gracecg_base_text, only: split, parse_real
     use gracecg_files_file, only: text_file_t, text_file_of
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run, succeeds, refused
+    use command_fixture
     implicit none
     private
     public :: collect_model_commands

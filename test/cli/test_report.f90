@@ -5,9 +5,8 @@ module test_report
     use gracecg_base_text, only: real_text, share_text, pick_text
     use gracecg_files_file, only: file_exists, make_directory, remove_file
     use gracecg_studies_table_report_rms, only: RMS_VALUES
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_cli_campaign_tables, only: percent_text
-    use command_fixture, only: run, refused
+    use command_fixture
     implicit none
     private
     public :: collect_report

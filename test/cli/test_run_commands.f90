@@ -2,12 +2,11 @@
 module test_run_commands
     use vocabulary
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t, split, parse_real
+    use gracecg_base_text, only: split, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory, remove_file
     use gracecg_files_table, only: read_csv, table_file_t
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run, succeeds, refused
+    use command_fixture
     implicit none
     private
     public :: collect_run_commands

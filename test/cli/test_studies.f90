@@ -1,15 +1,11 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
     use vocabulary
-    use simulations, only: make_observations, take_case
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_text, only: string_t, split_words
+    use calibrations
+    use gracecg_base_text, only: split_words
     use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, make_directory
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, disturbance_at
+    use gracecg_simulation_simulator, only: disturbance_at
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors

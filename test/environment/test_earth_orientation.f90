@@ -1,8 +1,8 @@
 !> The Earth in inertial axes: published values of the IAU's routines, and the files of the IERS.
 module test_earth_orientation
     use vocabulary
-    use gracecg_base_constants, only: ARCSECOND, EARTH_ROTATION_RATE, SECONDS_PER_DAY
-    use gracecg_base_vectors, only: identity, rotation_z
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE, SECONDS_PER_DAY
+    use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_environment_earth_orientation
     use gracecg_environment_iers_file, only: read_earth_parameters

@@ -1,7 +1,7 @@
 !> Knocke's Earth radiation model: geometry, constants, limits.
 module test_earth_radiation
     use vocabulary
-    use gracecg_base_constants, only: DEGREE, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
+    use gracecg_base_constants, only: ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
     use gracecg_environment_earth_radiation
     use gracecg_base_vectors, only: rotation_z
     implicit none

@@ -1,7 +1,7 @@
 !> The geomagnetic field: identities, independently computed values, and the reader of SHC files.
 module test_geomagnetic_field
     use vocabulary
-    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF, NANOTESLA
+    use gracecg_base_constants, only: EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_environment_geomagnetic_field
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_environment_shc_file, only: read_shc

@@ -2,7 +2,6 @@
 module test_geopotential
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use vocabulary
-    use gracecg_base_constants, only: DEGREE
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc

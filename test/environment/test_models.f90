@@ -2,9 +2,8 @@
 !> needs nothing but its own file.
 module test_models
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: EARTH_GM, EARTH_RADIUS_EGM96
-    use gracecg_base_vectors, only: identity
+    use calibrations
+    use gracecg_base_constants, only: EARTH_RADIUS_EGM96
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_environment_geopotential, only: gravity_model_t, geopotential_t, new_geopotential
     use gracecg_environment_gravity_models, only: new_gravity_model, GRAVITY_MODELS
@@ -15,7 +14,7 @@ module test_models
     use gracecg_environment_density_models, only: new_density_model, density_settings_t, DENSITY_MODELS
     use gracecg_environment_wind, only: wind_model_t
     use gracecg_environment_wind_models, only: new_wind_model, WIND_MODELS
-    use gracecg_simulation_case, only: case_t, case_from_text, case_text
+    use gracecg_simulation_case, only: case_from_text, case_text
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t
     implicit none

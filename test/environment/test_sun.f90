@@ -1,9 +1,7 @@
 !> The Sun against the JPL ephemeris DE421, and the Earth's shadow.
 module test_sun
     use vocabulary
-    use gracecg_base_constants, only: PI, ARCSECOND, ASTRONOMICAL_UNIT, SOLAR_RADIUS, &
-        WGS84_SEMI_MAJOR_AXIS
-    use gracecg_base_vectors, only: cross
+    use gracecg_base_constants, only: ASTRONOMICAL_UNIT, SOLAR_RADIUS, WGS84_SEMI_MAJOR_AXIS
     use gracecg_environment_sun, only: sun_position, conical_shadow
     implicit none
     private

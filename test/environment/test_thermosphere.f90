@@ -2,7 +2,6 @@
 module test_thermosphere
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_is_finite
     use vocabulary
-    use gracecg_base_constants, only: DEGREE, PI
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         density_wave_t
     use gracecg_environment_dtm, only: dtm_t, new_dtm

@@ -2,8 +2,7 @@
 module test_time
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use vocabulary
-    use gracecg_base_constants, only: PI, TWO_PI, DEGREE, SECONDS_PER_DAY, EARTH_ROTATION_RATE, &
-        WGS84_SEMI_MAJOR_AXIS, WGS84_FLATTENING
+    use gracecg_base_constants, only: SECONDS_PER_DAY, EARTH_ROTATION_RATE, WGS84_SEMI_MAJOR_AXIS, WGS84_FLATTENING
     use gracecg_environment_time
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     implicit none

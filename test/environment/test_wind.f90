@@ -1,7 +1,6 @@
 !> Horizontal wind: the embedded table, its interpolation, and the reader of such tables.
 module test_wind
     use vocabulary
-    use gracecg_base_constants, only: DEGREE
     use gracecg_environment_wind
     implicit none
     private

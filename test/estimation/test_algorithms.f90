@@ -2,19 +2,13 @@
 !> four estimators.
 module test_algorithms
     use vocabulary
-    use simulations, only: make_observations, take_case
-    use gracecg_base_vectors, only: cross_matrix, identity
+    use calibrations
+    use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
         rotation_angle_between
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
     use gracecg_estimation_report_problem, only: report_problem_t, prepare_problem, small_angles, small_rotation
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use test_estimators, only: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
     implicit none
     private

@@ -2,8 +2,7 @@
 !> and what cannot be estimated is left out or refused.
 module test_arc_chain
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_calibration
-    use gracecg_base_constants, only: TWO_PI
+    use calibrations
     use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_plus, sidereal_angle, parse_utc
@@ -11,13 +10,10 @@ module test_arc_chain
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, dipole_moment, moves_rods, begin_rods_at, &
         new_torque_rods
     use gracecg_observations_arc_of_run, only: arc_of_run
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
-    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
-    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
+    use gracecg_estimation_options, only: WAVE_NONE
     implicit none
     private
     public :: collect_arc_chain

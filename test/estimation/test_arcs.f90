@@ -1,17 +1,12 @@
 !> One fit of several arcs: the offset of a case that is flown more than once, against the truth and against `optimal`.
 module test_arcs
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_calibration
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_observations_observation_set, only: observation_set_t
+    use calibrations
     use gracecg_observations_parameters
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
+    use gracecg_estimation_options, only: WAVE_NONE
     use gracecg_estimation_information, only: squares_of
-    use gracecg_estimation_solution, only: solution_t
     use statistics, only: chi_square_limits
     implicit none
     private

@@ -1,7 +1,6 @@
 !> The fitting dynamics and their state transition matrix.
 module test_attitude_fit
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_quaternion, only: rotation_matrix, normalised, quaternion_rate
     use gracecg_estimation_attitude_fit
     implicit none

@@ -2,26 +2,20 @@
 !> exactly.
 module test_estimators
     use vocabulary
-    use gracecg_base_constants, only: ARCSECOND, TWO_PI
-    use gracecg_base_vectors, only: unit
+    use calibrations
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use statistics, only: chi_square_limits
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t, rod_moments, &
         take_measured_moments
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_information, only: squares_of
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, &
         new_attitude_fit
     use gracecg_estimation_offset_model, only: offset_matrix
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
-    use gracecg_estimation_solution, only: solution_t
     implicit none
     private
     public :: collect_estimators

@@ -5,22 +5,15 @@
 !> as the formal sigmas are; these have to stay within stated limits of those without the fault.
 module test_faults
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_case
-    use gracecg_base_constants, only: DEGREE, AXES
-    use gracecg_base_text, only: string_t
+    use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_plus
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
+    use gracecg_simulation_simulator, only: new_simulator
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     implicit none
     private

@@ -1,24 +1,16 @@
 !> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
 module test_fit_diagnostics
     use vocabulary
-    use simulations, only: make_observations, take_case
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_vectors, only: inverse_3x3
+    use calibrations
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics
     use gracecg_estimation_action, only: action_t, known_offset_t, decide, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_verdict, only: verdict_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
-    use gracecg_simulation_case, only: case_t
     use statistics, only: Z_999
     implicit none
     private

@@ -2,13 +2,10 @@
 !> agreement; and the history of offsets.
 module test_joint
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_calibration
-    use gracecg_base_constants, only: MILLIMETRE, YEAR => JULIAN_YEAR
+    use calibrations
+    use gracecg_base_constants, only: YEAR => JULIAN_YEAR
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_planning_calibration, only: calibration_t
     use gracecg_estimation_information, only: information_t, eliminated_t, information_of, squares_of
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -16,12 +13,11 @@ module test_joint
         trace_offset
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
+    use gracecg_estimation_options, only: WAVE_NONE
     use gracecg_observations_parameters
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_run_information, only: run_information_t
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
     use test_offset_movement, only: movement_tests
     use statistics, only: chi_square_limits

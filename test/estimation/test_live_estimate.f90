@@ -1,23 +1,18 @@
 !> The live estimate: against `sequential` on the same samples, in what it leaves out and refuses, and in loops that it ends.
 module test_live_estimate
     use vocabulary
-    use simulations, only: take_case
+    use calibrations
     use gracecg_base_error, only: number_text
-    use gracecg_base_vectors, only: inverse_3x3
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_interpolation, only: interpolation_at, interpolated, cubic_interpolated
     use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
     use gracecg_estimation_offset_information, only: gather_information
-    use gracecg_estimation_options, only: estimation_options_t, STRAIGHT_LINE
-    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_options, only: STRAIGHT_LINE
     use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     use gracecg_planning_site, only: fly_moments
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_limits, only: attitude_motion_t
-    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_simulation_simulator, only: observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
     use statistics, only: chi_square_limits

@@ -2,9 +2,7 @@
 !> against plain least squares and published sigmas.
 module test_noise_whitening
     use vocabulary
-    use gracecg_base_vectors, only: unit
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_offset_model, only: offset_matrix

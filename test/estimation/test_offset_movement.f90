@@ -1,7 +1,6 @@
 !> An offset that moves: jumps and drifts told from each other and from chance, of calibrations and of arcs.
 module test_offset_movement
     use vocabulary
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, seconds_between
     use gracecg_estimation_information, only: information_t, no_information, squares_of
     use gracecg_estimation_offset_change, only: offset_change_t

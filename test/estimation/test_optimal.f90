@@ -2,21 +2,14 @@
 !> known dynamics, noise drawn here.
 module test_optimal
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
+    use calibrations
     use gracecg_base_error, only: number_text
-    use gracecg_base_text, only: integer_text
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, information_matrix
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_variance_components, only: estimate_spectrum
     use test_estimators, only: example, OFFSET
     implicit none

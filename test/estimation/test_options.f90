@@ -1,20 +1,14 @@
 !> How to estimate: what needs no telling, files of options, and options beside other settings.
 module test_options
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_calibration
-    use gracecg_base_constants, only: DEGREE
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: setup_text, setup_from_text
-    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text
+    use gracecg_estimation_options, only: read_options, options_from_text, options_text
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_planning_calibration, only: find_calibration, calibration_text
     implicit none
     private
     public :: collect_options

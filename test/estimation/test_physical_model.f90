@@ -2,12 +2,10 @@
 !> dynamics of the simulation, conservation of angular momentum.
 module test_physical_model
     use vocabulary
-    use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_vectors, only: cross, identity, cross_matrix
+    use calibrations
+    use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &

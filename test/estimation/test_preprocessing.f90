@@ -2,12 +2,11 @@
 module test_preprocessing
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI, SOLAR_RADIUS, WGS84_SEMI_MAJOR_AXIS
-    use gracecg_base_vectors, only: cross, unit
+    use calibrations
+    use gracecg_base_constants, only: SOLAR_RADIUS, WGS84_SEMI_MAJOR_AXIS
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
-    use gracecg_observations_observation_set, only: observation_set_t, SAMPLE_TOLERANCE
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE
     use gracecg_environment_sun, only: sun_position
     use gracecg_environment_time, only: utc_t, parse_utc, julian_centuries_tt
     use gracecg_estimation_fitting_data

@@ -1,7 +1,6 @@
 !> The rotation of a rigid body: order of the integration, conserved quantities, partials.
 module test_rigid_body
     use vocabulary
-    use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_observations_parameters, only: RATES => RATE
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, integrate_trajectory

@@ -2,22 +2,14 @@
 !> but where said: they are not what filter and batch differ in.
 module test_sequential
     use vocabulary
-    use simulations, only: make_observations, take_case
-    use gracecg_base_constants, only: TWO_PI
+    use calibrations
     use gracecg_base_error, only: number_text
-    use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process
-    use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, STRAIGHT_LINE
+    use gracecg_estimation_options, only: sequential_options_t, STRAIGHT_LINE
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_simulation_simulator, only: observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use statistics, only: chi_square_limits
     implicit none

@@ -1,7 +1,6 @@
 !> The first screening for spikes.
 module test_spike_screen
     use vocabulary
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_estimation_spike_screen
     implicit none
     private

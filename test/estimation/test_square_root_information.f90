@@ -2,8 +2,6 @@
 !> posterior.
 module test_square_root_information
     use vocabulary
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_gauss_markov
     use gracecg_estimation_square_root_information

@@ -2,16 +2,11 @@
 !> against the scatter of many calibrations; and the history of the iterations.
 module test_state_sigmas
     use vocabulary
-    use simulations, only: make_observations, take_calibration
+    use calibrations
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_text, only: real_text
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, STATE, STATE_NAMES, STATE_OFFSET, &
         STATE_RATE, STATE_ATTITUDE, STATE_DRIFT, STATE_BIAS
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     implicit none
     private

@@ -5,7 +5,6 @@ module test_csv
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_table, only: read_csv, table_file_t
     use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
-    use gracecg_base_text, only: string_t
     implicit none
     private
     public :: collect_csv

@@ -2,7 +2,7 @@
 module test_json
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
     use vocabulary
-    use gracecg_base_text, only: string_t, parse_real
+    use gracecg_base_text, only: parse_real
     use gracecg_files_json, only: json_writer_t, read_json_list, read_json_numbers, read_json_text
     use gracecg_files_units, only: unit_of_column
     implicit none

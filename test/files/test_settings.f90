@@ -2,7 +2,6 @@
 !> mistake.
 module test_settings
     use vocabulary
-    use gracecg_base_constants, only: DEGREE
     use gracecg_files_settings
     use gracecg_files_file, only: remove_file
     implicit none

@@ -2,7 +2,7 @@
 module test_table
     use vocabulary
     use gracecg_files_table
-    use gracecg_base_text, only: string_t, split_words
+    use gracecg_base_text, only: split_words
     implicit none
     private
     public :: collect_table

@@ -2,7 +2,7 @@
 module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
-    use simulations, only: make_observations
+    use calibrations
     use gracecg, only: dp, error_t, observation_set_t
     use c_library
     implicit none

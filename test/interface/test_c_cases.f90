@@ -3,7 +3,7 @@
 module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
     use vocabulary
-    use simulations, only: make_simulator, take_calibration, take_case
+    use calibrations
     use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
         build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
         simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &

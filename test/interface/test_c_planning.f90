@@ -2,7 +2,7 @@
 module test_c_planning
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
-    use simulations, only: take_calibration, take_case
+    use calibrations
     use gracecg, only: dp, error_t, message_of, calibration_t, find_calibration, case_t, find_case, case_text, &
         estimation_options_t, case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, &
         map_case

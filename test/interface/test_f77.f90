@@ -1,7 +1,7 @@
 !> The Fortran 77 entry points: the numbers of the Fortran API, status and message.
 module test_f77
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_calibration, take_case
+    use calibrations
     use gracecg, only: dp, error_t, message_of, LIBRARY_VERSION, utc_t, gmst_1982, earth_parameters_t, read_earth_parameters, &
         earth_orientation_t, new_earth_orientation, geopotential_t, egm96
     use gracecg, only: case_t, find_case, calibration_t, find_calibration, build_dynamics, initial_state, &

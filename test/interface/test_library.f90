@@ -2,8 +2,7 @@
 !> calibration from arrays in memory.
 module test_library
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_case
-    use gracecg_estimation_options, only: estimation_options_t
+    use calibrations
     use gracecg
     implicit none
     private

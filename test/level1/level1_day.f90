@@ -1,10 +1,10 @@
 !> A small manoeuvre of a rigid body, integrated here and written as Level-1 files, with one thing wrong or none.
 module level1_day
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE
-    use gracecg_base_text, only: string_t, integer_text, parse_integer
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE
+    use gracecg_base_text, only: parse_integer
     use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised
-    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
+    use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
     use gracecg_files_file, only: output_file_t, make_directory, text_file_t, read_text_file
     use gracecg_level1_setup, only: level1_setup_t

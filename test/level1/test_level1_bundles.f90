@@ -1,7 +1,7 @@
 !> Level-1 files as data centres give them out: bundles, compressed files, folders in folders, releases, parts.
 module test_level1_bundles
     use vocabulary
-    use gracecg_base_text, only: split_words, string_t
+    use gracecg_base_text, only: split_words
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t
     use gracecg_files_file, only: text_file_t, read_text_file

@@ -2,7 +2,6 @@
 !> measurements (an independent reader and fit).
 module test_level1_check
     use vocabulary
-    use gracecg_base_text, only: string_t, integer_text
     use gracecg_files_file, only: directory_exists, make_directory
     use gracecg_level1_check, only: level1_check_t, check_level1
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder

@@ -2,7 +2,6 @@
 module test_level1_days
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_size_t
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI, MICROMETRE
     use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
     use f77_interfaces, only: gcl1dy
     use gracecg_base_text, only: split_words

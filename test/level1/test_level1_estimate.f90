@@ -2,8 +2,8 @@
 !> its name.
 module test_level1_estimate
     use vocabulary
-    use gracecg_base_constants, only: MICROMETRE
-    use gracecg_base_text, only: integer_text, split_words
+    use calibrations
+    use gracecg_base_text, only: split_words
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
     use gracecg_level1_commands, only: level1_commands
@@ -15,12 +15,8 @@ module test_level1_estimate
     use gracecg_estimation_action, only: TRIM_IT, CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_level1_judgement, only: take_action, offset_remark, judge, name_faults
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: rod_moments
     use gracecg_level1_preparation, only: prepare_observations
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_solution, only: solution_t
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
     implicit none

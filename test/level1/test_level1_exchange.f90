@@ -3,7 +3,7 @@
 module test_level1_exchange
     use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix
-    use gracecg_base_text, only: string_t, join, padded, integer_text
+    use gracecg_base_text, only: join, padded
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_level1_conversion, only: exchange_level1
     use gracecg_level1_records, only: level1_records_t, read_level1

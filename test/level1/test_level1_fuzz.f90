@@ -5,8 +5,7 @@
 !> library (text), byte by byte by writing them again (binary).
 module test_level1_fuzz
     use vocabulary
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_text, only: parse_real, integer_text, lower_case
+    use gracecg_base_text, only: parse_real, lower_case
     use gracecg_files_file, only: file_exists, text_file_t, read_text_file
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, KIND_F4, KIND_F8, KIND_LETTER, &

@@ -1,12 +1,9 @@
 !> The parts of the estimate from Level-1 files: heads together, axes of gyros, steps of held currents.
 module test_level1_parts
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_text, only: real_text
     use gracecg_base_quaternion, only: rotation_matrix, normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_between
-    use gracecg_base_vectors, only: identity, inverse_3x3
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_heads, only: combine_heads

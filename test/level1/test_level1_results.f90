@@ -1,7 +1,7 @@
 !> What follows from an offset by Level-1 files: residuals and their spectrum, steps of the trim masses, the trend.
 module test_level1_results
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI, MICROMETRE, JULIAN_YEAR
+    use gracecg_base_constants, only: JULIAN_YEAR
     use gracecg_files_file, only: remove_file
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1

@@ -1,8 +1,8 @@
 !> Simulated Level-1 files and back: estimates of what was put in, and faults told by their names.
 module test_level1_round_trip
     use vocabulary
-    use gracecg_base_constants, only: MICROMETRE
-    use gracecg_base_text, only: string_t, integer_text, real_text, parse_real, split_words
+    use calibrations
+    use gracecg_base_text, only: real_text, parse_real, split_words
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t, STATUS_NOT_TO_BE_USED
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
@@ -16,10 +16,6 @@ module test_level1_round_trip
     use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_preparation, only: prepare_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t

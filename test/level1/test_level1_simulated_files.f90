@@ -1,9 +1,9 @@
 !> Simulated Level-1 files: every instrument's effect against a formula of its own.
 module test_level1_simulated_files
     use vocabulary
-    use gracecg_base_constants, only: ARCSECOND, DEGREE, MICROTESLA, NANOTESLA, TWO_PI
+    use gracecg_base_constants, only: MICROTESLA, NANOTESLA
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix, rotation_angle_between
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: real_text
     use gracecg_level1_frames, only: gracecg_quaternion, mounting_of_head, inertial_of_earth_fixed_by_states
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup

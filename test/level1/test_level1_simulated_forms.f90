@@ -2,7 +2,6 @@
 module test_level1_simulated_forms
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use vocabulary
-    use gracecg_base_text, only: integer_text
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t

@@ -1,13 +1,10 @@
 !> Flights of simulated Level-1 files: dynamics by the laws of mechanics, settings.
 module test_level1_simulation
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: DEGREE, EARTH_GM, NANOTESLA, TWO_PI
+    use calibrations
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
-    use gracecg_base_text, only: string_t
-    use gracecg_base_vectors, only: cross
     use gracecg_files_file, only: make_directory
-    use gracecg_simulation_case, only: case_t
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_simulated_files, only: write_level1_folder
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings

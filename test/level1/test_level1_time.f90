@@ -1,10 +1,8 @@
 !> Time and frames of Level-1 data: identities, and official files where they are at hand.
 module test_level1_time
     use vocabulary
-    use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_from_axis_angle, &
         rotation_angle_between, conjugate_quaternion, quaternion_product
-    use gracecg_base_vectors, only: cross, identity
     use gracecg_environment_time, only: utc_t, utc_text, parse_utc, utc_of_gps
     use gracecg_files_file, only: file_exists
     use gracecg_level1_frames

@@ -2,8 +2,7 @@
 module test_level1_writer
     use, intrinsic :: iso_fortran_env, only: real32
     use vocabulary
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_text, only: string_t, padded, join, parse_real
+    use gracecg_base_text, only: padded, join, parse_real
     use gracecg_files_file, only: file_exists
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names, KIND_I1, KIND_I2, &

@@ -1,14 +1,12 @@
 !> Observation sets as files: what is written is read, and every broken file is refused.
 module test_observation_files
     use vocabulary
-    use simulations, only: make_observations, make_simulator
-    use gracecg_base_constants, only: DEGREE
+    use calibrations
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
     use gracecg_environment_time, only: time_tag
     use gracecg_base_text, only: real_text
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
-    use gracecg_simulation_simulator, only: simulator_t, measure_rods
+    use gracecg_simulation_simulator, only: measure_rods
     implicit none
     private
     public :: collect_observation_files

@@ -4,7 +4,6 @@ module mission_check
     use vocabulary
     use gracecg_base_constants, only: YEAR => JULIAN_YEAR
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between
     use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_offset_change, only: offset_change_t

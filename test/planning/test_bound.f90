@@ -1,19 +1,13 @@
 !> The bound against independent numbers and the estimators, and what is said of impossible cases.
 module test_bound
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: PI, MICROMETRE
+    use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_dynamics, only: OMEGA, POSITION
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
-    use gracecg_base_constants, only: EARTH_GM
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_simulation_simulator, only: new_simulator, observe
     use gracecg_planning_next_manoeuvre, only: say_next_manoeuvre
     use gracecg_planning_observed_case, only: case_of_observations
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
@@ -23,7 +17,6 @@ module test_bound
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc
-    use gracecg_base_vectors, only: inverse_3x3
     use statistics, only: chi_square_limits
     implicit none
     private

@@ -1,12 +1,11 @@
 !> The planner: the search and its guarantees, places and plans. How good manoeuvres are at a place: test_site.
 module test_design
     use vocabulary
-    use simulations, only: take_calibration, take_case
-    use gracecg_base_constants, only: DEGREE, MICROMETRE
+    use calibrations
     use gracecg_spacecraft_torque_rods
     use gracecg_base_quaternion, only: rotation_angle_between
-    use gracecg_simulation_case, only: case_t, read_case, case_text
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_simulation_case, only: read_case, case_text
+    use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_moved_case, only: moved_case
     use gracecg_planning_site
@@ -14,7 +13,6 @@ module test_design
     use gracecg_planning_candidates
     use gracecg_planning_design
     use gracecg_planning_planner
-    use gracecg_planning_calibration, only: calibration_t
     use test_site, only: site_tests, stand, three_rods
     use test_whisper, only: whisper_tests
     implicit none

@@ -2,16 +2,14 @@
 !> how case files state them.
 module test_manoeuvre
     use vocabulary
-    use simulations, only: make_simulator, take_case
-    use gracecg_base_constants, only: DEGREE, PI
-    use gracecg_base_vectors, only: cross
+    use calibrations
     use gracecg_spacecraft_torque_rods
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, OMEGA, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
-    use gracecg_simulation_case, only: case_t, read_case, case_text
+    use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
+    use gracecg_simulation_simulator, only: new_simulator, propagate_case
     use gracecg_simulation_limits
     implicit none
     private

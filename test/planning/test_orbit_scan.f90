@@ -2,16 +2,12 @@
 !> 6.4, and what section 6.2 says of them.
 module test_orbit_scan
     use vocabulary
-    use simulations, only: make_simulator, take_case
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_text, only: integer_text
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
-    use gracecg_simulation_simulator, only: simulator_t, propagate_case
+    use gracecg_simulation_simulator, only: propagate_case
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use gracecg_planning_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, candidates_along, programme_sigma

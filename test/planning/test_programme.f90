@@ -1,14 +1,11 @@
 !> Programmes of several manoeuvres: what the report's cases give together, and the search against all programmes.
 module test_programme
     use vocabulary
-    use simulations, only: take_calibration
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_planning_calibration, only: calibration_t
+    use calibrations
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, programme_sigma
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_estimation_offset_history, only: history_settings_t
-    use gracecg_base_vectors, only: inverse_3x3
     use mission_check, only: mission_result_t, check_mission
     use statistics, only: chi_square_limits
     implicit none

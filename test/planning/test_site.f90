@@ -1,18 +1,13 @@
 !> How good a manoeuvre is at a place, against the true arc and by identities.
 module test_site
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: DEGREE, MICROMETRE
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use calibrations
     use gracecg_spacecraft_torque_rods
     use gracecg_simulation_dynamics, only: OMEGA
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_offset_information, only: gather_information
     use gracecg_estimation_noise_whitening, only: weigh_series
-    use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: propagate_case
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_simulation_limits, only: attitude_motion_t

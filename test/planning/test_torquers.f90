@@ -2,23 +2,18 @@
 !> 100 seeds, torque histories, and what is refused.
 module test_torquers
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_calibration
-    use gracecg_base_constants, only: TWO_PI, DEGREE
+    use calibrations
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
-    use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_files_file, only: remove_file
     use gracecg_spacecraft_torque_rods
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: write_observations, read_observations
-    use gracecg_simulation_case, only: case_t, case_from_text, case_text
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, measure_rods
-    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_simulation_case, only: case_from_text, case_text
+    use gracecg_simulation_simulator, only: new_simulator, observe, measure_rods
     use gracecg_estimation_fit_record, only: fit_record_t
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_planning_calibration, only: find_calibration, calibration_text
     use gracecg_planning_candidates, only: design_settings_t
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre

@@ -1,11 +1,8 @@
 !> Weak tones all the time: what they reach, against the flown rotation and the whitened samples of arcs along the orbit.
 module test_whisper
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: MICROMETRE
-    use gracecg_base_vectors, only: inverse_3x3
+    use calibrations
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods
-    use gracecg_simulation_case, only: case_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site
     use gracecg_planning_whisper, only: whisper_limits_t, whisper_plan_t, plan_whisper

@@ -26,15 +26,13 @@ end module constant_fields
 
 module test_truth_arc
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_vectors, only: identity
+    use calibrations
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, new_torque_rods, WAVEFORM_NAMES, SINE, COSINE, TAPERED, SQUARE
     use gracecg_simulation_dynamics
     use gracecg_simulation_arc
     use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
-    use gracecg_simulation_case, only: case_t, flies_under_control
+    use gracecg_simulation_case, only: flies_under_control
     use test_equations_of_motion, only: full_dynamics
     use constant_fields, only: constant_field_t
     implicit none

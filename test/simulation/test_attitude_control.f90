@@ -1,23 +1,19 @@
 !> Magnetic attitude control: the law by its identities, a flight under it, and what the operator is told of it.
 module test_attitude_control
     use vocabulary
-    use simulations, only: make_observations, make_simulator, take_case
-    use gracecg_base_constants, only: DEGREE, TWO_PI
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between, &
         quaternion_of_matrix
-    use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: rod_moments
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_attitude_control, only: attitude_control_t
-    use gracecg_simulation_case, only: case_t, case_from_text, case_text
+    use gracecg_simulation_case, only: case_from_text, case_text
     use gracecg_simulation_case_models, only: initial_state
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
-    use gracecg_simulation_simulator, only: simulator_t, propagate_case
+    use gracecg_simulation_simulator, only: propagate_case
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
-    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_options, only: WAVE_NONE
     implicit none
     private
     public :: collect_attitude_control

@@ -1,9 +1,9 @@
 !> The coupled equations of motion: what they conserve, their symmetries, their parts.
 module test_equations_of_motion
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, DEGREE
-    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
+    use calibrations
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE
+    use gracecg_base_vectors, only: rotation_z
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
     use gracecg_base_runge_kutta, only: rkf78_step
@@ -13,7 +13,6 @@ module test_equations_of_motion
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_simulation_dynamics
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     implicit none
     private

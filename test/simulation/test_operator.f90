@@ -1,22 +1,17 @@
 !> An operator who errs: what is told changes, the truth does not; draws, files, and what right knowledge mends.
 module test_operator
     use vocabulary
-    use simulations, only: make_simulator, take_case
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_text, only: integer_text, real_text
+    use calibrations
+    use gracecg_base_text, only: real_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, new_harmonic_manoeuvre
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: setup_text, setup_from_text
-    use gracecg_simulation_case, only: case_t, case_text, case_from_text
+    use gracecg_simulation_case, only: case_text, case_from_text
     use gracecg_simulation_operator_errors
     use gracecg_simulation_operator_view, only: operator_knowledge
-    use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise, tell_operator, operator_of_run
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_simulator, only: observe, tell_operator, operator_of_run
     use gracecg_estimation_report_options, only: report_options
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
     use test_simulation, only: prepare
     implicit none

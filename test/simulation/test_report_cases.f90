@@ -1,21 +1,20 @@
 !> The report's six cases: consistent in themselves and with what the report says of them.
 module test_report_cases
     use vocabulary
-    use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
+    use calibrations
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: seconds_between, gmst_1982
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_rod_pattern, only: rod_pattern
     use gracecg_spacecraft_torque_rods, only: dipole_moment
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
-    use gracecg_simulation_case, only: case_t, read_case, case_text
+    use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES, published_name
+    use gracecg_simulation_report_cases, only: report_case, PRINTED_CASE_NAMES, published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in, expanded_cases
-    use gracecg_base_text, only: string_t
     use gracecg_files_file, only: remove_file
     implicit none
     private

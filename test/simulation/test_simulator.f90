@@ -1,15 +1,13 @@
 !> Simulated observations: their epochs, their noise, and that they are the same again.
 module test_simulation
     use vocabulary
-    use gracecg_base_constants, only: TWO_PI, EARTH_GM
-    use gracecg_base_vectors, only: cross
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use statistics, only: chi_square_limits, Z_999
     use gracecg_environment_thermosphere, only: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     use gracecg_simulation_dynamics, only: OMEGA, POSITION, ATTITUDE
-    use gracecg_observations_observation_set, only: observation_set_t, check_observations
+    use gracecg_observations_observation_set, only: check_observations
     use gracecg_observations_knowledge, only: a_priori_t
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
         drawn_wave, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, operator_of_run

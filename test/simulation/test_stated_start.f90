@@ -2,13 +2,11 @@
 !> attitude to the Earth.
 module test_stated_start
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: DEGREE, EARTH_GM
+    use calibrations
     use gracecg_base_quaternion, only: rotation_matrix, rotation_angle_between
-    use gracecg_base_vectors, only: cross, unit
     use gracecg_base_text, only: real_text
     use gracecg_environment_time, only: utc_t, utc_plus, modified_julian_day
-    use gracecg_simulation_case, only: case_t, case_from_text, case_text
+    use gracecg_simulation_case, only: case_from_text, case_text
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t
     use gracecg_simulation_orbital_elements, only: kepler_state, tle_state

@@ -1,9 +1,7 @@
 !> Mass properties: parallel axes, centre of gravity, and what is refused.
 module test_mass_properties
     use vocabulary
-    use gracecg_base_constants, only: EARTH_GM
     use gracecg_spacecraft_mass_properties
-    use gracecg_base_vectors, only: identity, unit, inverse_3x3
     implicit none
     private
     public :: collect_mass_properties

@@ -1,9 +1,7 @@
 !> The trapezoidal satellite and its cross-sections.
 module test_plates
     use vocabulary
-    use gracecg_base_constants, only: PI
     use gracecg_spacecraft_plates
-    use gracecg_base_vectors, only: cross
     implicit none
     private
     public :: collect_plates

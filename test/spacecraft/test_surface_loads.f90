@@ -2,12 +2,11 @@
 module test_surface_loads
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use vocabulary
-    use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_base_constants, only: SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, surface_of, new_trapezoid, MAX_PLATES
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_spacecraft_surface_loads
-    use gracecg_base_vectors, only: cross, unit
     implicit none
     private
     public :: collect_surface_loads

@@ -1,7 +1,6 @@
 !> The manoeuvre of the torque rods.
 module test_torque_rods
     use vocabulary
-    use gracecg_base_constants, only: PI
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, series_moments, check_moments_cover
     use gracecg_spacecraft_rod_pattern, only: rod_pattern
     use gracecg_spacecraft_torque_rods

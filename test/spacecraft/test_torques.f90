@@ -1,8 +1,6 @@
 !> The torque of the gravity gradient.
 module test_torques
     use vocabulary
-    use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_vectors, only: cross, identity, unit
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     implicit none

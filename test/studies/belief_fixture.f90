@@ -1,11 +1,8 @@
 !> What the tests of beliefs have in common: the simulator of a case, and a density wave near the period of the rods.
 module belief_fixture
     use vocabulary
-    use simulations, only: make_simulator, take_calibration
+    use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_estimation_options, only: estimation_options_t
     implicit none
     private
     public :: simulator_of, WAVE_NEAR_RODS

@@ -1,17 +1,10 @@
 !> What the tests of beliefs say of wrong ones: whether they are contradicted, by what name, and with what power.
 module test_belief_verdicts
     use vocabulary
-    use simulations, only: make_observations, take_calibration
+    use calibrations
     use gracecg_base_error, only: number_text
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t, SQUARE
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_simulator, only: new_simulator, observe
     use gracecg_observations_parameters
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
     use gracecg_base_quaternion, only: quaternion_product

@@ -2,20 +2,11 @@
 !> makes of them.
 module test_beliefs_of_operator
     use vocabulary
-    use simulations, only: make_observations, take_calibration
+    use calibrations
     use gracecg_base_error, only: number_text
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_statistics, only: normal_quantile
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters

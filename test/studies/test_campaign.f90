@@ -1,12 +1,11 @@
 !> Campaigns in shards: the files of the shards, and what merging makes of them.
 module test_campaign
     use vocabulary
-    use simulations, only: take_calibration
-    use gracecg_estimation_options, only: estimation_options_t
+    use calibrations
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, remove_file
     use gracecg_files_table, only: table_file_t, read_csv
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_planning_calibration, only: find_calibration
+    use gracecg_simulation_simulator, only: new_simulator
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: merge_campaigns

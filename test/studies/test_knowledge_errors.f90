@@ -1,17 +1,13 @@
 !> Errors in the operator's knowledge, each alone: the bound's consider covariance and differences of estimates agree.
 module test_knowledge_errors
     use vocabulary
-    use simulations, only: make_simulator, take_case
+    use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_options, only: estimation_options_t, NOISE_GIVEN
+    use gracecg_estimation_options, only: NOISE_GIVEN
     use gracecg_estimation_report_options, only: report_options
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, OPERATOR_PLACES
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator
+    use gracecg_simulation_simulator, only: tell_operator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private

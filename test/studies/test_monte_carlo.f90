@@ -1,14 +1,9 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
     use vocabulary
-    use simulations, only: make_simulator
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t
+    use calibrations
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_studies_published_rms, only: published_rms, allowed_by_fifteen_runs
     implicit none
     private

@@ -2,14 +2,10 @@
 !> axes; and the gravity gradient of its Figure 3.1.
 module test_report_numbers
     use vocabulary
-    use simulations, only: take_case
-    use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_text, only: string_t
+    use calibrations
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_base_vectors, only: identity
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
-    use gracecg_simulation_case, only: case_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_studies_com_budget
     use gracecg_studies_published_axes

@@ -2,16 +2,12 @@
 !> that is enough, and on few runs where it is not.
 module test_report_studies
     use vocabulary
-    use simulations, only: make_simulator, take_calibration
-    use gracecg_base_constants, only: MILLIMETRE
+    use calibrations
     use gracecg_base_progress, only: progress_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_simulation_simulator, only: new_simulator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_design, only: manoeuvre_design_t

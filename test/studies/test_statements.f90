@@ -1,8 +1,6 @@
 !> Statements of the report that are examined by `gracecg statements`.
 module test_statements
     use vocabulary
-    use gracecg_base_constants, only: MILLIMETRE, ARCSECOND, DEGREE, PI
-    use gracecg_base_text, only: string_t
     use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_statements
     implicit none

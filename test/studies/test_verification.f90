@@ -1,12 +1,8 @@
 !> Section 5.3 of the report: the curves of Figures 5.2-5.8 against the printed axis windows.
 module test_verification
     use vocabulary
-    use simulations, only: take_calibration, take_case
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_planning_calibration, only: calibration_t, calibration_text, calibration_from_text
+    use calibrations
+    use gracecg_planning_calibration, only: calibration_text, calibration_from_text
     use gracecg_studies_axis_ticks
     use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_curves

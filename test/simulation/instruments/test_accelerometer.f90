@@ -2,10 +2,7 @@
 module test_accelerometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
-    use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_from_axis_angle
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t
     use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
     use statistics, only: Z_999, mean, correlation

@@ -2,7 +2,6 @@
 module test_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_magnetometer, only: magnetometer_t
     use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
     implicit none

@@ -1,11 +1,8 @@
 !> QUEST against the exact eigenvector, and its covariance against its scatter.
 module test_quest
     use vocabulary
-    use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_vectors, only: unit, cross, inverse_3x3, identity
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         quaternion_from_axis_angle, normalised
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_quest, only: quest, q_method
     use statistics, only: Z_999, chi_square_limits
     implicit none

@@ -1,11 +1,8 @@
 !> The star camera: mounting, field of view, noise of the attitudes.
 module test_star_camera
     use vocabulary
-    use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t

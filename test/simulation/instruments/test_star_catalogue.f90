@@ -1,9 +1,7 @@
 !> The star catalogue: the built-in stars, the field of view, files good and corrupted.
 module test_star_catalogue
     use vocabulary
-    use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
     use gracecg_base_quaternion, only: rotation_matrix, normalised
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use statistics, only: Z_999, mean, variance
     implicit none

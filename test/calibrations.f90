@@ -1,13 +1,20 @@
-!> Cases, simulators and observations that tests need and do not test: where one cannot be had, the run ends.
-module simulations
+!> What tests of calibrations have in common: the types, and cases, simulators and observations that they need and do not test;
+!> where one cannot be had, the run ends. Test modules use it whole.
+module calibrations
     use vocabulary
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_library, only: find_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     implicit none
     private
+    public :: case_t, simulator_t, observation_set_t, calibration_t, estimation_options_t, solution_t
+    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset
     public :: take_case, take_calibration, make_simulator, make_observations
 
     !> make_simulator(source, simulator) of a case or of the name of one.
@@ -99,4 +106,4 @@ contains
         call make_simulator(name, simulator)
         call make_observations(simulator, seed, run, observations, only_used_head)
     end subroutine observations_of_name
-end module simulations
+end module calibrations
