@@ -186,6 +186,6 @@ contains
         call run_parallel(sums, 2000, 2, failure, listener)
         call check(error, listener%told < 200, integer_text(listener%told))
         call tell(listener, 'sums')
-        call check(error, index(listener%latest, '2000/2000 sums, 50 %') > 0, listener%latest)
+        call check_says(error, listener%latest, '2000/2000 sums, 50 %')
     end subroutine test_line
 end module test_parallel

@@ -32,10 +32,9 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: output, messages
         real(dp) :: values(7)
-        integer :: status, i
+        integer :: i
 
-        call run('bound front-3 back-1 --format csv', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'bound front-3 back-1 --format csv', output, messages)
         rows = split(output, LF)
         call check(error, rows(1)%text, &
                    'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,'// &
@@ -60,8 +59,7 @@ contains
         character(:), allocatable :: output, messages, case_text
         integer :: status, first
 
-        call run('bound front-1', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'bound front-1', output, messages)
         call check_fails(error, output, &
                          'front-1 ... Cramer-Rao ... scale factors ... rod gain ... magnetometer bias ... inertia ... '// &
                          'unmodelled torque ... worst direction')
@@ -69,8 +67,7 @@ contains
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, FLAG) + len(FLAG)
         call make_file('scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
-        call run('bound '//FOLDER//'scaled.nml', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'bound '//FOLDER//'scaled.nml', output, messages)
         call check_fails(error, output, 'a-priori sigmas of scale factors, which are estimated, too ... adds by rod gain')
     end subroutine test_text
 
@@ -97,13 +94,10 @@ contains
     subroutine test_files(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
-        integer :: status
 
         call make_folder()
-        call run('simulate front-1 --out '//FOLDER//'optimal-run', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
-        call run('estimate '//FOLDER//'optimal-run --algorithm optimal', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'optimal-run', output, messages)
+        call succeeds(error, 'estimate '//FOLDER//'optimal-run --algorithm optimal', output, messages)
         call check_fails(error, output, 'optimal ... variance factor ... noise level ... torque_x ... wave_sin')
         call check_fails(error, messages, 'a wave of period')
     end subroutine test_files
@@ -111,11 +105,8 @@ contains
     subroutine test_montecarlo(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
-        integer :: status
 
-        call run('montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', status, output, &
-                 messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', output, messages)
         call check_fails(error, output, 'switched off here: systematic ... own covariances')
     end subroutine test_montecarlo
 end module test_bound_command

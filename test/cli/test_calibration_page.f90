@@ -43,21 +43,6 @@ contains
                     new_unittest('refused-fit', test_refused)]
     end subroutine collect_calibration_page
 
-    !> The line must succeed.
-    subroutine succeeds(error, line, output, messages)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: line
-        character(:), allocatable, intent(out) :: output, messages
-
-        integer :: status
-
-        output = ''
-        messages = ''
-        if (allocated(error)) return
-        call run(line, status, output, messages)
-        call check(error, status, STATUS_DONE, line//': '//messages)
-    end subroutine succeeds
-
     !> An observation set of front-3 in a folder.
     subroutine observe(error, name)
         type(error_type), allocatable, intent(inout) :: error
@@ -67,14 +52,6 @@ contains
 
         call succeeds(error, 'simulate front-3 --out '//name, output, messages)
     end subroutine observe
-
-    subroutine has(error, html, part)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: html, part
-
-        if (allocated(error)) return
-        call check(error, index(html, part) > 0, '"'//part//'" is not on the page')
-    end subroutine has
 
     subroutine has_not(error, html, part)
         type(error_type), allocatable, intent(inout) :: error
@@ -121,11 +98,11 @@ contains
                           'page.html', output, messages)
             call read_content(error, FOLDER//'page.html', json)
             do k = 1, size(MEMBERS)
-                call has(error, json, '"'//trim(MEMBERS(k))//'": ')
+                call check_says(error, json, '"'//trim(MEMBERS(k))//'": ')
             end do
-            call has(error, json, '"algorithm": "'//name//'"')
-            call has(error, json, '"observations": "'//RUN_1//'"')
-            call has(error, json, 'moments_of_inertia = 70.23, 345.14, 388.84')
+            call check_says(error, json, '"algorithm": "'//name//'"')
+            call check_says(error, json, '"observations": "'//RUN_1//'"')
+            call check_says(error, json, 'moments_of_inertia = 70.23, 345.14, 388.84')
             call has_not(error, json, 'NaN')
             call has_not(error, json, '***')
             call check(error, output == json)
@@ -152,7 +129,7 @@ contains
         call take('fit.ellipsoid.semi_axes_m', axes)
         if (allocated(error)) return
         call check(error, size(residuals) == 600 .and. size(moment) == 600 .and. size(spectrum) == 300)
-        call has(error, output, '3.351E-09')
+        call check_says(error, output, '3.351E-09')
         call check(error, norm2(residuals)/sqrt(600.0_dp), 3.351e-9_dp, thr=1e-12_dp)
         power = sum(spectrum**2)*frequency(1)
         call check(error, power/(norm2(residuals)**2/600), 1.0_dp, thr=0.1_dp)
@@ -222,10 +199,10 @@ contains
         call succeeds(error, 'estimate '//FOLDER//'page-lost --algorithm assest-fde --report '//FOLDER//'lost.html', &
                       output, messages)
         if (allocated(error)) return
-        call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs') > 0, messages)
+        call check_says(error, messages, 'warning: magnetometer: no samples for 60 epochs')
         call read_content(error, FOLDER//'lost.html', html)
-        call has(error, html, 'magnetometer: no samples for 60 epochs')
-        call has(error, html, '"remarks": [')
+        call check_says(error, html, 'magnetometer: no samples for 60 epochs')
+        call check_says(error, html, '"remarks": [')
     end subroutine test_warnings
 
     !> The status is 1, and the page says that the offset is not to be used.
@@ -244,14 +221,14 @@ contains
                  'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
-        call check(error, index(messages, 'did not converge') > 0, messages)
+        call check_says(error, messages, 'did not converge')
         call read_content(error, FOLDER//'astray.html', html)
-        call has(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
+        call check_says(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
         call has_not(error, html, '"offset_m"')
-        call has(error, html, '"tables": ')
-        call has(error, html, '"options_file": "'//FOLDER//'page-astray/options.nml"')
-        call has(error, html, '&estimation')
-        call has(error, html, 'not converged in 20 iterations')
+        call check_says(error, html, '"tables": ')
+        call check_says(error, html, '"options_file": "'//FOLDER//'page-astray/options.nml"')
+        call check_says(error, html, '&estimation')
+        call check_says(error, html, 'not converged in 20 iterations')
         call has_not(error, html, 'move the centre of mass')
     end subroutine test_no_convergence
 
@@ -329,8 +306,8 @@ contains
                    .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)
         if (allocated(error)) return
         call read_content(error, FOLDER//'bad.html', html)
-        call has(error, html, '"refusal": "')
-        call has(error, html, 'accelerometer.csv:20')
+        call check_says(error, html, '"refusal": "')
+        call check_says(error, html, 'accelerometer.csv:20')
         call has_not(error, html, '"samples"')
         call has_not(error, html, '"tables"')
     end subroutine test_corrupted
@@ -359,9 +336,9 @@ contains
             call check(error, status == STATUS_FAILED .and. output == '' .and. &
                        index(messages, 'did the rods fire') > 0, trim(ALGORITHMS(i))//': '//messages)
             call read_content(error, FOLDER//'refused.html', html)
-            call has(error, html, 'did the rods fire as the setup says?')
-            call has(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
-            call has(error, html, '"residuals": {')
+            call check_says(error, html, 'did the rods fire as the setup says?')
+            call check_says(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
+            call check_says(error, html, '"residuals": {')
             call has_not(error, html, '"offset_m"')
         end do
     end subroutine test_refused

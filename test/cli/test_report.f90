@@ -68,7 +68,7 @@ contains
         call make_file('stopped-report/result.json', '{}')
         call run('report --runs 15 --out '//FOLDER//'stopped-report', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
-        call check(error, index(messages, 'com_budget.csv') > 0, messages)
+        call check_says(error, messages, 'com_budget.csv')
         call check(error, file_exists(PATH//'cases.csv') .and. .not. file_exists(PATH//'index.html') .and. &
                    .not. file_exists(PATH//'result.json'))
     end subroutine test_stopped
@@ -110,7 +110,7 @@ contains
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'warning') == 0, messages)   ! but lines of progress
         call read_content(error, path//'index.html', page)      ! which is result.json here
-        call check(error, index(page, '"allowed": 71') > 0, page)
+        call check_says(error, page, '"allowed": 71')
         do i = 1, size(FILES, 2)
             if (allocated(error)) return
             call read_content(error, path//trim(FILES(1, i)), file)

@@ -41,7 +41,7 @@ contains
 
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run1 --seed 5', output)
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
-        call check(error, index(output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ') > 0, output)
+        call check_says(error, output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ')
         if (allocated(error)) return
         call read_csv(FOLDER//'run1/truth.csv', COLUMNS, rows, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run1/truth.csv', COLUMNS, truth_1, failure)
@@ -121,8 +121,7 @@ contains
         call estimate_without_stars()
         if (allocated(error)) return
         call remove_file(FOLDER//'run3/magnetometer.csv')
-        call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', output, messages)
         call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs'), 1, messages)
         call remove_file(FOLDER//'run3/orbit.csv')
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
@@ -187,13 +186,11 @@ contains
         character(:), allocatable :: output, messages
         real(dp), allocatable :: table(:, :)
         real(dp) :: value
-        integer :: status, i
+        integer :: i
         logical :: ok
 
         call succeeds(error, 'simulate back-3 --out '//FOLDER//'run6', output)
-        call run('estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, status, &
-                 output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, output, messages)
         call read_csv(FILE, COLUMNS, table, failure)
         call check_passes(error, failure)
         call check(error, size(table, 1), 601)
@@ -248,8 +245,7 @@ contains
         call read_content(error, FOLDER//'old/setup.nml', setup)
         call read_content(error, FOLDER//'old/options.nml', options)
         call make_file('old/setup.nml', setup//options)
-        call run('estimate '//FOLDER//'old --algorithm ascfest --format csv', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv', output, messages)
         call check(error, output == told .and. output /= untold, 'the groups of the setup count')
         call make_file('old/empty.nml', '&estimation /')
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &

@@ -2,8 +2,7 @@
 module test_studies
     use vocabulary
     use calibrations
-    use gracecg_base_text, only: split_words
-    use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, make_directory
+    use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_simulator, only: disturbance_at
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
@@ -14,12 +13,10 @@ module test_studies
     use gracecg_studies_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
     use gracecg_estimation_report_options, only: report_options
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_MISUSED
+    use command_fixture
     implicit none
     private
     public :: collect_studies
-
 
 contains
 
@@ -36,7 +33,6 @@ contains
                     new_unittest('trim-within-sigma', test_trim), &
                     new_unittest('trim-with-its-own-threshold', test_chosen_threshold), &
                     new_unittest('trim-without-noise', test_exact_trim), &
-                    new_unittest('examples', test_examples), &
                     new_unittest('merge-on-the-command-line', test_merge), &
                     new_unittest('hardly-observable', test_hardly_observable), &
                     new_unittest('wrong-usage', test_wrong_usage)]
@@ -231,7 +227,7 @@ contains
         type(trim_round_t), allocatable :: rounds(:)
         type(error_t), allocatable :: failure
         character(:), allocatable :: output, messages
-        integer :: status, n
+        integer :: n
 
         call take_case('front-3', case)
         settings%by_sigma = .true.
@@ -240,10 +236,9 @@ contains
         n = size(rounds)
         call check(error, n > 1 .and. all(abs(rounds(n)%estimate) < 3*rounds(n)%sigma))
         call check(error, any(abs(rounds(n - 1)%estimate) >= 3*rounds(n - 1)%sigma))
-        call run('trim front-3', status, output, messages)
-        call check(error, status, STATUS_DONE)
+        call succeeds(error, 'trim front-3', output, messages)
         call check(error, index(output, 'three times the sigma of each axis') > 0 .and. index(messages, 'warning') == 0, output)
-        call check(error, index(output, 'x: converged') > 0 .and. index(output, 'z: converged') > 0, output)
+        call check_says(error, output, 'x: converged ... z: converged')
     end subroutine test_chosen_threshold
 
     !> Without noise, density wave and balancing error only what scale factors and unmodelled torques
@@ -272,42 +267,6 @@ contains
         call check(error, norm2(rounds(2)%offset) < 0.03_dp*norm2(rounds(1)%offset))
     end subroutine test_exact_trim
 
-    !> Runs a line of words, files below the folder of the tests.
-    subroutine run(line, status, output, messages)
-        character(*), intent(in) :: line
-        integer, intent(out) :: status
-        character(:), allocatable, intent(out) :: output, messages
-
-        type(console_t) :: console
-        type(string_t), allocatable :: words(:)
-        integer :: i
-
-        console%captured = .true.
-        words = split_words(line)
-        do i = 1, size(words)
-            if (index(words(i)%text, '.csv') > 0) words(i)%text = FOLDER//words(i)%text
-        end do
-        call run_command_line(words, console, status)
-        output = ''
-        messages = ''
-        if (allocated(console%output)) output = console%output
-        if (allocated(console%messages)) messages = console%messages
-    end subroutine run
-
-    !> The line must succeed and say nothing on standard error.
-    subroutine succeeds(error, line, output)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: line
-        character(:), allocatable, intent(out) :: output
-
-        character(:), allocatable :: messages
-        integer :: status
-
-        call run(line, status, output, messages)
-        call check(error, status, STATUS_DONE, line//': '//messages)
-        call check(error, messages, '', line)
-    end subroutine succeeds
-
     !> Names of different length keep all their letters in the file.
     subroutine test_back_labels(error)
         type(error_type), allocatable, intent(out) :: error
@@ -316,8 +275,7 @@ contains
         type(error_t), allocatable :: failure
 
         call make_folder()
-        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 '// &
-                                                  '--out loss.csv', output)
+        call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 --out '//FOLDER//'loss.csv', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'loss.csv', file, failure)
         if (failed(error, failure)) return
@@ -325,51 +283,22 @@ contains
         call check(error, index(file%line(25), 'back-3,ascrest,model,z,1,'), 1, file%line(25))
     end subroutine test_back_labels
 
-    !> The example of every help works as printed.
-    subroutine test_examples(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(5) = [character(17) :: 'merge', 'errors', 'magnetometer-loss', &
-                                                  'trim', 'reliability']
-        type(text_file_t) :: help
-        character(:), allocatable :: output, line
-        integer :: i, k
-        logical :: in_example
-
-        call make_folder()
-        do i = 1, size(COMMANDS)
-            if (allocated(error)) return
-            call succeeds(error, trim(COMMANDS(i))//' --help', output)
-            if (allocated(error)) return
-            help = text_file_of(output, 'help')
-            in_example = .false.
-            do k = 1, help%line_count()
-                line = trim(adjustl(help%line(k)))
-                if (in_example) call succeeds(error, line(len('gracecg ') + 1:), output)
-                if (allocated(error)) return
-                in_example = in_example .or. line == 'example:'
-            end do
-            call check(error, in_example, trim(COMMANDS(i))//': no example')
-        end do
-    end subroutine test_examples
-
     !> All but the comment lines; a missing shard is said.
     subroutine test_merge(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: CAMPAIGN = 'montecarlo --cases back-3 --algorithms ascfest --runs 4'
         character(:), allocatable :: output, messages
-        integer :: status
 
         call make_folder()
-        if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --out t.csv --runs-out r.csv', output)
-        if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --shard 1/2 --runs-out r1.csv', output)
-        if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --shard 2/2 --runs-out r2.csv', output)
-        if (.not. allocated(error)) call succeeds(error, 'merge r2.csv r1.csv --out tm.csv --runs-out rm.csv', &
-                                                  output)
+        call succeeds(error, CAMPAIGN//' --out '//FOLDER//'t.csv --runs-out '//FOLDER//'r.csv', output)
+        call succeeds(error, CAMPAIGN//' --shard 1/2 --runs-out '//FOLDER//'r1.csv', output)
+        call succeeds(error, CAMPAIGN//' --shard 2/2 --runs-out '//FOLDER//'r2.csv', output)
+        call succeeds(error, 'merge '//FOLDER//'r2.csv '//FOLDER//'r1.csv --out '//FOLDER//'tm.csv --runs-out '//FOLDER// &
+                      'rm.csv', output)
         call check(error, without_comments('t.csv'), without_comments('tm.csv'))
         call check(error, without_comments('r.csv'), without_comments('rm.csv'))
-        call run('merge r2.csv', status, output, messages)
-        call check(error, status, STATUS_DONE)
-        call check(error, index(messages, '2 of 4 estimates are missing') > 0, messages)
+        call succeeds(error, 'merge '//FOLDER//'r2.csv', output, messages)
+        call check_says(error, messages, '2 of 4 estimates are missing')
     end subroutine test_merge
 
     function without_comments(name) result(text)
@@ -391,11 +320,9 @@ contains
     subroutine test_hardly_observable(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
-        integer :: status
 
-        call run('trim front-2 --rounds 2 --threshold-mm 0.1', status, output, messages)
-        call check(error, status, STATUS_DONE)
-        call check(error, index(output, 'x: not converged') > 0 .and. index(output, 'y: converged') > 0, output)
+        call succeeds(error, 'trim front-2 --rounds 2 --threshold-mm 0.1', output, messages)
+        call check_says(error, output, 'x: not converged ... y: converged')
         call check(error, index(messages, 'below the sigma of x') > 0 .and. &
                    index(messages, 'sigma of y') == 0, messages)
     end subroutine test_hardly_observable
@@ -403,29 +330,16 @@ contains
     subroutine test_wrong_usage(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call misused('montecarlo --shard 0/2', '"0/2" is not K/N')
-        call misused('montecarlo --shard 3/2', '"3/2" is not K/N')
-        call misused('montecarlo --shard 2', '"2" is not K/N')
-        call misused('montecarlo --algorithms ascrest,ascfest,ascrest', '"ascrest" is twice in the list')
-        call misused('montecarlo --cases front-1,front-1', '"front-1" is twice in the list')
-        call misused('montecarlo --out a.csv --runs-out a.csv', 'name the same file')
-        call misused('merge b.csv --out a.csv --runs-out a.csv', 'name the same file')
-        call misused('montecarlo --runs 3 --shard 4/5', 'shard 4/5 of 3 runs has none')
-        call misused('merge', 'FILE')
-        call misused('errors --runs 0', '--runs')
-        call misused('trim --threshold-mm 0', '--threshold-mm')
-
-    contains
-
-        subroutine misused(line, part)
-            character(*), intent(in) :: line, part
-            character(:), allocatable :: output, messages
-            integer :: status
-
-            if (allocated(error)) return
-            call run(line, status, output, messages)
-            call check(error, status, STATUS_MISUSED, line//': '//messages)
-            call check(error, index(messages, part) > 0, messages)
-        end subroutine misused
+        call refused(error, 'montecarlo --shard 0/2', STATUS_MISUSED, '"0/2" is not K/N')
+        call refused(error, 'montecarlo --shard 3/2', STATUS_MISUSED, '"3/2" is not K/N')
+        call refused(error, 'montecarlo --shard 2', STATUS_MISUSED, '"2" is not K/N')
+        call refused(error, 'montecarlo --algorithms ascrest,ascfest,ascrest', STATUS_MISUSED, '"ascrest" is twice in the list')
+        call refused(error, 'montecarlo --cases front-1,front-1', STATUS_MISUSED, '"front-1" is twice in the list')
+        call refused(error, 'montecarlo --out a.csv --runs-out a.csv', STATUS_MISUSED, 'name the same file')
+        call refused(error, 'merge b.csv --out a.csv --runs-out a.csv', STATUS_MISUSED, 'name the same file')
+        call refused(error, 'montecarlo --runs 3 --shard 4/5', STATUS_MISUSED, 'shard 4/5 of 3 runs has none')
+        call refused(error, 'merge', STATUS_MISUSED, 'FILE')
+        call refused(error, 'errors --runs 0', STATUS_MISUSED, '--runs')
+        call refused(error, 'trim --threshold-mm 0', STATUS_MISUSED, '--threshold-mm')
     end subroutine test_wrong_usage
 end module test_studies

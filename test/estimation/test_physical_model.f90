@@ -241,6 +241,6 @@ contains
         call check(error, all(abs(model%rate_squared) <= 0))
         call check(error, size(data%warnings) == before + 1)
         if (allocated(error)) return
-        call check(error, index(data%warnings(size(data%warnings))%text, 'no orbit') > 0)
+        call check_says(error, data%warnings(size(data%warnings))%text, 'no orbit')
     end subroutine test_no_orbit
 end module test_physical_model

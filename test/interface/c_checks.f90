@@ -38,8 +38,7 @@ contains
 
         call check(error, int(status), int(expected), 'status of "'//part//'": '//trim(message_text(failure)))
         call check(error, int(failure%status), int(expected), 'status in the error')
-        call check(error, index(message_text(failure), part) > 0, &
-                   '"'//part//'" is not in "'//trim(message_text(failure))//'"')
+        call check_says(error, message_text(failure), part)
     end subroutine check_refused
 
     subroutine check_equal(error, actual, expected, what)

@@ -204,7 +204,7 @@ contains
             do while (count > 0 .and. .not. allocated(failure))
                 call stream%read(bytes, count, failure)
             end do
-            call check(error, index(message_of(failure), message) > 0, path//': '//message_of(failure))
+            call check_says(error, message_of(failure), message)
         end subroutine read_all
     end subroutine test_broken
 

@@ -217,7 +217,7 @@ contains
         call summarise_level1(FOLDER//name, summary, failure_of_summary, with_fields=.true.)
         if (allocated(failure)) then
             refused = refused + 1
-            call check(error, index(failure%message, name) > 0, 'the message names no file: '//failure%message)
+            call check_says(error, failure%message, name)
             return
         end if
         read_well = read_well + 1

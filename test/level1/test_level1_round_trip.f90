@@ -273,7 +273,7 @@ contains
         associate (last => estimate%solutions(1))
             call check(error, size(estimate%findings), 1, 'one finding')
             call check(error, estimate%flag, 2, 'not to be trimmed')
-            call check(error, index(estimate%findings(1)%text, 'they fit if the inertia xy is') > 0, estimate%findings(1)%text)
+            call check_says(error, estimate%findings(1)%text, 'they fit if the inertia xy is')
             associate (found => last%beliefs%explanations(1))
                 call check(error, found%complete .and. abs(found%value + MORE) < 4*found%sigma, 'its value')
                 call check(error, maxval(abs(found%offset - truth%case%satellite%offset)) < 10*MICROMETRE .and. &

@@ -139,7 +139,7 @@ contains
     pure logical function has_parts(text, parts)
         character(*), intent(in) :: text, parts
 
-        has_parts = lacks(text, parts) == 0
+        has_parts = lacks(text, trim(parts)) == 0
     end function has_parts
 
     !> Where the first of the parts begins that a text has not; 0: it has all.
@@ -150,7 +150,7 @@ contains
         lacks = 1
         do while (lacks <= len(parts))
             length = index(parts(lacks:)//BETWEEN, BETWEEN) - 1
-            if (index(text, trim(parts(lacks:min(lacks + length - 1, len(parts))))) == 0) return
+            if (index(text, parts(lacks:min(lacks + length - 1, len(parts)))) == 0) return
             lacks = lacks + length + len(BETWEEN)
         end do
         lacks = 0
@@ -175,7 +175,7 @@ contains
         integer :: missing
 
         missing = lacks(text, parts)
-        call check(error, missing == 0, '"'//trim(parts(max(missing, 1):))//'" is not in: '//text)
+        call check(error, missing == 0, '"'//parts(max(missing, 1):)//'" is not in: '//text)
     end subroutine check_says
 
     !> There must be a failure, and its message must have every one of the parts.
@@ -185,7 +185,7 @@ contains
         character(*), intent(in) :: parts
 
         call check(error, message /= '', 'no failure where one must be: '//parts)
-        call check_says(error, message, parts)
+        call check_says(error, message, trim(parts))
     end subroutine check_fails
 
     !> There must be no failure.
