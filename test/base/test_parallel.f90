@@ -104,8 +104,7 @@ contains
             do attempt = 1, 20
                 sums = new_sums(64, [63, 17, 18, 19, 20, 40])
                 call run_parallel(sums, 64, threads, failure)
-                call check(error, allocated(failure), 'no failure')
-                if (allocated(error)) return
+                if (unmet(error, allocated(failure), 'no failure')) return
                 call check(error, failure%message, 'piece 17')
                 call check(error, all(sums%times_done(:17) == 1) .and. all(sums%times_done <= 1), &
                            'a piece before the failure was not done once')
@@ -151,8 +150,7 @@ contains
             listener%sums => sums
             listener%patience = 20
             call run_parallel(sums, 500, threads, failure, listener)
-            call check(error, allocated(failure), 'did not stop')
-            if (allocated(error)) return
+            if (unmet(error, allocated(failure), 'did not stop')) return
             call check(error, sum(sums%times_done) >= 20 .and. sum(sums%times_done) < 20 + threads, &
                        integer_text(sum(sums%times_done)))
             call check(error, failure%message, 'stopped: '//integer_text(sum(sums%times_done))//' of 500 are done')

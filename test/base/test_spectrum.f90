@@ -142,8 +142,7 @@ contains
             call power_spectrum([(i, i=1, 64)], x(first:first + 63), H, WHOLE, HANN, unused, part)
             total = total + part/4
         end do
-        call check(error, size(frequency), 33)
-        if (allocated(error)) return
+        if (unmet(error, size(frequency), 33)) return
         call check(error, maxval(abs(density - total)), 0.0_dp, thr=1e-14_dp*maxval(total))
     end subroutine test_segments
 
@@ -155,13 +154,10 @@ contains
 
         frequency = [(k/60.0_dp, k=0, 300)]
         call band_means(frequency, frequency, 1/3.0_dp, f, d)
-        call check(error, maxval(abs(f - d)) < 1e-14_dp .and. all(f(2:) > f(:size(f) - 1)))
-        if (allocated(error)) return
+        if (unmet(error, maxval(abs(f - d)) < 1e-14_dp .and. all(f(2:) > f(:size(f) - 1)))) return
         call check(error, f(1), frequency(2), thr=1e-15_dp)
-        call check(error, all(f(2:)/f(:size(f) - 1) < 2.001_dp), 'a band is missing')
-        if (allocated(error)) return
-        call check(error, size(f), 20)
-        if (allocated(error)) return
+        if (unmet(error, all(f(2:)/f(:size(f) - 1) < 2.001_dp), 'a band is missing')) return
+        if (unmet(error, size(f), 20)) return
         call band_means(frequency, 0*frequency + 7, 1/3.0_dp, f, d)
         call check(error, maxval(abs(d - 7)), 0.0_dp, thr=1e-14_dp)
     end subroutine test_bands

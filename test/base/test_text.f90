@@ -37,8 +37,7 @@ contains
         type(string_t), allocatable :: pieces(:)
 
         pieces = split('a,, b ,', ',')
-        call check(error, size(pieces), 4)
-        if (allocated(error)) return
+        if (unmet(error, size(pieces), 4)) return
         call check(error, pieces(1)%text == 'a' .and. len(pieces(2)%text) == 0 .and. &
                    pieces(3)%text == ' b ' .and. len(pieces(4)%text) == 0)
         call check(error, size(split('', ',')), 1)
@@ -49,8 +48,7 @@ contains
         type(string_t), allocatable :: words(:)
 
         words = split_words('  one'//achar(9)//' two  t')
-        call check(error, size(words), 3)
-        if (allocated(error)) return
+        if (unmet(error, size(words), 3)) return
         call check(error, words(1)%text//'|'//words(2)%text//'|'//words(3)%text, 'one|two|t')
         call check(error, size(split_words('  ')) + size(split_words('')), 0)
     end subroutine test_split_words

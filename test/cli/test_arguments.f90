@@ -156,11 +156,9 @@ contains
         type(error_t), allocatable :: failure
 
         call parse('--unknown --help', arguments, failure)
-        call check(error, arguments%wants_help .and. .not. allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, arguments%wants_help .and. .not. allocated(failure))) return
         call parse('-h', arguments, failure)
-        call check(error, arguments%wants_help .and. .not. allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, arguments%wants_help .and. .not. allocated(failure))) return
         call parse('--version', arguments, failure)
         call check(error, arguments%wants_version .and. .not. allocated(failure))
     end subroutine test_help_asked
@@ -256,8 +254,7 @@ contains
         call refuse_if(.true., 'a later one', failure)
         call check_fails(error, failure, '--runs ... "many"')
         call check(error, index(failure%message, 'step') + index(failure%message, 'later'), 0)
-        call check(error, size(cases) == 0 .and. text == '' .and. abs(step - 10) <= 0)
-        if (allocated(error)) return
+        if (unmet(error, size(cases) == 0 .and. text == '' .and. abs(step - 10) <= 0)) return
         deallocate (failure)
         call refuse_if(.false., 'nothing wrong', failure)
         if (.not. allocated(failure)) call refuse_if(.true., 'wrong', failure)

@@ -242,9 +242,8 @@ contains
         call observe(error, RUN_1)
         call run('estimate '//RUN_1//' --algorithm assest-fde --report build/no-such-folder/x.html', status, output, &
                  messages)
-        call check(error, status == STATUS_FAILED .and. output == '' .and. &
-                   index(messages, 'build/no-such-folder/x.html: cannot be written: there is no folder') > 0, messages)
-        if (allocated(error)) return
+        if (unmet(error, status == STATUS_FAILED .and. output == '' .and. &
+                  index(messages, 'build/no-such-folder/x.html: cannot be written: there is no folder') > 0, messages)) return
         call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER, status, output, messages)
         call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'is a folder') > 0, messages)
         if (.not. allocated(error)) call make_file('blocked_files', 'in the way')
@@ -302,9 +301,8 @@ contains
                        samples%text(samples%last(20) + 1:))
         call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
                  messages)
-        call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
-                   .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)
-        if (allocated(error)) return
+        if (unmet(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
+                  .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)) return
         call read_content(error, FOLDER//'bad.html', html)
         call check_says(error, html, '"refusal": "')
         call check_says(error, html, 'accelerometer.csv:20')

@@ -53,8 +53,7 @@ contains
         call check(error, .not. allocated(console%messages))
         console%logs_progress = .true.
         call console%progress('1 of 3')
-        call check(error, .not. allocated(console%messages), 'a short work says nothing')
-        if (allocated(error)) return
+        if (unmet(error, .not. allocated(console%messages), 'a short work says nothing')) return
         console%log_interval = 0
         call console%progress('2 of 3')
         call check(error, console%messages, '2 of 3'//new_line('a'))
@@ -145,8 +144,7 @@ contains
         end do
         call read_csv(FOLDER//'curves/verify_back-3.csv', columns, table, failure)
         call check_passes(error, failure)
-        call check(error, size(table, 1), 601)
-        if (allocated(error)) return
+        if (unmet(error, size(table, 1), 601)) return
         ! a_total = a_vel + a_gg + a_acc
         call check(error, maxval(abs(table(:, 23:25) - table(:, 14:16) - table(:, &
                 17:19) - table(:, 20:22))) < 1e-22_dp)

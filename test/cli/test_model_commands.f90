@@ -41,11 +41,9 @@ contains
         call succeeds(error, line, output)
         if (allocated(error)) return
         text = text_file_of(output, 'output')
-        call check(error, text%line(text%line_count() - 1), header, line)
-        if (allocated(error)) return
+        if (unmet(error, text%line(text%line_count() - 1), header, line)) return
         fields = split(text%line(text%line_count()), ',')
-        call check(error, size(fields), size(values), line)
-        if (allocated(error)) return
+        if (unmet(error, size(fields), size(values), line)) return
         do i = 1, size(values)
             call parse_real(fields(i)%text, values(i), ok)
             call check(error, ok, fields(i)%text)

@@ -90,11 +90,10 @@ contains
         call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde --format csv', output)
         if (allocated(error)) return
         text = text_file_of(output, 'output')
-        call check(error, index(text%line(1), &
-                   'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
-                   'converged,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,alpha_x_m_s3,') == 1, &
-                   text%line(1))
-        if (allocated(error)) return
+        if (unmet(error, index(text%line(1), &
+                  'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
+                  'converged,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,alpha_x_m_s3,') == 1, &
+                  text%line(1))) return
         fields = split(text%line(2), ',')
         call check(error, size(fields) == 46 .and. size(split(text%line(1), ',')) == 46 .and. &
                    fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '', text%line(2))
@@ -153,8 +152,7 @@ contains
             call make_file('run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
                            ' sigma = 3*1e-8 /'//new_line('a'))
             call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
-            call check(error, status == STATUS_NOT_TO_BE_USED .and. index(messages, 'from other means') > 0, messages)
-            if (allocated(error)) return
+            if (unmet(error, status == STATUS_NOT_TO_BE_USED .and. index(messages, 'from other means') > 0, messages)) return
             text = text_file_of(output, 'output')
             fields = split(text%line(2), ',')
             do axis = 1, 3
@@ -193,8 +191,7 @@ contains
         call succeeds(error, 'estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, output, messages)
         call read_csv(FILE, COLUMNS, table, failure)
         call check_passes(error, failure)
-        call check(error, size(table, 1), 601)
-        if (allocated(error)) return
+        if (unmet(error, size(table, 1), 601)) return
         text = text_file_of(output, 'output')
         fields = split(text%line(2), ',')
         do i = 2, 7

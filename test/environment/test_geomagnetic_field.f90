@@ -204,8 +204,7 @@ contains
 
             call make(generation, first, model(1))
             call make(generation, last, model(2))
-            if (.not. allocated(error)) &
-                call make(generation, first + share*(last - first), model(3))
+            if (.not. allocated(error)) call make(generation, first + share*(last - first), model(3))
             do i = 1, 3
                 call model(i)%evaluate(PLACES(:, 1), b(:, i))
             end do

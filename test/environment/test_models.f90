@@ -98,9 +98,8 @@ contains
                          'density model ... "dtm7" ... dtm77, dtm78, dtm94, exponential ... did you mean "dtm77"')
         call new_wind_model('hwm39', 0.0_dp, 0.0_dp, '', wind, failure)
         call check_fails(error, failure, 'wind model ... "hwm39" ... hwm93, constant, file ... did you mean "hwm93"')
-        call check(error, .not. (allocated(gravity) .or. allocated(field) .or. allocated(density) .or. &
-                                 allocated(wind)))
-        if (allocated(error)) return
+        if (unmet(error, .not. (allocated(gravity) .or. allocated(field) .or. allocated(density) .or. &
+                                allocated(wind)))) return
         call new_gravity_model('file', 4, 4, 'missing.gfc', gravity, failure)
         call check_fails(error, failure, 'missing.gfc ... no such file')
         call new_geomagnetic_model('igrf95', 2020.0_dp, '', field, failure)

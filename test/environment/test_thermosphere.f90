@@ -517,11 +517,9 @@ contains
         type(error_t), allocatable :: failure
 
         call new_exponential_density(-4e-12_dp, 466e3_dp, 70e3_dp, model, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call new_exponential_density(4e-12_dp, -1.0_dp, 70e3_dp, model, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call new_exponential_density(4e-12_dp, 466e3_dp, 0.0_dp, model, failure)
         call check(error, allocated(failure))
     end subroutine test_exponential_refused

@@ -95,9 +95,8 @@ contains
         wave%phase = wave%phase + TWO_PI*FROM/wave%period
         call observe_without_noise(part, wave, begun)
 
-        call check(error, size(cut%accelerometer_time) == size(begun%accelerometer_time) .and. &
-                   size(cut%star_camera_time) == size(begun%star_camera_time), 'samples')
-        if (allocated(error)) return
+        if (unmet(error, size(cut%accelerometer_time) == size(begun%accelerometer_time) .and. &
+                  size(cut%star_camera_time) == size(begun%star_camera_time), 'samples')) return
         call check(error, all(abs(cut%accelerometer_time - begun%accelerometer_time) < 1e-12_dp) .and. &
                    all(abs(cut%star_camera_time - begun%star_camera_time) < 1e-12_dp), 'time tags')
         call check(error, all(abs(cut%acceleration - begun%acceleration) < 1e-15_dp), 'accelerations')
@@ -201,8 +200,7 @@ contains
         call make_observations(simulator, 3, 1, observations)
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
         if (failed(error, failure)) return
-        call check(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)
-        if (allocated(error)) return
+        if (unmet(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)) return
         call check(error, maxval(abs(chain%arcs%to - [20, 40, 60])) + maxval(abs(chain%arcs%from - [0, 20, 40])) < 1e-9_dp)
         do i = 1, 3
             if (allocated(error)) return
@@ -254,9 +252,8 @@ contains
         observations%star_camera_time = pack(observations%star_camera_time, seen)
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
         if (failed(error, failure)) return
-        call check(error, count(chain%arcs%joined) == 2 .and. .not. chain%arcs(3)%joined .and. &
-                   .not. chain%arcs(3)%moves_rods .and. size(chain%solution%runs) == 2)
-        if (allocated(error)) return
+        if (unmet(error, count(chain%arcs%joined) == 2 .and. .not. chain%arcs(3)%joined .and. &
+                  .not. chain%arcs(3)%moves_rods .and. size(chain%solution%runs) == 2)) return
         call check(error, index(chain%warnings(1)%text, 'the arc from 40 to 60 s is left out: ') == 1, chain%warnings(1)%text)
         if (allocated(error)) return
         ! with a manoeuvre in it, one arc of three is too much
@@ -289,11 +286,9 @@ contains
         end associate
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
         if (failed(error, failure)) return
-        call check(error, size(chain%arcs) == 20 .and. .not. chain%arcs(SPOILT)%joined .and. count(chain%arcs%joined) > 15)
-        if (allocated(error)) return
-        call check(error, any([(index(chain%warnings(i)%text, 'the arc from 220 to 240 s is left out: it disagrees') == 1, &
-                                i=1, size(chain%warnings))]), 'the reason')
-        if (allocated(error)) return
+        if (unmet(error, size(chain%arcs) == 20 .and. .not. chain%arcs(SPOILT)%joined .and. count(chain%arcs%joined) > 15)) return
+        if (unmet(error, any([(index(chain%warnings(i)%text, 'the arc from 220 to 240 s is left out: it disagrees') == 1, &
+                               i=1, size(chain%warnings))]), 'the reason')) return
         call check(error, all(abs(chain%solution%offset - case_offset(simulator)) < &
                               5*[(sqrt(chain%solution%covariance(i, i)), i=1, 3)] + 0.02_dp*abs(case_offset(simulator))), &
                    'the offset of the others')      ! the scale factors of the simulation are not those believed

@@ -125,8 +125,7 @@ contains
         end do
         call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure, stated)
         call check_passes(error, failure)
-        call check(error, fit%beliefs%has_contradiction() .and. size(fit%beliefs%explanations) == 1, 'what is wrong')
-        if (allocated(error)) return
+        if (unmet(error, fit%beliefs%has_contradiction() .and. size(fit%beliefs%explanations) == 1, 'what is wrong')) return
         sigma = [(sqrt(fit%covariance(k, k)), k=1, 3)]
         associate (found => fit%beliefs%explanations(1))
             call check(error, found%place, INERTIA(1), trim(belief_subject(found%place)))

@@ -125,8 +125,7 @@ contains
         problem = example()
         problem%disturbance = 0
         call process_batch(problem, batch_settings_t(), solution, failure)
-        call check(error,.not. allocated(failure) .and. solution%converged)
-        if (allocated(error)) return
+        if (unmet(error,.not. allocated(failure) .and. solution%converged)) return
         call check(error, abs(problem%a - TRUE_A) + abs(problem%b - TRUE_B) < 1e-12_dp)
         call check(error, solution%iterations > 2 .and. maxval(abs(solution%residuals)) < 1e-12_dp/SIGMA)
     end subroutine test_truth
@@ -176,8 +175,7 @@ contains
             problem = example()
             call simplified_newton(problem, newton_settings_t(), solution, failure)
         end if
-        call check(error, .not. allocated(failure) .and. solution%converged .and. expected%converged)
-        if (allocated(error)) return
+        if (unmet(error, .not. allocated(failure) .and. solution%converged .and. expected%converged)) return
         call check(error, abs(other%a - problem%a) < 1e-6_dp*sqrt(expected%inverse(1, 1)) .and. &
                    abs(other%b - problem%b) < 1e-6_dp*sqrt(expected%inverse(2, 2)), 'estimate')
         call check(error, maxval(abs(solution%inverse - expected%inverse)) < 1e-5_dp*maxval(abs(expected%inverse)), &
@@ -217,8 +215,7 @@ contains
 
         problem = example()
         call simplified_newton(problem, newton_settings_t(history='decay'), solution, failure)
-        call check(error, size(solution%history), solution%iterations)
-        if (allocated(error)) return
+        if (unmet(error, size(solution%history), solution%iterations)) return
         way = [1, 0]
         do i = 1, size(solution%history)
             way = way + solution%history(i)%correction

@@ -150,11 +150,10 @@ contains
             call check(error, maxval(abs(solution%offset - alone%offset)), 0.0_dp, name)
             call check(error, maxval(abs(solution%covariance - alone%covariance)), 0.0_dp, name, &
                        thr=1e-12_dp*maxval(abs(alone%covariance)))
-            call check(error, size(record%epoch) == n .and. all(shape(record%residual) == [3, n]) .and. &
-                       all(shape(record%partials) == [3, 3, n]) .and. &
-                       all(shape(record%angular_acceleration) == [3, n]) .and. &
-                       all(shape(record%covariance) == size(record%names)), name)
-            if (allocated(error)) return
+            if (unmet(error, size(record%epoch) == n .and. all(shape(record%residual) == [3, n]) .and. &
+                      all(shape(record%partials) == [3, 3, n]) .and. &
+                      all(shape(record%angular_acceleration) == [3, n]) .and. &
+                      all(shape(record%covariance) == size(record%names)), name)) return
             call check(error, all(record%names(:3) == [character(12) :: 'd_x', 'd_y', 'd_z']), name)
             call check(error, maxval(abs(norm2(record%residual, 2)/sqrt(real(n, dp))/solution%residual_rms - 1)), &
                        0.0_dp, name, thr=1e-10_dp)

@@ -139,8 +139,7 @@ contains
         call estimate(observations, solution, error)
         if (allocated(error)) return
         call check(error, all(solution%edited == [5, 2]), 'samples left out')
-        call check(error, size(solution%warnings) >= 3)
-        if (allocated(error)) return
+        if (unmet(error, size(solution%warnings) >= 3)) return
         do i = 1, 3
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
             call check(error, solution%covariance(i, i) >= reference%covariance(i, i))
@@ -159,8 +158,7 @@ contains
             call estimate(observations, solution, error)
             if (allocated(error)) return
             call check(error, sum(solution%edited), 0)
-            call check(error, size(solution%parameters), 3)
-            if (allocated(error)) return
+            if (unmet(error, size(solution%parameters), 3)) return
             call check(error, abs(solution%variance_factor - 1) < 5*sqrt(2/900.0_dp), 'variance factor')
         end do
     end subroutine test_clean
@@ -282,8 +280,7 @@ contains
         options%optimal%density_wave = 'none'
         call estimate(observations, solution, error, options=options)
         if (allocated(error)) return
-        call check(error, size(solution%parameters), 3)
-        if (allocated(error)) return
+        if (unmet(error, size(solution%parameters), 3)) return
         call check(error, solution%variance_factor > 2, 'the wave is left in the residuals')
         options%optimal%density_wave = 'given'
         options%optimal%density_wave_period = PERIOD
@@ -322,8 +319,7 @@ contains
         call check(error, i > 0, 'found')
         call check(error, abs(solution%parameters(i)%value - JUMP) < 4*solution%parameters(i)%sigma, 'its size')
         call check(error, abs(solution%parameters(i + 1)%value) < 4*solution%parameters(i + 1)%sigma, 'none along y')
-        call check(error, any([(index(solution%warnings(i)%text, 'jumps at') > 0, i=1, size(solution%warnings))]), 'warning')
-        if (allocated(error)) return
+        if (unmet(error, any([(index(solution%warnings(i)%text, 'jumps at') > 0, i=1, size(solution%warnings))]), 'warning')) return
         do i = 1, 3
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
         end do
@@ -384,8 +380,7 @@ contains
         end associate
         call estimate(observations, solution, error)
         if (allocated(error)) return
-        call check(error, size(solution%parameters), 7)
-        if (allocated(error)) return
+        if (unmet(error, size(solution%parameters), 7)) return
         call check(error, solution%parameters(7)%value, 2*PARABOLA/3, thr=0.01_dp*PARABOLA)    ! of P2
         do i = 1, 3
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.02_dp*sqrt(solution%covariance(i, i)))

@@ -216,9 +216,8 @@ contains
 
         call simulate('front-3', observations, simulator)
         call setup_text(observations%knowledge, text, failure)
-        call check(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
-                   index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')
-        if (allocated(error)) return
+        if (unmet(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
+                  index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')) return
         call options_from_text(text, 'setup.nml', options, failure, beside=.true.)
         if (failed(error, failure)) return
         text = text//GROUPS

@@ -239,8 +239,7 @@ contains
         call check(error, all(model%rate_squared > 1.2e-6_dp .and. model%rate_squared < 1.3e-6_dp))
         call prepare(model, data, .false.)
         call check(error, all(abs(model%rate_squared) <= 0))
-        call check(error, size(data%warnings) == before + 1)
-        if (allocated(error)) return
+        if (unmet(error, size(data%warnings) == before + 1)) return
         call check_says(error, data%warnings(size(data%warnings))%text, 'no orbit')
     end subroutine test_no_orbit
 end module test_physical_model

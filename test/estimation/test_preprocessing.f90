@@ -91,8 +91,7 @@ contains
         call example(observations, q)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
-        call check(error, size(data%attitude_epoch), 600)
-        if (allocated(error)) return
+        if (unmet(error, size(data%attitude_epoch), 600)) return
         do i = 1, 600
             call check(error, data%attitude_epoch(i), i)
             t = 0.1_dp*i
@@ -121,8 +120,7 @@ contains
         call example(observations, q)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
-        call check(error, size(data%torque, 2), 1201)
-        if (allocated(error)) return
+        if (unmet(error, size(data%torque, 2), 1201)) return
         do j = 0, 1200
             t = 0.05_dp*j
             k = floor(t) + 1
@@ -245,8 +243,7 @@ contains
         call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
         call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
-        call check(error, size(data%attitude_epoch), 600)
-        if (allocated(error)) return
+        if (unmet(error, size(data%attitude_epoch), 600)) return
         call check(error, maxval(abs(data%quaternion(:, 98) - &
                                      normalised(0.7_dp*q(:, 19) + 0.3_dp*q(:, 21)))), 0.0_dp, &
                    thr=1e-14_dp)
@@ -269,9 +266,8 @@ contains
         call check(error, .not. any(data%attitude_epoch > 200 .and. data%attitude_epoch < 230))
         call check(error, all([(any(data%attitude_epoch == k), k=1, 199)]) .and. &
                    all([(any(data%attitude_epoch == k), k=231, 600)]))
-        call check(error, size(data%quaternion, 2) == size(data%attitude_epoch) .and. &
-                   size(data%attitude_source) == size(data%attitude_epoch))
-        if (allocated(error)) return
+        if (unmet(error, size(data%quaternion, 2) == size(data%attitude_epoch) .and. &
+                  size(data%attitude_source) == size(data%attitude_epoch))) return
         do i = 1, size(data%attitude_epoch)
             k = data%attitude_epoch(i)
             if (k == 230) cycle     ! the first one after the gap
@@ -433,8 +429,7 @@ contains
         bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
         call preprocess(bad, estimation_options_t(), data, failure)
         call check(error,.not. allocated(failure), message_of(failure))
-        call check(error, size(data%warnings), 0)
-        if (allocated(error)) return
+        if (unmet(error, size(data%warnings), 0)) return
         bad%field(:, 34) = good%field(:, 30)
         call refused(bad, good, 'magnetometer ... no samples near 30 ... repetitions of one value', error)
         bad%field(:, 31:) = spread(good%field(:, 30), 2, 30)

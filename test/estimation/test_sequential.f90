@@ -388,8 +388,7 @@ contains
         call check(error, spiked%edited(1), 9, 'values of the accelerometer edited')
         call check(error, spiked%edited(2), 2, 'samples of the star camera edited')
         call check(error, maxval(abs(spiked%offset - clean%offset)/sigma_of(clean)) < 0.3_dp, 'estimate')
-        call check(error, size(spiked%warnings), 3, 'a warning of each')
-        if (allocated(error)) return
+        if (unmet(error, size(spiked%warnings), 3, 'a warning of each')) return
         associate (running => spiked%running)
             call check(error, running%edited_accelerometer(ubound(running%time, 1)) == 9 .and. &
                        running%edited_star_camera(ubound(running%time, 1)) == 2 .and. &
@@ -494,8 +493,7 @@ contains
 
         call take_case('front-3', case)
         case%satellite%rods%count = 0
-        call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
-                                    simulator, failure)
+        call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
@@ -518,8 +516,7 @@ contains
         call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
         if (allocated(error)) return
         call check(error, solution%variance_factor > 2, 'variance of the innovations')
-        call check(error, size(solution%warnings) == 1)
-        if (allocated(error)) return
+        if (unmet(error, size(solution%warnings) == 1)) return
         call check_says(error, solution%warnings(1)%text, 'the innovations have a variance of')
     end subroutine test_misfit
 end module test_sequential

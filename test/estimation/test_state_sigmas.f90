@@ -151,17 +151,15 @@ contains
             options%history = .true.
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, again, failure)
             if (failed(error, failure)) return
-            call check(error, .not. allocated(solution%history) .and. all(abs(solution%offset - again%offset) <= 0))
-            if (allocated(error)) return
+            if (unmet(error, .not. allocated(solution%history) .and. all(abs(solution%offset - again%offset) <= 0))) return
             last = size(again%history)
             call check(error, last >= 2 .and. again%history(1)%number == 1, ESTIMATOR_NAMES(a))
             do i = 1, last
                 associate (it => again%history(i))
-                    call check(error, size(it%names) == size(it%correction) .and. &
-                               size(it%state_names) == size(it%state) .and. &
-                               size(it%residual_names) == size(it%residual_rms) .and. all(it%residual_rms > 0), &
-                               ESTIMATOR_NAMES(a))
-                    if (allocated(error)) return
+                    if (unmet(error, size(it%names) == size(it%correction) .and. &
+                              size(it%state_names) == size(it%state) .and. &
+                              size(it%residual_names) == size(it%residual_rms) .and. all(it%residual_rms > 0), &
+                              ESTIMATOR_NAMES(a))) return
                 end associate
             end do
             associate (it => again%history(last))

@@ -44,8 +44,7 @@ contains
         call read_sample(error, file)
         if (allocated(error)) return
         call check(error, file%row_count(), 2)
-        call check(error, size(file%fields(0)) + size(file%fields(3)), 0)
-        if (allocated(error)) return
+        if (unmet(error, size(file%fields(0)) + size(file%fields(3)), 0)) return
         call file%get_fields(1, 2, 'a, b', fields, failure)
         if (failed(error, failure)) return
         call file%get_real(1, fields(2), 'b', value, failure, -2500.0_dp, 0.0_dp)
@@ -68,8 +67,7 @@ contains
         if (allocated(error)) return
         call file%get_fields(1, 3, 'a, b, c', fields, failure)
         call check_fails(error, failure, 'fields.txt:3: ... has 2 columns, expected 3: a, b, c ... |  1')
-        call check(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')
-        if (allocated(error)) return
+        if (unmet(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')) return
         call file%get_real(1, string_t('x'), 'length', value, failure)
         call check_fails(error, failure, 'has 2 columns')     ! the first failure stays
         deallocate (failure)
@@ -81,8 +79,7 @@ contains
         call check_fails(error, failure, 'fields.txt:5: ... 4 is outside ... from 0 to 3')
         deallocate (failure)
         call file%get_integer(2, fields(2), 'count', n, failure, 4, 4)
-        call check(error, n == 4 .and. .not. allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, n == 4 .and. .not. allocated(failure))) return
         call file%get_integer(2, fields(2), 'count', n, failure, 5)
         call check_fails(error, failure, 'fields.txt:5: ... count: 4 is outside ... at least 5')
         call file%fail_at(3, 'a row is missing', failure)

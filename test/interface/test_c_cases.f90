@@ -47,8 +47,7 @@ contains
         if (allocated(error)) return
         call take_calibration('back-2', calibration)
         call calibration_text(calibration, expected, problem)
-        call check(error, int(length), len(expected), 'length')
-        if (allocated(error)) return
+        if (unmet(error, int(length), len(expected), 'length')) return
         allocate (text(length))
         status = gracecg_get_text(handle, c_string('text'), text, length, error=failure)
         call check_refused(error, status, BAD_SIZE, failure, 'the text needs')

@@ -195,8 +195,7 @@ contains
         call setup_from_text(text, 'memory', knowledge, failure)
         if (failed(error, failure)) return
         call setup_text(knowledge, text_again, failure)
-        call check(error, text_again == text .and. len(text) > 1000, 'setup')
-        if (allocated(error)) return
+        if (unmet(error, text_again == text .and. len(text) > 1000, 'setup')) return
         call setup_from_text(text//'&spurious /', 'memory', knowledge, failure)
         call check_fails(error, failure, 'memory: ... spurious')
         call case_from_text('&calibration epoch = 5 /', 'memory', again, failure)

@@ -56,8 +56,7 @@ contains
         state = item(case, 'state', 13)
         status = gracecg_force_model_open(case, model)
         status = max(status, gracecg_gravity_open(c_string('egm96'), 40, 40, gravity))
-        call check(error, int(status), int(OK))
-        if (allocated(error)) return
+        if (unmet(error, int(status), int(OK))) return
         allocate (x(3, POINTS), one(3, POINTS), two(3, POINTS), g_one(3, POINTS), g_two(3, POINTS))
         do i = 1, POINTS
             x(:, i) = 6.85e6_dp*[cos(0.01_dp*i), sin(0.01_dp*i)*cos(0.1_dp*i), sin(0.01_dp*i)*sin(0.1_dp*i)]
@@ -105,8 +104,7 @@ contains
 
         status = gracecg_case_open(c_string('front-3'), case)
         status = gracecg_simulator_open(case, simulator)
-        call check(error, int(status), int(OK))
-        if (allocated(error)) return
+        if (unmet(error, int(status), int(OK))) return
         failures = 0
         do i = 1, RUNS
             failures = failures + estimates(i, one(:, :, i))
@@ -173,8 +171,7 @@ contains
             if (any(status /= OK) .or. abs(flux(1)/(1000 + i) - share) > 1e-12_dp) failures = failures + 1
         end do
         !$omp end parallel do
-        call check(error, failures, 0, 'failures')
-        if (allocated(error)) return
+        if (unmet(error, failures, 0, 'failures')) return
         call check(error, live_objects(), before, 'objects are left')
     end subroutine test_churn
 

@@ -123,8 +123,7 @@ contains
         call get_provenance(command_line, inputs, commit)
         call end_record()
         call check_passes(error, failure)
-        call check(error, size(inputs), 1)
-        if (allocated(error)) return
+        if (unmet(error, size(inputs), 1)) return
         call check(error, index(inputs(1)%text, FOLDER//'hashed.tar fnv1a ') == 1, inputs(1)%text)
         call check(error, hash_of(FOLDER//'hashed.tar') == inputs(1)%text(len(inputs(1)%text) - 15:), inputs(1)%text)
 
@@ -165,8 +164,7 @@ contains
             allocate (paths(0))
             call find_level1_files(FOLDER//'deep.tar', paths, failure)
             call check_passes(error, failure)
-            call check(error, size(paths) == 1)
-            if (allocated(error)) return
+            if (unmet(error, size(paths) == 1)) return
             call check(error, paths(1)%text, FOLDER//'deep.tar/'//DEEP//'/f.txt')
             call stream%open(paths(1)%text, failure)
             if (.not. allocated(failure)) call stream%read(bytes, count, failure)

@@ -57,8 +57,7 @@ contains
         call check(error, says(parted%notes, 'ACC1A: 30 records have an epoch that came before'), 'records that are there twice')
         call check(error, says(parted%notes, 'MAG1B: 1 records came before an earlier one'), 'order')
         ! No SOE file: the spans are those of the currents.
-        call check(error, parted%spans_from == 'the currents' .and. size(parted%spans) == 2, 'spans')
-        if (allocated(error)) return
+        if (unmet(error, parted%spans_from == 'the currents' .and. size(parted%spans) == 2, 'spans')) return
         call check(error, maxval(abs(parted%spans%start - whole%spans%start)) < 0.6_dp .and. &
                    maxval(abs(parted%spans%stop - whole%spans%stop)) < 0.6_dp, 'begin and end')
         call gather_calibration([FOLDER//'l1_parted'], setup_said(), '', '', &
@@ -171,13 +170,11 @@ contains
         currents(2, :) = 0
         currents(3, :) = -3
         call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
-        call check(error, size(spans, 2), 0, 'science mode')
-        if (allocated(error)) return
+        if (unmet(error, size(spans, 2), 0, 'science mode')) return
         where (times >= 100 .and. times <= 160) currents(1, :) = 90*sin(TWO_PI*(times - 100)/12)
         where (times >= 250 .and. times <= 310) currents(2, :) = sign(60.0_dp, sin(TWO_PI*(times - 250)/10))
         call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.8_dp, spans)
-        call check(error, size(spans, 2), 2, 'two spans')
-        if (allocated(error)) return
+        if (unmet(error, size(spans, 2), 2, 'two spans')) return
         call check(error, all(abs(spans - reshape([100, 160, 250, 310], [2, 2])) < 1.1_dp), 'begin and end')
         currents(2, :) = 30*sin(times**2/7)*cos(times**2/3)     ! irregular
         call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
@@ -199,11 +196,9 @@ contains
         call read_events(FOLDER//'soe_good.txt', events, failure)
         if (failed(error, failure)) return
         call manoeuvre_spans(events, 'C', spans)
-        call check(error, size(spans, 2), 2, 'spans')
-        if (allocated(error)) return
+        if (unmet(error, size(spans, 2), 2, 'spans')) return
         call check(error, maxval(abs(spans - reshape([100.0_dp, 160.0_dp, 300.0_dp, 400.5_dp], [2, 2]))) <= 0, 'times')
-        call check(error, maxval(abs(events(size(events))%values - [1e-4_dp, -2e-4_dp, 3e-4_dp])) <= 0, 'values')
-        if (allocated(error)) return
+        if (unmet(error, maxval(abs(events(size(events))%values - [1e-4_dp, -2e-4_dp, 3e-4_dp])) <= 0, 'values')) return
         call make_file('soe_bad.txt', '100 GRACEC CMCAL 2 1'//LF)
         call read_events(FOLDER//'soe_bad.txt', events, failure)
         call check_fails(error, failure, 'soe_bad.txt:1')

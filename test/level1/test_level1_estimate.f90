@@ -105,16 +105,14 @@ contains
         call check(error, says(calibration%notes, '4 of 4 CMCAL events are longer'), 'told')
         call check(error, all([(abs(calibration%spans(i)%start + real(calibration%epoch - EPOCH, dp) - start_of(i - 1)) < &
                                 0.6_dp, i=1, 4)]), 'spans of the currents')
-        call check(error, size(estimate%findings) == 0 .and. .not. estimate%steps, 'nothing is wrong')
-        if (allocated(error)) return
+        if (unmet(error, size(estimate%findings) == 0 .and. .not. estimate%steps, 'nothing is wrong')) return
         call check(error, maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 1e-3_dp, 'gains')
         call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
         call check_offsets(estimate, 0.5_dp*MICROMETRE, error)
         if (allocated(error)) return
         call estimate_day('l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, estimate, failure)
         if (failed(error, failure)) return
-        call check(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')
-        if (allocated(error)) return
+        if (unmet(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')) return
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
     end subroutine test_jumps
 
@@ -193,10 +191,9 @@ contains
         console%captured = .true.
         call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '// &
                                           FOLDER//'l1_phase/vcm'), console, status, level1_commands())
-        call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
-                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
-                   console%messages)
-        if (allocated(error)) return
+        if (unmet(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
+                  index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
+                  console%messages)) return
         ! Where the samples tell leakage from d, a-priori leakage that is asked for is no fault of theirs.
         call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
         if (failed(error, failure)) return
@@ -242,8 +239,7 @@ contains
         call estimate_day(name, flaws, setup, calibration, estimate, failure)
         if (failed(error, failure)) return
         call check(error, says(estimate%findings, part), part//' is told')
-        call check(error, size(estimate%findings), 1, 'and nothing else')
-        if (allocated(error)) return
+        if (unmet(error, size(estimate%findings), 1, 'and nothing else')) return
         call check(error, estimate%flag, 2, 'not to be used')
     end subroutine check_finding
 

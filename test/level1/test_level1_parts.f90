@@ -48,13 +48,11 @@ contains
         end do
         values(2, 120:) = values(2, 120:) + 50      ! a step
         call find_strays(times, values, 0.01_dp, stray)
-        call check(error, count(stray), 0, 'none')
-        if (allocated(error)) return
+        if (unmet(error, count(stray), 0, 'none')) return
         values(1, [40, 43, 250]) = values(1, [40, 43, 250]) + [100, -30, 1000000]
         values(2, 77) = values(2, 77) - 20
         call find_strays(times, values, 0.01_dp, stray)
-        call check(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')
-        if (allocated(error)) return
+        if (unmet(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')) return
         values(1, 150:151) = values(1, 150:151) + [30, 25]
         values(2, 270:271) = values(2, 270:271) + [40, -40]
         call find_strays(times, values, 0.01_dp, stray)
@@ -90,8 +88,7 @@ contains
             end do
         end do
         call combine_heads(times(:records), head(:records), q(:, :records), mounting, joint_times, joint_q)
-        call check(error, size(joint_times), N, 'a time each')
-        if (allocated(error)) return
+        if (unmet(error, size(joint_times), N, 'a time each')) return
         do i = 1, N
             left(:, i) = rotation_between(truth(:, i), joint_q(:, i))
         end do
@@ -140,8 +137,7 @@ contains
         end associate
         call fit_gyro_axes(calibration, axes, failure)
         if (failed(error, failure)) return
-        call check(error, axes%known .and. size(axes%gyro) == 3, 'the fourth is off')
-        if (allocated(error)) return
+        if (unmet(error, axes%known .and. size(axes%gyro) == 3, 'the fourth is off')) return
         call check(error, maxval(abs(axes%noise/NOISE - 1)) < 0.15_dp, 'noise of the cameras')
         ! sigma of parts along z: 1e-5/(6e-6 sqrt(300)) = 0.1, which regression on the cameras would make half as large
         call check(error, maxval(abs(matmul(axes%axis, inverse_3x3(TRUE_AXES(:, :3))) - identity(3))) < 4*maxval(axes%noise)* &

@@ -35,8 +35,7 @@ contains
         type(trim_command_t), allocatable :: commands(:)
 
         call trim_commands(setup_said(), [310e-6_dp, 0.0_dp, -25e-6_dp], commands)
-        call check(error, size(commands), 3, 'commands')
-        if (allocated(error)) return
+        if (unmet(error, size(commands), 3, 'commands')) return
         call check(error, all(commands%steps == [12000, 2983, -1208]), 'steps')
         call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
     end subroutine test_trim
@@ -130,8 +129,7 @@ contains
                    maxval(abs(residual(1, :))) < 0.1_dp*maxval(abs(observed(1, :))), 'the fit follows')
         estimate%residuals(1)%kept([1, 2]) = .false.    ! a span that is shorter by that
         call find_spectrum(estimate, spectrum)
-        call check(error, size(spectrum%density, 2), size(spectrum%frequency))
-        if (allocated(error)) return
+        if (unmet(error, size(spectrum%density, 2), size(spectrum%frequency))) return
         i = maxloc(spectrum%density(2, :), 1)
         call check(error, abs(spectrum%frequency(i) - 0.8_dp) < 1.01_dp*spectrum%frequency(2), 'a line that is left')
         power = sum(spectrum%density(2, :)**2)*spectrum%frequency(2)
@@ -160,8 +158,7 @@ contains
         call check_fails(error, failure, 'at least 2 dates')
         call fit_trend(points, [5e8_dp, at, at + 60, 9e8_dp], 100e-6_dp, trend, failure)
         if (failed(error, failure)) return
-        call check(error, size(trend%step_time), 1, 'steps that the dates see')
-        if (allocated(error)) return
+        if (unmet(error, size(trend%step_time), 1, 'steps that the dates see')) return
         call check(error, maxval(abs(trend%rate*JULIAN_YEAR - RATE)) < 1e-11_dp .and. &
                    maxval(abs(trend%step(:, 1) - JUMP)) < 1e-11_dp, 'rate and step')
         call check(error, maxval(trend%chi_square) < 1e-8_dp .and. trend%degrees == 3, 'chi square')

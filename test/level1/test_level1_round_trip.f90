@@ -235,8 +235,7 @@ contains
         call write_files(truth, name, path, binary)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
-        call check(error, size(estimate%solutions), sources, 'sources')
-        if (allocated(error)) return
+        if (unmet(error, size(estimate%solutions), sources, 'sources')) return
         do i = 1, sources
             associate (solution => estimate%solutions(i))
                 off = abs(solution%offset - truth%case%satellite%offset)
@@ -302,8 +301,7 @@ contains
         if (failed(error, failure)) return
         call estimate_folder(path, calibration, exact, failure, exact=.true.)
         if (failed(error, failure)) return
-        call check(error, size(exact%solutions), size(usual%solutions), 'all sources')
-        if (allocated(error)) return
+        if (unmet(error, size(exact%solutions), size(usual%solutions), 'all sources')) return
         do i = 1, size(usual%solutions)
             associate (less => exact%solutions(i)%covariance, more => usual%solutions(i)%covariance)
                 call check(error, all([(less(k, k) > 0 .and. less(k, k) < 1.01_dp*more(k, k), k=1, 3)]), &

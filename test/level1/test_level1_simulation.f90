@@ -288,9 +288,8 @@ contains
                        achar(10)//'&level1_span'//achar(10)//' start = 500, span_duration = 180'//achar(10)//'/'//achar(10))
         call read_level1_settings(FOLDER//'l1s.nml', settings, failure)
         if (failed(error, failure)) return
-        call check(error, settings%staircase .and. abs(settings%field_error - 100*NANOTESLA) < 1e-18_dp .and. &
-                   size(settings%list) == 2, 'values')
-        if (allocated(error)) return
+        if (unmet(error, settings%staircase .and. abs(settings%field_error - 100*NANOTESLA) < 1e-18_dp .and. &
+                  size(settings%list) == 2, 'values')) return
         call check(error, abs(settings%list(1)%amplitude(1) - 100) < 1e-9_dp .and. abs(settings%list(2)%duration - 180) < 1e-9_dp &
                    .and. abs(settings%list(2)%start - 500) < 1e-9_dp, 'spans')
         call refused('&level1_simulation'//achar(10)//' spacing = 100'//achar(10)//'/', 'span 2 starts less than 120 s')

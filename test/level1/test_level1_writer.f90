@@ -311,10 +311,9 @@ contains
             call check_passes(error, failure)
             call check(error, block%count, other%count, PRODUCTS(i))
             do k = 1, size(block%values, 2)
-                call check(error, count(abs(block%values(:block%count, k) - other%values(:block%count, k)) > &
-                                        6e-16_dp*abs(block%values(:block%count, k))), 0, &
-                           PRODUCTS(i)//' '//reader%layout%fields(k)%name)
-                if (allocated(error)) return
+                if (unmet(error, count(abs(block%values(:block%count, k) - other%values(:block%count, k)) > &
+                                       6e-16_dp*abs(block%values(:block%count, k))), 0, &
+                          PRODUCTS(i)//' '//reader%layout%fields(k)%name)) return
             end do
         end do
     end subroutine test_samples

@@ -115,8 +115,7 @@ contains
             real(dp), intent(in) :: a(:), b(:)
 
             if (allocated(error)) return
-            call check(error, size(a), size(b), name)
-            if (allocated(error)) return
+            if (unmet(error, size(a), size(b), name)) return
             call check(error, all(abs(a - b) <= 0), name//' differ after reading')
         end subroutine same
     end subroutine test_round_trip
@@ -176,8 +175,7 @@ contains
         call make_file('observations/magnetometer.csv', good%text(:good%last(30) + 1))
         call read_observations(SET, observations, failure)
         call check_passes(error, failure)
-        call check(error, size(observations%magnetometer_time), 29)
-        if (allocated(error)) return
+        if (unmet(error, size(observations%magnetometer_time), 29)) return
         call remove_file(SET//'/orbit.csv')
         call read_observations(SET, again, failure)
         call check_fails(error, failure, 'magnetometer.csv:30 ... truncated ... orbit.csv')
@@ -192,9 +190,8 @@ contains
         deallocate (observations%knowledge%rods%measured%time)
         call rewrite()
         if (allocated(error)) return
-        call check(error, .not. allocated(again%knowledge%rods%measured%time) .and. &
-                   .not. file_exists(SET//'/rods.csv'), 'moments that are not in the set')
-        if (allocated(error)) return
+        if (unmet(error, .not. allocated(again%knowledge%rods%measured%time) .and. &
+                  .not. file_exists(SET//'/rods.csv'), 'moments that are not in the set')) return
         call simulated_set(observations)
         observations%magnetometer_time = observations%magnetometer_time(:0)
         observations%field = observations%field(:, :0)

@@ -65,9 +65,8 @@ contains
             call check(error, all(abs(of_observed%sigma/bound%sigma - 1) < 0.02_dp), trim(case%name)//': bound')
             call check(error, all(abs(of_observed%consider_sigma/bound%consider_sigma - 1) < 0.02_dp), trim(case%name))
             call say_next_manoeuvre(observations, text)
-            call check(error, index(text, 'with rods x, y and z at 0.0833, 0.1 and 0.117 Hz') == 1 .and. &
-                       index(text, 'sigma would be 0.0') > 0, text)
-            if (allocated(error)) return
+            if (unmet(error, index(text, 'with rods x, y and z at 0.0833, 0.1 and 0.117 Hz') == 1 .and. &
+                      index(text, 'sigma would be 0.0') > 0, text)) return
         end do
         deallocate (observations%orbit_time, observations%orbit_position)
         call case_of_observations(observations, observed, failure)

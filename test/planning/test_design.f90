@@ -235,9 +235,8 @@ contains
         call prepare_plan(calibration, request, plan, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
         if (failed(error, failure)) return
-        call check(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
-                   size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)
-        if (allocated(error)) return
+        if (unmet(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
+                  size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)) return
         planned = planned_calibration(request, plan)
         call plan_manoeuvre(calibration, plan%time, request%settings, again, design, failure)
         if (failed(error, failure)) return

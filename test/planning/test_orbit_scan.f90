@@ -161,8 +161,7 @@ contains
             do number = 1, 3
                 call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 call propagate_case(case, arc, failure)
-                call check(error,.not. allocated(failure))
-                if (allocated(error)) return
+                if (unmet(error,.not. allocated(failure))) return
                 amplitude = abs(arc%omega_dot(:, 25) - arc%omega_dot(:, 75))/2
                 call check(error, maxval(abs(amplitude - places(number)%acceleration)) < &
                            0.01_dp*maxval(amplitude), trim(case%name))
@@ -193,8 +192,7 @@ contains
                 call make_simulator(case, simulator)
                 if (.not. allocated(failure)) &
                     call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
-                call check(error,.not. allocated(failure))
-                if (allocated(error)) return
+                if (unmet(error,.not. allocated(failure))) return
                 call check(error, maxval(abs(places(number)%sigma/prediction%noise - 1)) < 1e-3_dp, &
                            trim(case%name))
             end do
@@ -250,9 +248,8 @@ contains
                                three%sigma(1) < 2*minval(sigma(1, :)), 'case 3: x almost best')
                 end if
             end associate
-            call check(error, abs(20*count(x_is_weakest(places)) - 100) <= 40, &
-                       'x is smaller in about 100 s of the revolution')
-            if (allocated(error)) return
+            if (unmet(error, abs(20*count(x_is_weakest(places)) - 100) <= 40, &
+                      'x is smaller in about 100 s of the revolution')) return
         end do
     end subroutine test_statements
 
@@ -367,20 +364,17 @@ contains
 
         call fly('front', case, orbit)
         call scan_orbit(case, estimation_options_t(), orbit, [0, 6000], 2, places, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call check_says(error, failure%message, 'from 0 to 5635 s')
         if (allocated(error)) return
         options%accelerometer_weight = 0
         call scan_orbit(case, options, orbit, [100, 200], 2, places, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call check_says(error, failure%message, 'calibration at 100 s')
         if (allocated(error)) return
         case%angular_velocity = 0
         call new_nominal_orbit(case, orbit, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call check_says(error, failure%message, 'orbit of case front-1 ... at least once a day')
     end subroutine test_failures
 end module test_orbit_scan

@@ -247,8 +247,7 @@ contains
 
         dynamics = bare_dynamics(INERTIA)
         call egm96(20, 20, gravity, failure)
-        call check(error, .not. allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, .not. allocated(failure))) return
         deallocate (dynamics%gravity)
         allocate (dynamics%gravity, source=gravity)
         dynamics%earth%angle = 1.7_dp

@@ -97,9 +97,8 @@ contains
             call check(error, text == other, 'nothing else differs')
         end do
         call expanded_cases([string_t('back-1'), string_t('printed'), string_t('x.nml')], names)
-        call check(error, size(names) == 8 .and. names(2)%text == 'front-1-printed' .and. &
-                   names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')
-        if (allocated(error)) return
+        if (unmet(error, size(names) == 8 .and. names(2)%text == 'front-1-printed' .and. &
+                  names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')) return
         call find_case('front-1-print', printed, failure)
         call check_fails(error, failure, 'front-1-printed')
     end subroutine test_printed

@@ -193,14 +193,12 @@ contains
         call prepare(simulator)
         call observe(simulator, SEED, 1, observations, failure)
         if (failed(error, failure)) return
-        call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
-                   all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))
-        if (allocated(error)) return
+        if (unmet(error, all(shape(observations%acceleration) == [3, 600]) .and. &
+                  all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))) return
         call check(error, maxval(abs(observations%accelerometer_time - [(i/10.0_dp, i=1, 600)])), 0.0_dp, thr=1e-13_dp)
         call check(error, maxval(abs(observations%magnetometer_time - [(i, i=1, 60)])), 0.0_dp, thr=1e-13_dp)
         do head = 1, 2
-            call check(error, count(observations%star_camera_head == head), 120)
-            if (allocated(error)) return
+            if (unmet(error, count(observations%star_camera_head == head), 120)) return
             associate (times => pack(observations%star_camera_time, observations%star_camera_head == head))
                 call check(error, maxval(abs(times - [(i/2.0_dp, i=1, 120)])), 0.0_dp, thr=1e-13_dp)
             end associate
@@ -282,9 +280,8 @@ contains
             if (failed(error, failure)) return
             call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
             if (failed(error, failure)) return
-            call check(error, all(alone%star_camera_head == head) .and. &
-                       size(alone%star_camera_head) == 120)
-            if (allocated(error)) return
+            if (unmet(error, all(alone%star_camera_head == head) .and. &
+                      size(alone%star_camera_head) == 120)) return
             associate (used => pack([(i, i=1, 240)], full%star_camera_head == head))
                 call check(error, maxval(abs(alone%quaternion - full%quaternion(:, used))), 0.0_dp)
                 call check(error, maxval(abs(alone%star_camera_time - &

@@ -171,8 +171,7 @@ contains
         call new_trapezoid(surface, -LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
                            failure)
         call check_fails(error, failure, 'positive')
-        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, &
-                           NAN, 0.0_dp, 0.0_dp, failure)
+        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, NAN, 0.0_dp, 0.0_dp, failure)
         call check_fails(error, failure, 'positive')
         call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.7_dp, 0.4_dp, &
                            failure)

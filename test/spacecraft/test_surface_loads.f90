@@ -383,11 +383,9 @@ contains
         call validate_wall(wall_t(), failure)
         if (failed(error, failure)) return
         call validate_wall(wall_t(-1.0_dp, 0.9_dp), failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call validate_wall(wall_t(300.0_dp, 1.1_dp), failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call validate_wall(wall_t(300.0_dp, NAN), failure)
         call check(error, allocated(failure))
     end subroutine test_wall

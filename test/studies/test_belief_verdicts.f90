@@ -75,8 +75,7 @@ contains
 
             if (allocated(error)) return
             call estimate_offset('optimal', wrong, options, solution, refused)
-            call check(error, allocated(solution%beliefs), subject//': no tests')
-            if (allocated(error)) return
+            if (unmet(error, allocated(solution%beliefs), subject//': no tests')) return
             call say_contradiction(solution%beliefs, text)
             k = findloc(NOISE_SUBJECTS(solution%beliefs%noises%subject) == subject, .true., 1)
             call check(error, k > 0, subject//': not tested')
@@ -215,11 +214,9 @@ contains
             integer :: i
 
             call estimate_offset('optimal', wrong, options, solution, failure)  ! may be refused
-            call check(error, allocated(solution%beliefs), subject//': no tests')
-            if (allocated(error)) return
+            if (unmet(error, allocated(solution%beliefs), subject//': no tests')) return
             call check(error, solution%beliefs%has_contradiction(), subject//': not contradicted')
-            call check(error, size(solution%beliefs%explanations) > 0, subject//': not explained')
-            if (allocated(error)) return
+            if (unmet(error, size(solution%beliefs%explanations) > 0, subject//': not explained')) return
             i = 1
             if (present(together)) then
                 do i = 1, size(solution%beliefs%explanations) - 1
@@ -236,8 +233,7 @@ contains
                 else
                     found = NOISE_SUBJECTS(first%place)
                 end if
-                call check(error, first%kind == kind .and. index(found, subject) == 1, subject//' is named '//found)
-                if (allocated(error)) return
+                if (unmet(error, first%kind == kind .and. index(found, subject) == 1, subject//' is named '//found)) return
                 if (kind == OF_ALTERATION) return
                 call check(error, abs(first%value - value) < 0.15_dp*abs(value), subject//': '//number_text(first%value))
             end associate

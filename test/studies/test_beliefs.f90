@@ -215,8 +215,7 @@ contains
                 call check(error, squares(BELIEFS(i)) < 1.5_dp*limits(2), NAMES(k)//' '//trim(belief_subject(BELIEFS(i)))// &
                            number_text(squares(BELIEFS(i))/RUNS))
             end do
-            call check(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')
-            if (allocated(error)) return
+            if (unmet(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')) return
             deallocate (squares)
         end do
     end subroutine test_scores

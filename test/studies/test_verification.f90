@@ -63,20 +63,15 @@ contains
         checks = [checks, check_windows('back', verification)]
         attitude_only = checks%attitude_only
         inside = checks%inside
-        call check(error, size(checks), 90)
-        if (allocated(error)) return
-        call check(error, count(attitude_only), 54)
-        if (allocated(error)) return
-        call check(error, count(attitude_only .and. inside), 54, &
-                   'attitude windows met; missed:'//missed(attitude_only))
-        if (allocated(error)) return
-        call check(error, count(attitude_only .and. checks%on_ticks) >= 50, 'too few end intervals reached')
-        if (allocated(error)) return
+        if (unmet(error, size(checks), 90)) return
+        if (unmet(error, count(attitude_only), 54)) return
+        if (unmet(error, count(attitude_only .and. inside), 54, &
+                  'attitude windows met; missed:'//missed(attitude_only))) return
+        if (unmet(error, count(attitude_only .and. checks%on_ticks) >= 50, 'too few end intervals reached')) return
         call check(error, all(checks%fill >= 0 .and. checks%fill <= 1) .and. &
                    minval(checks%fill, attitude_only) > 0.35_dp, 'fill')
-        call check(error, count(.not. attitude_only .and. inside) >= 22, &
-                   'too few environment windows met; missed:'//missed(.not. attitude_only))
-        if (allocated(error)) return
+        if (unmet(error, count(.not. attitude_only .and. inside) >= 22, &
+                  'too few environment windows met; missed:'//missed(.not. attitude_only))) return
         call check(error, count(.not. attitude_only .and. checks%near_centre) >= 30, &
                    'too few environment curves near their window''s centre')
 
@@ -128,8 +123,7 @@ contains
 
         call verify('front-1', verification, error)
         if (allocated(error)) return
-        call check(error, size(verification%time), 601)
-        if (allocated(error)) return
+        if (unmet(error, size(verification%time), 601)) return
         call check(error, verification%time(600), 60.0_dp, thr=1e-12_dp)
         call check_sum('non_gravitational', [character(20) :: 'drag', 'srp', 'erp'], 1e-20_dp)
         if (allocated(error)) return

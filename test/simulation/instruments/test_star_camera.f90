@@ -57,8 +57,7 @@ contains
             if (.not. allocated(failure)) call best_camera%see(catalogue, q, 1, best, failure)
             if (failed(error, failure)) return
             trace = [trace_of(first), trace_of(best)]
-            call check(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))
-            if (allocated(error)) return
+            if (unmet(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))) return
             if (camera%stars_in_field(catalogue, q, 1) <= camera%star_count) then
                 call check(error, all(abs(best%reference - first%reference) <= 0), 'no choice')
                 cycle
@@ -157,10 +156,9 @@ contains
             call camera%see(catalogue, q, head, frame, failure)
             if (failed(error, failure)) return
             associate (v => frame%line_of_sight)
-                call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
-                           all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
-                           all(abs(v(2, :)) <= v(3, :)*tan(8*DEGREE)))
-                if (allocated(error)) return
+                if (unmet(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
+                          all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
+                          all(abs(v(2, :)) <= v(3, :)*tan(8*DEGREE)))) return
                 m = matmul(rotation_matrix(camera%mounting(head)), rotation_matrix(q))
                 call check(error, maxval(abs(matmul(m, frame%reference) - v)) < 1e-15_dp)
             end associate

@@ -38,8 +38,7 @@ contains
         integer :: i
 
         catalogue = builtin_star_catalogue()
-        call check(error, size(catalogue%direction, 2), 4616)
-        if (allocated(error)) return
+        if (unmet(error, size(catalogue%direction, 2), 4616)) return
         call check(error, maxval(abs(norm2(catalogue%direction, 1) - 1)) < VECTORISED)
         call check(error, minval(catalogue%magnitude) >= 1 .and. maxval(catalogue%magnitude) <= 6)
         i = maxloc(catalogue%direction(3, :), 1)
@@ -58,8 +57,7 @@ contains
         builtin = builtin_star_catalogue()
         call read_star_catalogue('data/bright_stars.txt', source, failure)
         if (failed(error, failure)) return
-        call check(error, size(source%magnitude), size(builtin%magnitude))
-        if (allocated(error)) return
+        if (unmet(error, size(source%magnitude), size(builtin%magnitude))) return
         call check(error, all(abs(builtin%direction - source%direction) < VECTORISED) .and. &
                    all(builtin%magnitude == source%magnitude))
     end subroutine test_source
@@ -86,12 +84,10 @@ contains
             end do
             expected = pack([(i, i=1, size(inside))], inside)
             call catalogue%visible_stars(camera, FIELD, indices, n)
-            call check(error, n, size(expected))
-            if (allocated(error)) return
+            if (unmet(error, n, size(expected))) return
             call check(error, all(indices(:n) == expected) .and. all(indices(n + 1:) == 0))
             call catalogue%visible_stars(camera, FIELD, first, n)
-            call check(error, n == min(7, size(expected)) .and. all(first(:n) == expected(:n)))
-            if (allocated(error)) return
+            if (unmet(error, n == min(7, size(expected)) .and. all(first(:n) == expected(:n)))) return
         end do
     end subroutine test_field
 
@@ -132,8 +128,7 @@ contains
 
         call read_star_catalogue(FIXTURES//'three-stars.txt', catalogue, failure)
         if (failed(error, failure)) return
-        call check(error, size(catalogue%direction, 2), 2)
-        if (allocated(error)) return
+        if (unmet(error, size(catalogue%direction, 2), 2)) return
         call check(error, catalogue%magnitude(1) == 2.83_dp .and. catalogue%magnitude(2) == 1.97_dp)
         call check(error, catalogue%direction(3, 2), sin(89.2641095_dp*DEGREE))
     end subroutine test_file

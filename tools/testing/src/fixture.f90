@@ -9,7 +9,7 @@ module fixture
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, test_failed, FOLDER, make_folder, make_file, read_content, check_same_files
+    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, check_same_files
     public :: has_parts, joined, check_says, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
@@ -19,6 +19,11 @@ module fixture
     interface check
         module procedure check_logical, check_real, check_integer, check_long, check_text
     end interface check
+
+    !> unmet(error, ...): makes the check; is there an error now, or was there before, so that a test cannot go on?
+    interface unmet
+        module procedure unmet_logical, unmet_integer, unmet_text
+    end interface unmet
 
 contains
 
@@ -63,6 +68,33 @@ contains
 
         if (.not. allocated(error)) call check_now(error, actual, expected, message, more)
     end subroutine check_text
+
+    logical function unmet_logical(error, expression, message)
+        type(error_type), allocatable, intent(inout) :: error
+        logical, intent(in) :: expression
+        character(*), intent(in), optional :: message
+
+        call check(error, expression, message)
+        unmet_logical = allocated(error)
+    end function unmet_logical
+
+    logical function unmet_integer(error, actual, expected, message)
+        type(error_type), allocatable, intent(inout) :: error
+        integer, intent(in) :: actual, expected
+        character(*), intent(in), optional :: message
+
+        call check(error, actual, expected, message)
+        unmet_integer = allocated(error)
+    end function unmet_integer
+
+    logical function unmet_text(error, actual, expected, message)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: actual, expected
+        character(*), intent(in), optional :: message
+
+        call check(error, actual, expected, message)
+        unmet_text = allocated(error)
+    end function unmet_text
 
     !> Fails, unless something failed before.
     subroutine test_failed(error, message)
