@@ -221,7 +221,7 @@ contains
         call read_csv(FOLDER//'map.csv', [character(24) :: FIRST_COLUMNS, 'wave_x_mm', 'wave_y_mm', 'wave_z_mm', &
                                           'force_x_mm', 'force_y_mm', 'force_z_mm', 'rate_deg_s', &
                                           'pointing_deg'], table, failure)
-        call check(error,.not. allocated(failure), message_of(failure))
+        call check_passes(error, failure)
         call check(error, size(table, 1), 10, 'a revolution has ten places 600 s apart')
         call succeeds(error, 'design --manoeuvre '//FOLDER//'design.nml --format csv', output)
         call check(error, index(output, 'case,time_s,utc,latitude_deg') == 1 .and. &
@@ -249,7 +249,7 @@ contains
         call check_says(error, output, 'week ... next: gracecg level1 simulate front-3')
         if (allocated(error)) return
         call read_level1_settings(FOLDER//'tones.nml', level1, failure)
-        call check(error, .not. allocated(failure), message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(level1%whisper - 2) < 1e-6_dp) .and. level1%rod_control .and. level1%spans == 0, 'settings')
         call check(error, all(level1%whisper_frequency >= 0.05_dp .and. level1%whisper_frequency <= 0.15_dp), 'frequencies')
         call succeeds(error, 'design front-3 --whisper --format json', output)

@@ -51,7 +51,7 @@ contains
         call refused(error, 'report --out '//FOLDER//'in-the-way', STATUS_FAILED, 'a file of that name is in the way')
         call refused(error, 'report --out /proc/gracecg', STATUS_FAILED, '/proc/gracecg')
         if (allocated(error)) return
-        call check(error,.not. file_exists(FOLDER//'page/index.html'))
+        call check(error, .not. file_exists(FOLDER//'page/index.html'))
     end subroutine test_wrong_usage
 
     !> A report that fails on its way leaves no page and no result.json of an earlier one beside its new tables.

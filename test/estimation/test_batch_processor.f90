@@ -125,7 +125,7 @@ contains
         problem = example()
         problem%disturbance = 0
         call process_batch(problem, batch_settings_t(), solution, failure)
-        if (unmet(error,.not. allocated(failure) .and. solution%converged)) return
+        if (unmet(error, .not. allocated(failure) .and. solution%converged)) return
         call check(error, abs(problem%a - TRUE_A) + abs(problem%b - TRUE_B) < 1e-12_dp)
         call check(error, solution%iterations > 2 .and. maxval(abs(solution%residuals)) < 1e-12_dp/SIGMA)
     end subroutine test_truth

@@ -428,7 +428,7 @@ contains
         bad = good
         bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
         call preprocess(bad, estimation_options_t(), data, failure)
-        call check(error,.not. allocated(failure), message_of(failure))
+        call check_passes(error, failure)
         if (unmet(error, size(data%warnings), 0)) return
         bad%field(:, 34) = good%field(:, 30)
         call refused(bad, good, 'magnetometer ... no samples near 30 ... repetitions of one value', error)

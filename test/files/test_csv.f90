@@ -153,7 +153,7 @@ contains
         do i = 1, size(rows, 1)
             call writer%row(rows(i, :))
         end do
-        call check(error,.not. file_exists(PATH))
+        call check(error, .not. file_exists(PATH))
         call writer%commit(failure)
         if (allocated(error)) return
         call check_passes(error, failure)
@@ -219,6 +219,6 @@ contains
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%commit(failure)
         call check_fails(error, failure, PATH//' ... '//parts)
-        call check(error,.not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
+        call check(error, .not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
     end subroutine check_row_refused
 end module test_csv

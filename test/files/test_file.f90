@@ -112,7 +112,7 @@ contains
         call remove_file(FOLDER//'deep/deeper')
         call remove_file(FOLDER//'deep')
         if (allocated(error)) return
-        call check(error,.not. directory_exists(FOLDER//'deep'))
+        call check(error, .not. directory_exists(FOLDER//'deep'))
     end subroutine test_make_directory
 
     subroutine test_make_directory_fails(error)
@@ -152,7 +152,7 @@ contains
         if (failed(error, failure)) return
         call read_text_file(FOLDER//'out.txt', file, failure)
         call check(error, file%text, 'new'//LF//LF)
-        call check(error,.not. file_exists(FOLDER//'out.txt.part1'))
+        call check(error, .not. file_exists(FOLDER//'out.txt.part1'))
         call remove_file(FOLDER//'out.txt')
         if (allocated(error)) return
         call output%commit(failure)
@@ -168,7 +168,7 @@ contains
         call output%open(FOLDER//'discarded.txt', failure)
         call check(error, file_exists(FOLDER//'discarded.txt.part1'))
         call output%discard()
-        call check(error,.not. (file_exists(FOLDER//'discarded.txt') .or. &
+        call check(error, .not. (file_exists(FOLDER//'discarded.txt') .or. &
                                 file_exists(FOLDER//'discarded.txt.part1')))
     end subroutine test_discard
 
@@ -178,7 +178,7 @@ contains
 
         call make_folder()
         call abandon()
-        call check(error,.not. (file_exists(FOLDER//'abandoned.txt') .or. &
+        call check(error, .not. (file_exists(FOLDER//'abandoned.txt') .or. &
                                 file_exists(FOLDER//'abandoned.txt.part1')))
 
     contains
@@ -228,7 +228,7 @@ contains
         call check_passes(error, failure)
         call read_text_file(FOLDER//'left.txt', file, failure)
         call check(error, file%text, 'whole'//LF)
-        call check(error,.not. file_exists(FOLDER//'left.txt.part1'))
+        call check(error, .not. file_exists(FOLDER//'left.txt.part1'))
         call make_file('other.txt', 'other')
         call execute_command_line('ln -s other.txt '//FOLDER//'left.txt.part1')
         call output%open(FOLDER//'left.txt', failure)
@@ -332,7 +332,7 @@ contains
         call execute_command_line('flock -n '//FOLDER//'kept.txt.part1 true', exitstat=status)
         call check(error, status /= 0, 'another program may write it')
         call end_record()
-        call check(error,.not. (file_exists(FOLDER//'kept.txt') .or. file_exists(FOLDER//'kept.txt.part1')))
+        call check(error, .not. (file_exists(FOLDER//'kept.txt') .or. file_exists(FOLDER//'kept.txt.part1')))
     end subroutine test_kept
 
     !> Command line and inputs with their hashes: those of FNV-1a that Fowler, Noll and Vo publish.
@@ -393,7 +393,7 @@ contains
         call output%commit(failure)
         call remove_file(FOLDER//'taken')
         call check_fails(error, failure, FOLDER//'taken ... could not be given its name')
-        call check(error,.not. file_exists(FOLDER//'taken.part1'))
+        call check(error, .not. file_exists(FOLDER//'taken.part1'))
     end subroutine test_rename_fails
 
     !> /dev/full is a device on which every write fails.

@@ -40,7 +40,7 @@ contains
         do i = 1, size(CASE_NAMES)
             call check(error, text_at(gracecg_name(c_string('case'), i - 1)), trim(CASE_NAMES(i)))
         end do
-        call check(error,.not. (c_associated(gracecg_name(c_string('algorithm'), -1)) .or. &
+        call check(error, .not. (c_associated(gracecg_name(c_string('algorithm'), -1)) .or. &
                                 c_associated(gracecg_name(c_string('algorithm'), size(ESTIMATOR_NAMES))) .or. &
                                 c_associated(gracecg_name(c_string('case'), size(CASE_NAMES))) .or. &
                                 c_associated(gracecg_name(c_string('cases'), 0)) .or. &

@@ -105,7 +105,7 @@ contains
         own_settings%highest_frequency = settings(5)
         own_settings%waveform_used = [.true., .false., .false., .false.]
         call plan_manoeuvre(calibration, 1400.0_dp, own_settings, planned_case, expected, problem)
-        call check(error,.not. allocated(problem), message_of(problem))
+        call check_passes(error, problem)
         call check_equal(error, [item(planned, 'sigma', 3), item(planned, 'wave', 3), item(planned, 'force', 3), &
                                  item(planned, 'worst', 1), item(planned, 'rate', 1), item(planned, 'excursion', 1), &
                                  item(planned, 'evaluations', 1), item(planned, 'start', 1)], &
@@ -134,7 +134,7 @@ contains
         call check_ok(error, status, failure)
         if (allocated(error)) return
         call map_case(planned_case%case, TIMES, 1, points, problem)
-        call check(error,.not. allocated(problem), message_of(problem))
+        call check_passes(error, problem)
         sigma = item(places, 'sigma', 6)
         call check_equal(error, [item(places, 'place', 4), sigma, item(places, 'worst', 8), item(places, 'wave', 6), &
                                  item(places, 'force', 6)], &

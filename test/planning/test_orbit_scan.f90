@@ -61,7 +61,7 @@ contains
         type(error_t), allocatable :: failure
 
         call scan_orbit(case, estimation_options_t(), orbit, times, 2, places, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call check_passes(error, failure)
     end subroutine scan
 
     !> The scan at the times of the three cases of a satellite.
@@ -161,7 +161,7 @@ contains
             do number = 1, 3
                 call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 call propagate_case(case, arc, failure)
-                if (unmet(error,.not. allocated(failure))) return
+                if (failed(error, failure)) return
                 amplitude = abs(arc%omega_dot(:, 25) - arc%omega_dot(:, 75))/2
                 call check(error, maxval(abs(amplitude - places(number)%acceleration)) < &
                            0.01_dp*maxval(amplitude), trim(case%name))
@@ -192,7 +192,7 @@ contains
                 call make_simulator(case, simulator)
                 if (.not. allocated(failure)) &
                     call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
-                if (unmet(error,.not. allocated(failure))) return
+                if (failed(error, failure)) return
                 call check(error, maxval(abs(places(number)%sigma/prediction%noise - 1)) < 1e-3_dp, &
                            trim(case%name))
             end do
@@ -275,7 +275,7 @@ contains
         case%satellite%inertia(1:2, 3) = -case%satellite%inertia(1:2, 3)
         case%satellite%inertia(3, 1:2) = -case%satellite%inertia(3, 1:2)
         call new_nominal_orbit(case, orbit, failure)
-        call check(error,.not. allocated(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call scan(case, orbit, TIMES, turned, error)
         do i = 1, size(TIMES)
             if (allocated(error)) return

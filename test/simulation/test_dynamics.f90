@@ -247,7 +247,7 @@ contains
 
         dynamics = bare_dynamics(INERTIA)
         call egm96(20, 20, gravity, failure)
-        if (unmet(error, .not. allocated(failure))) return
+        if (failed(error, failure)) return
         deallocate (dynamics%gravity)
         allocate (dynamics%gravity, source=gravity)
         dynamics%earth%angle = 1.7_dp

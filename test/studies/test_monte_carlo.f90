@@ -60,7 +60,7 @@ contains
                 call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, first_runs(RUNS), 2, &
                                      results, failure)
             end if
-            if (unmet(error,.not. allocated(failure))) return
+            if (failed(error, failure)) return
             call check(error, all(results%converged))
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.12_dp, &
@@ -85,7 +85,7 @@ contains
         do i = 1, size(REPORT_CASE_NAMES)
             call prepare(i, simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
-            if (unmet(error,.not. allocated(failure))) return
+            if (failed(error, failure)) return
             without_wave = sqrt(prediction%noise**2 + prediction%bias**2)/MILLIMETRE
             call check(error, maxval(abs(without_wave/INDEPENDENT(:, i) - 1)) < 0.15_dp, REPORT_CASE_NAMES(i))
         end do
@@ -111,7 +111,7 @@ contains
             do a = 1, size(REPORT_ESTIMATORS)
                 call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, &
                                     failure)
-                if (unmet(error,.not. allocated(failure))) return
+                if (failed(error, failure)) return
                 associate (rms => published_rms(REPORT_CASE_NAMES(i), trim(REPORT_ESTIMATORS(a))))
                     published = published + count(rms > 0)
                     inside = inside + count(allowed_by_fifteen_runs(rms, prediction%rms/MILLIMETRE))
@@ -143,7 +143,7 @@ contains
                                      first_runs(100), 2, results, &
                                      failure)
             end if
-            if (unmet(error,.not. allocated(failure))) return
+            if (failed(error, failure)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.21_dp, &
                        REPORT_ESTIMATORS(a))
@@ -159,7 +159,7 @@ contains
         call prepare(4, simulator)
         call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, first_runs(8), 1, one_thread, &
                              failure)
-        if (unmet(error,.not. allocated(failure))) return
+        if (failed(error, failure)) return
         call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [2, 3, 7], 2, two_threads, failure)
         call check(error, maxval(abs(one_thread%offset(:, [2, 3, 7]) - two_threads%offset)), 0.0_dp)
         call check(error, norm2(one_thread%offset(:, 1) - one_thread%offset(:, 2)) > 1e-7_dp, 'runs differ')

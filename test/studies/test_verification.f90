@@ -42,7 +42,7 @@ contains
 
         call take_case(name, case)
         call verify_case(case, verification, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call check_passes(error, failure)
     end subroutine verify
 
     !> All 54 windows that depend on the attitude dynamics alone, and nearly all of them reached at both ends; of
