@@ -320,7 +320,6 @@ contains
             type(coloured_noise_t) :: noise
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             noise = coloured_noise(noise_spectrum_t(level, corner, sides), interval, failure)
             call check_fails(error, failure, word)
         end subroutine expect_failure

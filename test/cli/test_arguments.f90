@@ -188,7 +188,6 @@ contains
             type(arguments_t) :: arguments
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call parse(line, arguments, failure)
             call check_fails(error, failure, parts)
         end subroutine refused

@@ -57,7 +57,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: html, part
 
-        if (allocated(error)) return
         call check(error, index(html, part), 0, '"'//part//'" is on the page')
     end subroutine has_not
 
@@ -92,7 +91,6 @@ contains
 
         call observe(error, RUN_1)
         do i = 1, size(ESTIMATOR_NAMES)
-            if (allocated(error)) return
             name = trim(ESTIMATOR_NAMES(i))
             call succeeds(error, 'estimate '//RUN_1//' --algorithm '//name//' --format json --report '//FOLDER// &
                           'page.html', output, messages)
@@ -144,7 +142,6 @@ contains
 
             logical :: ok
 
-            if (allocated(error)) return
             call read_json_numbers(json, path, values, ok)
             call check(error, ok, path)
         end subroutine take
@@ -328,7 +325,6 @@ contains
         end do
         call make_file('page-refused/setup.nml', text)
         do i = 1, size(ALGORITHMS)
-            if (allocated(error)) return
             call run('estimate '//FOLDER//'page-refused --algorithm '//trim(ALGORITHMS(i))//' --report '//FOLDER// &
                      'refused.html', status, output, messages)
             call check(error, status == STATUS_FAILED .and. output == '' .and. &

@@ -65,7 +65,6 @@ contains
         integer :: i, k
 
         do i = 1, size(REPORT_CASE_NAMES)
-            if (allocated(error)) return
             associate (name => REPORT_CASE_NAMES(i))
                 call succeeds(error, 'cases show '//name, output)
                 call make_file('case.nml', output)
@@ -265,7 +264,6 @@ contains
             real(dp) :: one, other
             integer :: k
 
-            if (allocated(error)) return
             lines = split(formula, LF)
             fields = split(lines(2)%text, ',')
             lines = split(table, LF)
@@ -321,7 +319,6 @@ contains
             character(:), allocatable :: hint
             integer :: place
 
-            if (allocated(error)) return
             place = index(output, 'next: gracecg ')
             call check(error, place > 0, output)
             hint = output(place + len('next: gracecg '):)
@@ -404,7 +401,6 @@ contains
             type(string_t), allocatable :: fields(:)
             integer :: row, k, n
 
-            if (allocated(error)) return
             text = text_file_of(output, 'output')
             k = 0
             n = 0
@@ -451,7 +447,6 @@ contains
         subroutine change(old, new)
             character(*), intent(in) :: old, new
 
-            if (allocated(error)) return
             place = index(text, old)
             call check(error, place > 0, old)
             if (place > 0) text = text(:place - 1)//new//text(place + len(old):)

@@ -163,7 +163,6 @@ contains
         character(:), allocatable :: rest
         integer :: i, k
 
-        if (allocated(error)) return
         call read_text_file(FOLDER//name, file, failure)
         if (failed(error, failure)) return
         rest = ''
@@ -247,7 +246,6 @@ contains
         call make_folder()
         call succeeds(error, 'design front-3 --whisper --amplitude 0.5 --out '//FOLDER//'tones.nml', output)
         call check_says(error, output, 'week ... next: gracecg level1 simulate front-3')
-        if (allocated(error)) return
         call read_level1_settings(FOLDER//'tones.nml', level1, failure)
         call check_passes(error, failure)
         call check(error, all(abs(level1%whisper - 2) < 1e-6_dp) .and. level1%rod_control .and. level1%spans == 0, 'settings')
@@ -384,7 +382,6 @@ contains
 
         call make_folder()
         do i = 1, size(LINES)
-            if (allocated(error)) return
             if (index(LINES(i), 'map.csv') > 0) then
                 call succeeds(error, 'design --manoeuvre front-3 --step 600 --map '//FOLDER//'fit.csv', output)
             else

@@ -42,7 +42,6 @@ contains
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run1 --seed 5', output)
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
         call check_says(error, output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ')
-        if (allocated(error)) return
         call read_csv(FOLDER//'run1/truth.csv', COLUMNS, rows, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run1/truth.csv', COLUMNS, truth_1, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', COLUMNS, truth_2, failure)
@@ -98,7 +97,6 @@ contains
         call check(error, size(fields) == 46 .and. size(split(text%line(1), ',')) == 46 .and. &
                    fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '', text%line(2))
         do axis = 1, 3
-            if (allocated(error)) return
             call parse_real(fields(1 + axis)%text, value, ok)
             call parse_real(fields(4 + axis)%text, sigma, ok)
             call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. &
@@ -110,7 +108,6 @@ contains
         first = findloc([(index(text%line(axis), ', assest-fde: CG offset') > 0, axis=1, 10)], .true., 1)
         call check(error, first > 1 .and. index(text%line(1), 'trim: ') == 1, text%line(1))
         do axis = 1, 3
-            if (allocated(error)) return
             line = text%line(first + axis)
             read (line(4:16), *) sigma
             call parse_real(fields(1 + axis)%text, value, ok)

@@ -519,7 +519,6 @@ contains
         type(error_t), allocatable :: failure
         integer :: n
 
-        if (allocated(error)) return
         n = 3
         if (present(degree)) n = degree
         call read_gfc(FIXTURES//name//'.gfc', n, n, model, failure)

@@ -154,7 +154,6 @@ contains
             integer :: i, first, last
 
             do i = 1, size(names)
-                if (allocated(error)) return
                 call take_case('front-1', case)
                 call case_text(case, text, failure)
                 if (failed(error, failure)) return

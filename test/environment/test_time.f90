@@ -62,7 +62,6 @@ contains
         call check_time(error, '  2000-01-01T12:00:00Z ', 51544, 43200.0_dp)
         call check_time(error, '2000-02-29T23:59:59.25', 51603, 86399.25_dp)
         call check_time(error, '1989-12-31T23:59:60.5Z', 47891, 86400.5_dp)
-        if (allocated(error)) return
         ! nearer to the next day than a number can tell
         call check_time(error, '1989-01-01T23:59:59.9999999999999999', 47528, 0.0_dp)
     end subroutine test_well_formed

@@ -179,7 +179,6 @@ contains
         call check(error, maxval(abs(residuals(:nominal%attitude_observations, 1))) < 1e-12_dp)
         call check(error, maxval(abs(residuals(nominal%attitude_observations + 1:, 1))) < 1e-15_dp)
         do i = 1, n
-            if (allocated(error)) return
             step = 1e-4_dp*nominal%scales(i)
             do side = 1, 2
                 changed = nominal

@@ -203,7 +203,6 @@ contains
         if (unmet(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)) return
         call check(error, maxval(abs(chain%arcs%to - [20, 40, 60])) + maxval(abs(chain%arcs%from - [0, 20, 40])) < 1e-9_dp)
         do i = 1, 3
-            if (allocated(error)) return
             call arc_of_run(observations, observations%knowledge, (i - 1)*ARC, i*ARC, part)
             call run_from_observations(part, options, runs(i), failure)
             if (failed(error, failure)) return
@@ -212,7 +211,6 @@ contains
         call estimate_runs(runs, joint, anew, failure)
         call check_passes(error, failure)
         do i = 1, 3
-            if (allocated(error)) return
             associate (matrix => runs(i)%information%matrix)
                 call check(error, maxval(abs(matrix - chain%arcs(i)%information%matrix)) < 1e-2_dp*maxval(abs(matrix)), &
                            'information')

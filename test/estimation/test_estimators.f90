@@ -217,7 +217,6 @@ contains
             if (.not. allocated(error)) call estimate(REPORT_ESTIMATORS(i), OMEGA_0, SIGMAS, unsure)
             expected = 0
             do axis = 1, 3
-                if (allocated(error)) return
                 call estimate(REPORT_ESTIMATORS(i), OMEGA_0 + 0.01_dp*SIGMAS*unit_of(axis), NONE, moved)
                 by_rate = 100*(moved%offset - sure%offset)
                 expected = expected + spread(by_rate, 2, 3)*spread(by_rate, 1, 3)

@@ -57,7 +57,6 @@ contains
         if (failed(error, failure)) return
         call check(error, maxval(abs(ellipsoid%semi_axis - 1e-3_dp*[3, 2, 1])), 0.0_dp, thr=1e-15_dp)
         do k = 1, 3
-            if (allocated(error)) return
             call check(error, abs(dot_product(ellipsoid%direction(:, k), axes(:, k))), 1.0_dp, thr=1e-12_dp)
             associate (v => ellipsoid%direction(:, k))
                 call check(error, v(maxloc(abs(v), 1)) > 0, 'the largest component is not positive')
@@ -291,7 +290,6 @@ contains
 
         integer :: i
 
-        if (allocated(error)) return
         do i = 1, size(verdict%findings)
             if (verdict%findings(i)%subject /= subject) cycle
             if (index(verdict%findings(i)%text, words) > 0) return
@@ -308,14 +306,13 @@ contains
         integer, intent(in) :: kind, trimmed, again
         character(*), intent(in) :: words
 
-        if (allocated(error)) return
         call check(error, action%kind, kind, action%text)
         if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], action%trimmed)), trimmed, action%text)
         if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], action%again)), again, action%text)
         if (.not. allocated(error)) call check(error, index(action%text, words) > 0, action%text)
     end subroutine advises
 
-    subroutine judged(name, quiet, tested, verdict, solution, error)
+    logical function judgement_fails(name, quiet, tested, verdict, solution, error)
         character(*), intent(in) :: name
         logical, intent(in) :: quiet
         logical, intent(in) :: tested       !! No belief is left untested: whatever it does is not too much
@@ -336,7 +333,8 @@ contains
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, diagnostics, failure)
         call check_passes(error, failure)
         if (.not. allocated(error)) verdict = judge(observations%knowledge, solution, record, diagnostics)
-    end subroutine judged
+        judgement_fails = allocated(error)
+    end function judgement_fails
 
     !> Case 3 without the density wave: all good, and trim by the estimate, sign and all; but no trim while what a
     !> wrong belief could do unseen is more than is wanted, or nobody has confirmed the signs.
@@ -346,8 +344,7 @@ contains
         type(solution_t) :: solution
         type(action_t) :: action
 
-        call judged('front-3', .true., .true., verdict, solution, error)
-        if (allocated(error)) return
+        if (judgement_fails('front-3', .true., .true., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_GOOD)
         call says(error, verdict, 'Torque', 'times (sigma')
         call advises(error, verdict%action, TRIM_IT, 7, 0, 'trim: move the centre of mass by +0.')
@@ -358,8 +355,7 @@ contains
         solution%beliefs%wanted = 1e-6_dp
         call act_on(solution, 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'unseen could be')
-        if (.not. allocated(error)) call judged('front-3', .true., .false., verdict, solution, error)
-        if (allocated(error)) return
+        if (judgement_fails('front-3', .true., .false., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Contradicted', 'nothing')
         call says(error, verdict, 'Not testable here', 'sign of the accelerometer')
@@ -372,8 +368,7 @@ contains
         type(verdict_t) :: verdict
         type(solution_t) :: solution
 
-        call judged('front-2', .false., .true., verdict, solution, error)
-        if (allocated(error)) return
+        if (judgement_fails('front-2', .false., .true., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Accuracy', 'x is not determined')
         call says(error, verdict, 'Residuals x', '0.05 Hz')

@@ -90,7 +90,6 @@ contains
         subroutine compare(tolerance)
             real(dp), intent(in) :: tolerance
 
-            if (allocated(error)) return
             call new_whitener(noise, epoch, whitener, failure, kept)
             if (failed(error, failure)) return
             r = covariance_matrix(noise, epoch)

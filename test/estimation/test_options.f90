@@ -195,7 +195,6 @@ contains
             type(estimation_options_t) :: options
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call make_file('options.nml', content)
             call read_options(FOLDER//'options.nml', options, failure)
             call check_fails(error, failure, parts)

@@ -77,7 +77,7 @@ contains
         true_offset = simulator%case%satellite%offset
     end subroutine straight_set
 
-    subroutine solve(algorithm, observations, solution, error, options)
+    logical function solve_fails(algorithm, observations, solution, error, options)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(out) :: solution
@@ -96,7 +96,8 @@ contains
         else if (.not. solution%converged) then
             call test_failed(error, algorithm//' did not converge')
         end if
-    end subroutine solve
+        solve_fails = allocated(error)
+    end function solve_fails
 
     pure function sigma_of(solution) result(sigma)
         type(solution_t), intent(in) :: solution
@@ -183,19 +184,16 @@ contains
 
         do i = 1, size(REPORT_CASE_NAMES)
             call straight_set(trim(REPORT_CASE_NAMES(i)), 1, observations, true_offset)
-            if (.not. allocated(error)) call solve('optimal', observations, optimal, error)
-            if (.not. allocated(error)) call solve('sequential', observations, sequential, error)
-            if (allocated(error)) return
+            if (solve_fails('optimal', observations, optimal, error)) return
+            if (solve_fails('sequential', observations, sequential, error)) return
             call check(error, maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal)) < 0.02_dp, &
                        REPORT_CASE_NAMES(i)//': estimate, sigmas off: '// &
                        number_text(maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal))))
             call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma')
-            call solve('sequential', observations, with, error, sequential_options_t(estimate_within_limits=.false.))
-            if (.not. allocated(error)) &
-                call solve('sequential', observations, without, error, &
-                           sequential_options_t(STRAIGHT_LINE, estimate_within_limits=.false.))
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, with, error, sequential_options_t(estimate_within_limits=.false.))) return
+            if (solve_fails('sequential', observations, without, error, &
+                            sequential_options_t(STRAIGHT_LINE, estimate_within_limits=.false.))) return
             call check(error, maxval(abs(sigma_of(without)/sigma_of(with) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma, without a parabola')
             call check(error, maxval(sigma_of(without)/sigma_of(with)) < 1 - 1e-6_dp, &
@@ -215,16 +213,14 @@ contains
 
         call prepare('front-3', .false., simulator)
         call make_observations(simulator, SEED, 1, observations, only_used_head=.true.)
-        call solve('sequential', observations, reference, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, reference, error)) return
         do k = 1, size(observations%accelerometer_time)
             associate (t => observations%accelerometer_time(k), drag => simulator%arc%loads(k)%drag)
                 observations%acceleration(:, k) = observations%acceleration(:, k) + &
                                                   drag*(AMPLITUDE*sin(TWO_PI*t/PERIOD) + PARABOLA*(t/30 - 1)**2)
             end associate
         end do
-        call solve('sequential', observations, solution, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, solution, error)) return
         call check(error, found_period(solution), PERIOD, thr=0.06_dp)
         call check(error, maxval(abs(solution%offset - reference%offset)/sigma_of(reference)) < 0.5_dp, 'estimate')
         call check(error, maxval(sigma_of(solution)/sigma_of(reference)) < 1.3_dp, 'sigma')
@@ -246,9 +242,8 @@ contains
             call prepare(trim(REPORT_CASE_NAMES(i)), .true., simulator)
             do run = 1, RUNS
                 call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
-                call solve('sequential', observations, solution, error, &
-                           sequential_options_t(estimate_within_limits=.false.))
-                if (allocated(error)) return
+                if (solve_fails('sequential', observations, solution, error, &
+                           sequential_options_t(estimate_within_limits=.false.))) return
                 total = total + normalised_square(solution, simulator%case%satellite%offset)
             end do
         end do
@@ -274,16 +269,13 @@ contains
         ignored = 0
         do run = 1, RUNS
             call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
-            call solve('sequential', observations, solution, error)
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, solution, error)) return
             call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
             followed = followed + normalised_square(solution, simulator%case%satellite%offset)
-            call solve('optimal', observations, batch, error)
-            if (allocated(error)) return
+            if (solve_fails('optimal', observations, batch, error)) return
             ratio = matmul(inverse_3x3(batch%covariance), solution%covariance)
             call check(error, ratio(1, 1) + ratio(2, 2) + ratio(3, 3) > 2.95_dp, 'what is said of the errors')
-            call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))) return
             ignored = ignored + normalised_square(solution, simulator%case%satellite%offset)
         end do
         limits = chi_square_limits(3*RUNS)
@@ -350,12 +342,10 @@ contains
         do run = 1, RUNS
             call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
             call add_wander(simulator, run, 0.002_dp, 12.0_dp, 0.1_dp, observations)
-            call solve('sequential', observations, solution, error)
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, solution, error)) return
             sequential = sequential + (solution%offset(3) - simulator%case%satellite%offset(3))**2
             total = total + normalised_square(solution, simulator%case%satellite%offset)
-            call solve('optimal', observations, solution, error)
-            if (allocated(error)) return
+            if (solve_fails('optimal', observations, solution, error)) return
             optimal = optimal + (solution%offset(3) - simulator%case%satellite%offset(3))**2
         end do
         call check(error, sqrt(sequential) < 0.7_dp*sqrt(optimal), 'RMS of d_z against optimal')
@@ -373,8 +363,7 @@ contains
         real(dp) :: true_offset(3)
 
         call straight_set('front-3', 1, observations, true_offset)
-        if (.not. allocated(error)) call solve('sequential', observations, clean, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, clean, error)) return
         call check(error, all(clean%edited == 0), 'nothing to edit in clean samples')
         observations%acceleration(1, AT) = observations%acceleration(1, AT) + SIZES
         observations%acceleration(2, 333) = 1e-4_dp
@@ -383,8 +372,7 @@ contains
             q(1) = q(1) + 3e-4_dp
             q = q/norm2(q)
         end associate
-        call solve('sequential', observations, spiked, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, spiked, error)) return
         call check(error, spiked%edited(1), 9, 'values of the accelerometer edited')
         call check(error, spiked%edited(2), 2, 'samples of the star camera edited')
         call check(error, maxval(abs(spiked%offset - clean%offset)/sigma_of(clean)) < 0.3_dp, 'estimate')
@@ -406,8 +394,7 @@ contains
         integer :: i
 
         call straight_set('back-3', 4, observations, true_offset)
-        if (.not. allocated(error)) call solve('sequential', observations, whole, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, whole, error)) return
         associate (times => observations%accelerometer_time)
             kept = pack([(i, i=1, size(times))], times < 20 .or. times > 30)
         end associate
@@ -419,8 +406,7 @@ contains
         observations%star_camera_time = observations%star_camera_time(kept)
         observations%star_camera_head = observations%star_camera_head(kept)
         observations%quaternion = observations%quaternion(:, kept)
-        call solve('sequential', observations, with_gaps, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, with_gaps, error)) return
         associate (loss => sigma_of(with_gaps)/sigma_of(whole))
             call check(error, all(loss > 1) .and. all(loss < 1.5_dp), 'sigmas')
         end associate
@@ -437,8 +423,7 @@ contains
         integer :: n, k, stars
 
         call straight_set('front-2', 1, observations, true_offset)
-        if (.not. allocated(error)) call solve('sequential', observations, solution, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, solution, error)) return
         associate (running => solution%running)
             n = ubound(running%time, 1)
             call check(error, n, 600)
@@ -456,8 +441,7 @@ contains
         observations%star_camera_time = observations%star_camera_time(:stars)
         observations%star_camera_head = observations%star_camera_head(:stars)
         observations%quaternion = observations%quaternion(:, :stars)
-        call solve('sequential', observations, half, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, half, error)) return
         associate (running => solution%running)
             call check(error, maxval(abs(running%offset(:, k) - half%offset)/sigma_of(half)) < 0.05_dp .and. &
                        maxval(abs(running%sigma(:, k)/sigma_of(half) - 1)) < 0.02_dp, 'half way')
@@ -475,7 +459,6 @@ contains
         observations%knowledge%accelerometer_noise(2)%level = 0
         call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         call check_says(error, message_of(failure), 'noise_level of accelerometer axis y')
-        if (allocated(error)) return
         observations%knowledge%accelerometer_noise(2)%level = 1e-18_dp
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
@@ -513,8 +496,7 @@ contains
 
         call prepare('front-1', .false., simulator, wave=[0.01_dp, 15.0_dp])
         call make_observations(simulator, SEED, 1, observations, only_used_head=.true.)
-        call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))) return
         call check(error, solution%variance_factor > 2, 'variance of the innovations')
         if (unmet(error, size(solution%warnings) == 1)) return
         call check_says(error, solution%warnings(1)%text, 'the innovations have a variance of')

@@ -62,7 +62,6 @@ contains
             sigma = 0
             q_sigma = 0
             do run = 1, RUNS
-                if (allocated(error)) return
                 call make_observations(simulator, 3, run, observations)
                 call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
                 if (failed(error, failure)) return

@@ -122,7 +122,6 @@ contains
         call check_refused(error, '', 'is empty ... time_s,ax,ay')
         call check_refused(error, '# only'//LF//'# comments'//LF//LF, 'is empty')
         call check_refused(error, 'time_s,ax,ay'//LF, 'no row')
-        if (allocated(error)) return
         call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
         call check_fails(error, failure, FOLDER//'missing.csv ... no such file')
     end subroutine test_empty_fails

@@ -99,12 +99,10 @@ contains
 
         call simulate('front-3', 5, 2, observations, status, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         set = simulated_set('front-3', 5, 2)
         do i = 1, size(ESTIMATOR_NAMES)
             status = gracecg_estimate(c_string(trim(ESTIMATOR_NAMES(i))), observations, fit, failure)
             call check_ok(error, status, failure)
-            if (allocated(error)) return
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, report_options('front-3'), expected, problem)
             call check_equal(error, [item(fit, 'offset', 3), item(fit, 'covariance', 9), item(fit, 'drift', 3), &
                                      item(fit, 'bias', 3)], &
@@ -139,7 +137,6 @@ contains
         do i = 1, 2
             call simulate(NAMES(i), 5, 2, observations(i), status, failure)
             call check_ok(error, status, failure)
-            if (allocated(error)) return
             set = simulated_set(NAMES(i), 5, 2)
             call run_from_observations(set, report_options(NAMES(i)), runs(i), problem)
         end do
@@ -174,7 +171,6 @@ contains
 
         call simulate('front-3', 5, 2, observations, status, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         set = simulated_set('front-3', 5, 2)
         call estimate_chain(set, report_options('front-3'), joint_options_t(), 20.0_dp, 1, expected, problem)
         status = gracecg_estimate_chain(observations, 20.0_dp, 2, chain, failure)
@@ -212,7 +208,6 @@ contains
 
         call simulate('front-3', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call take_samples(observations, samples)
         call check(error, all(samples%n == [600, 240, 60, 61]), 'counts')
         ! the setup by way of its text
@@ -221,10 +216,8 @@ contains
         status = gracecg_free(knowledge)
         status = gracecg_setup_open(c_string(text), knowledge, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = create(knowledge, samples, copy, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call estimate('ascfest', observations, there, status, failure)
         call estimate('ascfest', copy, again, status, failure)
         call check_equal(error, again, there, 'estimate of the copy')
@@ -239,7 +232,6 @@ contains
         end do
         status = gracecg_setup_from(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = create(measured, samples, copy, failure)
         call estimate('assest-fde', copy, again, status, failure)
         call new_moment_series(series, time, moment, problem)
@@ -253,7 +245,6 @@ contains
         call check_refused(error, status, BAD_VALUE, failure, 'have to be in A m^2')
         status = gracecg_setup_from(knowledge, ONE, time, setup=measured, error=failure)
         call check_refused(error, status, NULL_POINTER, failure, 'moment')
-        if (allocated(error)) return
 
         fewer = samples
         fewer%n(1) = 590       ! the last second is missing
@@ -290,10 +281,8 @@ contains
         call simulate('back-3', 1, 1, observations, status, failure)
         status = gracecg_observations_write(observations, c_string(FOLDER//'c-interface'), failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_observations_open(c_string(FOLDER//'c-interface'), copy, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call estimate('assest-rde', observations, there, status, failure)
         call estimate('assest-rde', copy, again, status, failure)
         call check_equal(error, again, there, 'estimate from files')
@@ -320,7 +309,6 @@ contains
 
         call simulate('front-3', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call check_text(observations, 'guess_quaternion = -0.7', .true.)
         call check_text(observations, 'estimate_rod_gain = .false.', .true.)
         status = gracecg_estimate(c_string('optimal'), observations, fit, failure)
@@ -328,7 +316,6 @@ contains
         status = gracecg_free(fit)
         status = gracecg_options_replace(observations, c_string(GAIN_TOO), changed, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call check_text(changed, 'estimate_rod_gain = .true.', .true.)
         call check_text(changed, 'guess_quaternion = -0.7', .false.)
         call check_text(observations, 'estimate_rod_gain = .false.', .true.)
@@ -382,7 +369,6 @@ contains
 
             character(:), allocatable :: text
 
-            if (allocated(error)) return
             call get_words(object, 'options', text)
             call check(error, (index(text, part) > 0) .eqv. there, part)
         end subroutine check_text
@@ -409,7 +395,6 @@ contains
         call simulate('front-3', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
         do i = 1, size(NAMES_OF)
-            if (allocated(error)) return
             call estimate_offset(trim(NAMES_OF(i)), set, report_options('front-3'), expected, problem, record)
             status = gracecg_estimate(c_string(trim(NAMES_OF(i))), observations, fit, failure)
             call check_ok(error, status, failure)
@@ -479,7 +464,6 @@ contains
 
         call simulate('front-1', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call take_samples(observations, samples)
         status = gracecg_setup_from(observations, NONE, setup=knowledge, error=failure)
         call spoil(samples%ta(7), 'number 7 of accelerometer_time')
@@ -529,11 +513,9 @@ contains
 
         call simulate('front-1', 1, 1, observations, status, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_options_replace(observations, &
                                          c_string('&estimation guess_angular_velocity = 0.9, -0.9, 0.9 /'), hopeless, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         status = gracecg_estimate(c_string('assest-fde'), hopeless, fit, failure)
         call check_refused(error, status, NOT_CONVERGED, failure, 'did not converge')
         call check(error, fit /= 0 .and. nint(sum(item(fit, 'converged', 1))) == 0, 'a fit that did not converge')

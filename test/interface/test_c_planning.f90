@@ -98,7 +98,6 @@ contains
         choices(4:) = [1, 0, 0, 0, 2]
         status = gracecg_design(handle, settings, choices, 1, 1, planned, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         calibration%case%duration = settings(2)
         calibration%case%limits%rate = settings(8)
         own_settings%lowest_frequency = settings(4)
@@ -128,11 +127,9 @@ contains
         call check_equal(error, item(planned, 'rod_kinds', 6), [real(dp) :: 1, 1, 2, 1, 3, 1], 'axes and waveforms')
         status = gracecg_get(planned, c_string('rods'), 14_c_size_t, rods, count, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'there are 21')
-        if (allocated(error)) return
 
         status = gracecg_map(planned, 2_c_size_t, TIMES, 2, places, failure)
         call check_ok(error, status, failure)
-        if (allocated(error)) return
         call map_case(planned_case%case, TIMES, 1, points, problem)
         call check_passes(error, problem)
         sigma = item(places, 'sigma', 6)

@@ -47,7 +47,6 @@ contains
 
         integer :: i
 
-        if (allocated(error)) return
         do i = 1, size(found%rows)
             if (found%rows(i)%quantity == quantity) then
                 call check(error, found%rows(i)%value, expected, quantity, thr=tolerance*abs(expected))

@@ -436,7 +436,6 @@ contains
         subroutine estimated()
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call estimate_folder(path, calibration, estimate, failure)
             call check_passes(error, failure)
         end subroutine estimated
@@ -467,7 +466,6 @@ contains
             integer :: i, k, n
             logical :: header, ok
 
-            if (allocated(error)) return
             call files_in_folder(path, found, failure)
             i = findloc([(index(found(k)%text, product//'_') > 0, k=1, size(found))], .true., 1)
             line = found(i)%text

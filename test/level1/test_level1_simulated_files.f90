@@ -41,17 +41,15 @@ contains
     end subroutine collect_level1_simulated_files
 
     !> ACC1A in SRF, and the GPS times of its samples by the formula of CLK1B.
-    subroutine accelerations(path, truth, times, linear, angular, error)
+    subroutine accelerations(path, truth, times, linear, angular)
         character(*), intent(in) :: path
         type(level1_truth_t), intent(in) :: truth
         real(dp), allocatable, intent(out) :: times(:), linear(:, :), angular(:, :)
-        type(error_type), allocatable, intent(inout) :: error
 
         type(level1_records_t) :: acc
         integer :: first
 
-        call read_product(path, 'ACC1A', acc, error)
-        if (allocated(error)) return
+        call read_product(path, 'ACC1A', acc)
         times = real(acc%seconds - truth%epoch, dp) + acc%fraction
         times = times + CLOCK + DRIFT*times
         first = acc%field_of('lin_accl_x') - 1
@@ -75,8 +73,7 @@ contains
         settings%scale_error = 0.004_dp
         settings%angular_scale_error = 0.03_dp
         call prepare(settings, 'l1s_samples', truth, path)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call accelerations(path, truth, times, linear, angular)
         call check(error, any(abs(truth%errors%scale - 1) > 1e-4_dp) .and. any(abs(truth%errors%angular_scale - 1) > 1e-3_dp), &
                    'scales')
         if (unmet(error, abs((times(size(times)) - times(1))/(size(times) - 1) - 0.0999910_dp) < 2e-9_dp, 'interval')) return
@@ -87,10 +84,9 @@ contains
             call check(error, maxval(abs(angular(:, i) - [-7.8e-4_dp, 1.3e-5_dp, 1.2e-4_dp] - &
                                          truth%errors%angular_scale*point%acceleration)) < 1e-12_dp, 'angular acceleration')
         end do
-        call read_product(path, 'MAG1A', mag, error)
-        call read_product(path, 'MAG1B', mag_gps, error)
-        call read_product(path, 'CLK1B', clk, error)
-        if (allocated(error)) return
+        call read_product(path, 'MAG1A', mag)
+        call read_product(path, 'MAG1B', mag_gps)
+        call read_product(path, 'CLK1B', clk)
         tag = real(mag%seconds - truth%epoch, dp) + mag%fraction
         tag_gps = real(mag_gps%seconds - truth%epoch, dp) + mag_gps%fraction
         call check(error, maxval(abs(tag + CLOCK + DRIFT*tag - tag_gps)) < 6e-7_dp, 'tags of MAG')
@@ -112,12 +108,11 @@ contains
 
         settings = clean()
         call prepare(settings, 'l1s_no_leak', truth, path)
-        call accelerations(path, truth, times, without, angular_without, error)
+        call accelerations(path, truth, times, without, angular_without)
         settings%leakage = [1e-12_dp, 3e-11_dp]
         settings%angular_leakage = [1e-10_dp, 3e-9_dp]
         call prepare(settings, 'l1s_leak', truth, path)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call accelerations(path, truth, times, linear, angular)
         call check(error, all(abs(truth%errors%leak) > 0) .and. maxval(abs(truth%errors%leak)) < 5e-12_dp .and. &
                    maxval(abs(truth%errors%leak_rate)) < 1.5e-10_dp, 'elements of their size')
         omega = TWO_PI*[5, 6, 7]/60
@@ -150,14 +145,12 @@ contains
         settings%spans = 0
         settings%duration = 600
         call prepare(settings, 'l1s_quiet', truth, path)
-        call accelerations(path, truth, times, without, angular_without, error)
-        if (allocated(error)) return
+        call accelerations(path, truth, times, without, angular_without)
         do satellite = 1, 2
             settings%noise_factor = merge(-1, 6, satellite == 1)
             factor = merge(1, 6, satellite == 1)
             call prepare(settings, 'l1s_noise', truth, path)
-            call accelerations(path, truth, times, linear, angular, error)
-            if (allocated(error)) return
+            call accelerations(path, truth, times, linear, angular)
             n = size(times)
             do axis = 1, 3
                 noise = linear(axis, :) - without(axis, :)
@@ -190,9 +183,8 @@ contains
         settings%angular_quantum = QUANTA
         settings%current_quantum = 0.0537_dp
         call prepare(settings, 'l1s_quanta', truth, path)
-        call accelerations(path, truth, times, linear, angular, error)
-        call read_product(path, 'MAG1B', mag, error)
-        if (allocated(error)) return
+        call accelerations(path, truth, times, linear, angular)
+        call read_product(path, 'MAG1B', mag)
         do i = 1, size(times)
             steps = angular(:, i)/QUANTA
             if (maxval(abs(steps - anint(steps))) < 1e-6_dp) cycle
@@ -229,8 +221,7 @@ contains
         settings%accelerometer_delay = LAG
         settings%magnetometer_leakage = 1
         call prepare(settings, 'l1s_delays', truth, path)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call accelerations(path, truth, times, linear, angular)
         do i = 1400, size(times), 41
             call truth%at(times(i) - LAG, point)
             call check(error, maxval(abs(angular(:, i) - [-7.8e-4_dp, 1.3e-5_dp, 1.2e-4_dp] - point%acceleration)) < 1e-12_dp, &
@@ -277,8 +268,7 @@ contains
         settings%magnetometer_leakage = 1
         settings%stuck = [200.0_dp, 10.0_dp]
         call prepare(settings, 'l1s_magnetometer', truth, path)
-        call read_product(path, 'MAG1B', mag, error)
-        if (allocated(error)) return
+        call read_product(path, 'MAG1B', mag)
         stuck = 0
         do i = 1, mag%count - 1, 2
             time = real(mag%seconds(i) - truth%epoch, dp) + mag%fraction(i)
@@ -315,10 +305,9 @@ contains
         settings%head_noise = SIGMA
         settings%attitude_noise = 2e-7_dp
         call prepare(settings, 'l1s_heads', truth, path)
-        call read_product(path, 'SCA1A', sca, error)
-        call read_product(path, 'QSA1B', qsa, error)
-        call read_product(path, 'SCA1B', body, error)
-        if (allocated(error)) return
+        call read_product(path, 'SCA1A', sca)
+        call read_product(path, 'QSA1B', qsa)
+        call read_product(path, 'SCA1B', body)
         do head = 1, 3
             mounting(:, head) = mounting_of_head(qsa, head, truth%epoch)
             c = rotation_matrix(mounting(:, head))
@@ -373,8 +362,7 @@ contains
         settings%duration = 300
         settings%science_current = 0
         call prepare(settings, 'l1s_gyros', truth, path)
-        call read_product(path, 'IMU1A', imu, error)
-        if (allocated(error)) return
+        call read_product(path, 'IMU1A', imu)
         call check(error, imu%count, 3*8*299, 'three gyros, eight a second')
         last = 0
         do i = 1, imu%count
@@ -410,9 +398,8 @@ contains
         integer :: i, r, v
 
         call prepare(clean(), 'l1s_orbit', truth, path)
-        call read_product(path, 'GNV1B', fixed, error)
-        call read_product(path, 'GNI1B', inertial, error)
-        if (allocated(error)) return
+        call read_product(path, 'GNV1B', fixed)
+        call read_product(path, 'GNI1B', inertial)
         r = fixed%field_of('xpos')
         v = fixed%field_of('xvel')
         do i = 2, fixed%count - 1, 20
@@ -448,9 +435,8 @@ contains
         call fly(settings, without)
         settings%firings_inside = 3
         call prepare(settings, 'l1s_firings', with, path)
-        call read_product(path, 'THR1B', thr, error)
-        call read_product(path, 'MAS1B', mas, error)
-        if (allocated(error)) return
+        call read_product(path, 'THR1B', thr)
+        call read_product(path, 'MAS1B', mas)
         call check(error, thr%count, 3, 'a firing in each span')
         on = thr%field_of('on_time_1') - 1
         state = with%arc%state_at(with%dynamics%firings(1)%time + 0.2_dp)
@@ -481,13 +467,12 @@ contains
 
         settings = clean()
         call prepare(settings, 'l1s_no_gaps', truth, path)
-        call read_product(path, 'ACC1A', all_of_them, error)
+        call read_product(path, 'ACC1A', all_of_them)
         settings%gaps = 1
         settings%gap = 3
         settings%flagged = 7
         call prepare(settings, 'l1s_gaps', truth, path)
-        call read_product(path, 'ACC1A', acc, error)
-        if (allocated(error)) return
+        call read_product(path, 'ACC1A', acc)
         call check(error, abs(all_of_them%count - acc%count - 30) <= 1, 'three seconds are missing')
         flag = acc%field_of('qualflg')
         bad = count(acc%values(:, flag) > 0)

@@ -46,9 +46,8 @@ contains
             end if
             call prepare(settings, 'l1s_headers'//integer_text(satellite), truth, path)
             do i = 1, size(products)
-                call read_product(path, products(i), records, error, merge('_2020-02-01_C_04.txt', '_2020-02-01_A_02.asc', &
-                                                                           satellite == 1))
-                if (allocated(error)) return
+                call read_product(path, products(i), records, merge('_2020-02-01_C_04.txt', '_2020-02-01_A_02.asc', &
+                                                                    satellite == 1))
                 call check(error, records%header%records, records%count + records%duplicates, products(i))
                 associate (n => records%count, header => records%header)
                     announced = [header%first_time, header%last_time] - real(truth%epoch, dp)
@@ -83,9 +82,8 @@ contains
             call write_files(truth, 'l1s_bytes'//integer_text(satellite), binary_path, .true.)
             do i = 1, size(BOTH)
                 if (satellite == 1 .and. BOTH(i) == 'SCA1A') cycle
-                call read_product(path, BOTH(i), text, error, trim(name)//merge('.txt', '.asc', satellite == 1))
-                call read_product(binary_path, BOTH(i), bytes, error, trim(name)//'.dat')
-                if (allocated(error)) return
+                call read_product(path, BOTH(i), text, trim(name)//merge('.txt', '.asc', satellite == 1))
+                call read_product(binary_path, BOTH(i), bytes, trim(name)//'.dat')
                 call check(error, bytes%header%binary .and. text%count == bytes%count, BOTH(i)//': form and number')
                 call check(error, all(text%seconds == bytes%seconds) .and. all(abs(text%fraction - bytes%fraction) <= 0), &
                            BOTH(i)//': tags')

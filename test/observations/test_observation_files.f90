@@ -114,7 +114,6 @@ contains
             character(*), intent(in) :: name
             real(dp), intent(in) :: a(:), b(:)
 
-            if (allocated(error)) return
             if (unmet(error, size(a), size(b), name)) return
             call check(error, all(abs(a - b) <= 0), name//' differ after reading')
         end subroutine same
@@ -318,7 +317,6 @@ contains
         call write_set(error)
         call remove_file(SET//'/orbit.csv')
         do i = 1, 3
-            if (allocated(error)) return
             call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), good, failure)
             last = good%line_count()
             call cut(0, 'empty')
@@ -344,7 +342,6 @@ contains
             integer, intent(in) :: length
             character(*), intent(in) :: part
 
-            if (allocated(error)) return
             call make_file('observations/'//trim(OBSERVATION_FILES(i)), good%text(:length))
             if (.not. allocated(error)) call refused(part)
         end subroutine cut
@@ -421,7 +418,6 @@ contains
             integer :: k
 
             do k = 1, size(OBSERVATION_FILES)
-                if (allocated(error)) return
                 call check(error, .not. file_exists(path//'/'//trim(OBSERVATION_FILES(k))), &
                            'half a set stands: '//OBSERVATION_FILES(k))
             end do

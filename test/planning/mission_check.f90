@@ -60,7 +60,6 @@ contains
         ! the times of the history, from a first pass without values
         call trace_offset(offsets, no_changes, no_tanks, own, history, error)
         do run = 1, runs
-            if (allocated(error)) return
             call draw(new_stream(seed, 0, 0, run, STREAM_MISSION), root, own, history, truth, offsets)
             call trace_offset(offsets, no_changes, no_tanks, own, history, error)
             if (.not. allocated(error)) call add_run(history, truth, result)

@@ -280,7 +280,6 @@ contains
         call refused('rise_time = 3')
         settings = design_settings_t(taper=0.0_dp)
         call refused('needs a taper')
-        if (allocated(error)) return
         case%satellite%accelerometer%noise%level = 0
         call new_planned_arc(case, planned, failure)
         call check_fails(error, failure, 'axis x ... noise_level')
@@ -290,7 +289,6 @@ contains
         subroutine refused(parts)
             character(*), intent(in) :: parts
 
-            if (allocated(error)) return
             call check_design_settings(planned, settings, failure)
             call check_fails(error, failure, parts)
         end subroutine refused

@@ -229,11 +229,8 @@ contains
                        again%limits%pointing == case%limits%pointing)
         end do
         call refused(replaced(text, "'square'", "'sqare'"), 'waveform ... sqare ... square')
-        if (allocated(error)) return
         call refused(replaced(text, "'square'", "'tapered'"), 'needs a taper')
-        if (allocated(error)) return
         call refused(replaced(text, '1.25', '0.2'), 'manoeuvre.nml ... rise_time = 0.2')
-        if (allocated(error)) return
         call refused(replaced(text, 'rate_deg_s = 9', 'rate_deg_s = -9'), 'rate_deg_s')
 
     contains

@@ -51,7 +51,7 @@ contains
         call need(failure)
     end subroutine fly
 
-    subroutine scan(case, orbit, times, places, error)
+    logical function scan_fails(case, orbit, times, places, error)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
         integer, intent(in) :: times(:)
@@ -61,11 +61,11 @@ contains
         type(error_t), allocatable :: failure
 
         call scan_orbit(case, estimation_options_t(), orbit, times, 2, places, failure)
-        call check_passes(error, failure)
-    end subroutine scan
+        scan_fails = failed(error, failure)
+    end function scan_fails
 
     !> The scan at the times of the three cases of a satellite.
-    subroutine scan_cases(satellite, places, error)
+    logical function scan_cases_fails(satellite, places, error)
         character(*), intent(in) :: satellite
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
@@ -74,11 +74,11 @@ contains
         type(nominal_orbit_t) :: orbit
 
         call fly(satellite, case, orbit)
-        if (.not. allocated(error)) call scan(case, orbit, nint(TIME_OF_CASE), places, error)
-    end subroutine scan_cases
+        scan_cases_fails = scan_fails(case, orbit, nint(TIME_OF_CASE), places, error)
+    end function scan_cases_fails
 
     !> One revolution every 20 s.
-    subroutine scan_revolution(satellite, places, error)
+    logical function scan_revolution_fails(satellite, places, error)
         character(*), intent(in) :: satellite
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
@@ -88,8 +88,8 @@ contains
         integer :: i
 
         call fly(satellite, case, orbit)
-        call scan(case, orbit, [(20*i, i=0, int(orbit%revolution)/20)], places, error)
-    end subroutine scan_revolution
+        scan_revolution_fails = scan_fails(case, orbit, [(20*i, i=0, int(orbit%revolution)/20)], places, error)
+    end function scan_revolution_fails
 
     !> x and z of the printed positions within 1.2 m; the y of front case 2 is printed with a wrong sign.
     subroutine test_orbit(error)
@@ -135,8 +135,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(orbit_place_t), allocatable :: places(:)
 
-        call scan_cases('front', places, error)
-        if (allocated(error)) return
+        if (scan_cases_fails('front', places, error)) return
         call check(error, all(int(places%latitude/DEGREE + 1e-3_dp) == [0, 89, 10]))
         call check(error, all(int(places%longitude/DEGREE) == [-101, -107, 67]))
     end subroutine test_places
@@ -156,8 +155,7 @@ contains
 
         do s = 1, size(SATELLITES)
             call fly(SATELLITES(s), case, orbit)
-            if (.not. allocated(error)) call scan(case, orbit, nint(TIME_OF_CASE) + 5, places, error)
-            if (allocated(error)) return
+            if (scan_fails(case, orbit, nint(TIME_OF_CASE) + 5, places, error)) return
             do number = 1, 3
                 call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 call propagate_case(case, arc, failure)
@@ -182,8 +180,7 @@ contains
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call scan_cases(SATELLITES(s), places, error)
-            if (allocated(error)) return
+            if (scan_cases_fails(SATELLITES(s), places, error)) return
             do number = 1, 3
                 call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 if (case%name == 'front-2') then
@@ -208,8 +205,7 @@ contains
         integer :: s, i
 
         do s = 1, size(SATELLITES)
-            call scan_revolution(SATELLITES(s), places, error)
-            if (allocated(error)) return
+            if (scan_revolution_fails(SATELLITES(s), places, error)) return
             strongest_field = maxval([(maxval(abs(places(i)%field)), i=1, size(places))])
             strongest_acceleration = maxval([(maxval(places(i)%acceleration), i=1, size(places))])
             call check(error, strongest_field > 4e-5_dp .and. strongest_field < 5e-5_dp)
@@ -225,10 +221,8 @@ contains
         integer :: s, i
 
         do s = 1, size(SATELLITES)
-            call scan_cases(SATELLITES(s), of_cases, error)
-            if (allocated(error)) return
-            call scan_revolution(SATELLITES(s), places, error)
-            if (allocated(error)) return
+            if (scan_cases_fails(SATELLITES(s), of_cases, error)) return
+            if (scan_revolution_fails(SATELLITES(s), places, error)) return
             acceleration = reshape([(places(i)%acceleration, i=1, size(places))], [3, size(places)])
             sigma = reshape([(places(i)%sigma, i=1, size(places))], [3, size(places)])
 
@@ -268,17 +262,15 @@ contains
 
         call fly('front', case, orbit)
         case%satellite%magnetometer%bias = 0
-        call scan(case, orbit, TIMES, places, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, TIMES, places, error)) return
         case%quaternion = quaternion_product(HALF_TURN_Z, case%quaternion)
         case%angular_velocity(1:2) = -case%angular_velocity(1:2)
         case%satellite%inertia(1:2, 3) = -case%satellite%inertia(1:2, 3)
         case%satellite%inertia(3, 1:2) = -case%satellite%inertia(3, 1:2)
         call new_nominal_orbit(case, orbit, failure)
         call check_passes(error, failure)
-        if (.not. allocated(error)) call scan(case, orbit, TIMES, turned, error)
+        if (scan_fails(case, orbit, TIMES, turned, error)) return
         do i = 1, size(TIMES)
-            if (allocated(error)) return
             call check(error, norm2(turned(i)%field - [-1, -1, 1]*places(i)%field) < 1e-10_dp, 'field')
             call check(error, maxval(abs(turned(i)%acceleration/places(i)%acceleration - 1)) < 1e-3_dp, &
                        'acceleration')
@@ -294,11 +286,9 @@ contains
         type(orbit_place_t), allocatable :: places(:), noisy(:)
 
         call fly('back', case, orbit)
-        if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, [2000], places, error)) return
         case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
-        call scan(case, orbit, [2000], noisy, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, [2000], noisy, error)) return
         call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)
     end subroutine test_noise
 
@@ -313,12 +303,11 @@ contains
         type(error_t), allocatable :: failure
 
         call fly('back', case, orbit)
-        if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, [2000], places, error)) return
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, strong_flight, failure)
         if (failed(error, failure)) return
         case%satellite%rods%activations%amplitude = case%satellite%rods%activations%amplitude/10
-        call scan(case, orbit, [2000], weak, error)
+        if (scan_fails(case, orbit, [2000], weak, error)) return
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, weak_flight, failure)
         if (failed(error, failure)) return
         call check(error, maxval(abs(places(1)%acceleration/weak(1)%acceleration - 10)) < 1e-9_dp)
@@ -326,11 +315,11 @@ contains
         call check(error, maxval(abs(programme_sigma(weak_flight(1)%information)/ &
                                      programme_sigma(strong_flight(1)%information) - 10)) < 0.1_dp)
         case%satellite%rods%activations%stop = 30
-        call scan(case, orbit, [2000], short, error)
+        if (scan_fails(case, orbit, [2000], short, error)) return
         call check(error, minval(short(1)%sigma/weak(1)%sigma) > 1.4_dp)
         case%satellite%rods%activations%stop = 60
         case%satellite%rods%activations%frequency = 0.05_dp
-        call scan(case, orbit, [2000], slow, error)
+        if (scan_fails(case, orbit, [2000], slow, error)) return
         if (.not. allocated(error)) call check(error, maxval(abs(slow(1)%sigma/weak(1)%sigma - 1)) > 0.1_dp)
     end subroutine test_own_rods
 
@@ -344,8 +333,7 @@ contains
         integer :: i
 
         call fly('front', case, orbit)
-        if (.not. allocated(error)) call scan(case, orbit, TIMES, two_threads, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, TIMES, two_threads, error)) return
         call scan_orbit(case, estimation_options_t(), orbit, TIMES, 1, one_thread, failure)
         do i = 1, size(TIMES)
             call check(error, all(two_threads(i)%sigma == one_thread(i)%sigma))

@@ -24,7 +24,7 @@ contains
                     new_unittest('five-years', test_five_years)]
     end subroutine collect_programme
 
-    subroutine places_of(times, durations, candidates, error)
+    logical function places_fail(times, durations, candidates, error)
         real(dp), intent(in) :: times(:), durations(:)
         type(candidate_t), allocatable, intent(out) :: candidates(:)
         type(error_type), allocatable, intent(inout) :: error
@@ -37,8 +37,8 @@ contains
         call new_nominal_orbit(calibration%case, orbit, failure)
         if (.not. allocated(failure)) &
             call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
-        call check_passes(error, failure)
-    end subroutine places_of
+        places_fail = failed(error, failure)
+    end function places_fail
 
     !> Front-2 with front-3: 7.2, 0.9, 6.4 micrometres, from the error ellipsoids that `bound` prints of each; all three
     !> cases 5.7, 0.9, 5.2.
@@ -47,8 +47,7 @@ contains
         type(candidate_t), allocatable :: candidates(:)
         real(dp) :: two(3), three(3)
 
-        call places_of(TIME_OF_CASE, [60.0_dp], candidates, error)
-        if (allocated(error)) return
+        if (places_fail(TIME_OF_CASE, [60.0_dp], candidates, error)) return
         two = programme_sigma(candidates(2)%information + candidates(3)%information)/MILLIMETRE
         three = programme_sigma(candidates(1)%information + candidates(2)%information + candidates(3)%information)/MILLIMETRE
         call check(error, all(abs(two - [0.0072_dp, 0.0009_dp, 0.0064_dp]) < 0.00011_dp), 'front-2 and front-3')
@@ -63,8 +62,7 @@ contains
         real(dp) :: least
         integer :: i, j, k
 
-        call places_of([(i*120.0_dp, i=0, 45)], [30.0_dp, 60.0_dp], candidates, error)
-        if (allocated(error)) return
+        if (places_fail([(i*120.0_dp, i=0, 45)], [30.0_dp, 60.0_dp], candidates, error)) return
         least = huge(1.0_dp)
         do i = 1, size(candidates)
             do j = i, size(candidates)
@@ -118,8 +116,7 @@ contains
         real(dp) :: limits(2)
         integer :: i
 
-        call places_of([(i*120.0_dp, i=0, 45)], [60.0_dp], candidates, error)
-        if (allocated(error)) return
+        if (places_fail([(i*120.0_dp, i=0, 45)], [60.0_dp], candidates, error)) return
         call best_programme(candidates, 2, programme)
         covariance = inverse_3x3(candidates(programme%chosen(1))%information + &
                                  candidates(programme%chosen(2))%information)

@@ -96,7 +96,6 @@ contains
         torque = control%wanted_torque(held, case%satellite%inertia)
         call check(error, all(abs(torque) < 1e-12_dp), 'at rest')
         do i = 1, 3
-            if (allocated(error)) return
             axis = 0
             axis(i) = 1
             state = held

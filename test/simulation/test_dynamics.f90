@@ -463,7 +463,6 @@ contains
             type(loads_t) :: acting
             real(dp) :: expected(3, 8)
 
-            if (allocated(error)) return
             expected = with_all
             expected(:, places) = 0
             call less%loads(2.0_dp, state, acting)

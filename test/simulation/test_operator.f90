@@ -67,7 +67,6 @@ contains
         if (.not. allocated(failure)) call setup_text(right%knowledge, text, failure)
         call check_passes(error, failure)
         do i = 0, size(SOURCES)
-            if (allocated(error)) return
             wrong = simulator
             if (i == 0) then
                 wrong%case%operator%field_model = 'none'

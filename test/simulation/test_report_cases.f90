@@ -37,16 +37,6 @@ contains
                     new_unittest('cards-as-printed', test_printed)]
     end subroutine collect_report_cases
 
-    subroutine get(name, case, error)
-        character(*), intent(in) :: name
-        type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(inout) :: error
-        type(error_t), allocatable :: failure
-
-        call report_case(name, case, failure)
-        call check_passes(error, failure)
-    end subroutine get
-
     subroutine test_names(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
@@ -54,8 +44,7 @@ contains
         integer :: i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call check(error, case%name == REPORT_CASE_NAMES(i) .and. &
                        case%satellite%name == merge('front', 'back ', i <= 3) .and. &
                        case%number == mod(i - 1, 3) + 1)
@@ -83,8 +72,7 @@ contains
                        PRINTED_CASE_NAMES(i))
             call check(error, is_built_in(PRINTED_CASE_NAMES(i)) .and. &
                        published_name(PRINTED_CASE_NAMES(i)) == REPORT_CASE_NAMES(i))
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             case%name = printed%name
             case%satellite%reflectivity_sun = 0.45_dp
             case%density_scale = 1
@@ -110,8 +98,7 @@ contains
         integer :: i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             options = report_options(REPORT_CASE_NAMES(i))
             call check(error, norm2(case%quaternion), 1.0_dp, thr=1e-15_dp)
             call check(error, norm2(options%guess_quaternion), 1.0_dp, thr=1e-15_dp)
@@ -131,8 +118,7 @@ contains
         integer :: pattern(3), i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call build_dynamics(case, dynamics, failure)
             if (failed(error, failure)) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
@@ -156,8 +142,7 @@ contains
         integer :: i
 
         do i = 1, 3
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call earth_fixed_to_geodetic(matmul(rotation_z(case%sidereal_angle), case%position), &
                                          lat, lon, height)
             call check(error, lon/DEGREE, LONGITUDE(i), thr=1.0_dp)
@@ -174,15 +159,13 @@ contains
         real(dp) :: angle
         integer :: i
 
-        call get('front-1', first, error)
-        if (allocated(error)) return
+        call take_case('front-1', first)
         angle = gmst_1982(first%epoch, -0.1174_dp)
         call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), &
                    180*DEGREE, &
                    thr=1e-6_dp*DEGREE)
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call check(error, case%sidereal_angle - first%sidereal_angle, EARTH_ROTATION_RATE* &
                        seconds_between(first%epoch, case%epoch), thr=1e-14_dp)
         end do
@@ -195,10 +178,8 @@ contains
         integer :: i
 
         do i = 1, 3
-            call get(REPORT_CASE_NAMES(i), front, error)
-            if (allocated(error)) return
-            call get(REPORT_CASE_NAMES(i + 3), back, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), front)
+            call take_case(REPORT_CASE_NAMES(i + 3), back)
             call check(error, norm2(front%position - back%position), 220e3_dp, thr=50e3_dp)
             call check(error, norm2(front%velocity), norm2(back%velocity), thr=10.0_dp)
             call check(error, front%angular_velocity(2), -back%angular_velocity(2), thr=1e-7_dp)
@@ -231,10 +212,8 @@ contains
             real(dp) :: expected(3)
             integer :: steps
 
-            call get(from, first, error)
-            if (allocated(error)) return
-            call get(to, later, error)
-            if (allocated(error)) return
+            call take_case(from, first)
+            call take_case(to, later)
             call build_dynamics(first, dynamics, failure)
             if (failed(error, failure)) return
             dynamics%with_rods = .false.
@@ -261,8 +240,7 @@ contains
         integer :: i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call case_text(case, text, failure)
             if (failed(error, failure)) return
             call make_file('case.nml', text)

@@ -227,7 +227,6 @@ contains
             type(case_t) :: case
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call state_case(truth, case, failure, day)
             call check_fails(error, failure, parts)
         end subroutine refused

@@ -73,7 +73,6 @@ contains
             character(:), allocatable :: text
             integer :: k
 
-            if (allocated(error)) return
             call estimate_offset('optimal', wrong, options, solution, refused)
             if (unmet(error, allocated(solution%beliefs), subject//': no tests')) return
             call say_contradiction(solution%beliefs, text)
@@ -311,7 +310,6 @@ contains
         if (.not. allocated(failure)) call observe(simulator, 1_i8, 1, observations, failure)
         call check_passes(error, failure)
         do k = 1, size(ALTERATIONS)
-            if (allocated(error)) return
             if (index(ALTERATIONS(k), 'the quaternions') /= 1) cycle
             wrong = observations
             call apply_alteration(k, wrong)
@@ -338,7 +336,6 @@ contains
         do k = 1, size(TESTED)
             found = 0
             do run = 1, RUNS
-                if (allocated(error)) return
                 call make_observations(simulator, 4714, run, observations)
                 call estimate_optimal(observations, options, solution, failure)
                 if (failed(error, failure)) return

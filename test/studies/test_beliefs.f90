@@ -68,7 +68,6 @@ contains
         call check_passes(error, failure)
         if (.not. allocated(error)) call whitened(observations, partials, residuals)
         do i = 1, size(BELIEFS)
-            if (allocated(error)) return
             step = size_of(BELIEFS(i))
             other = observations
             call apply_value(BELIEFS(i), step, other)

@@ -50,7 +50,7 @@ contains
     end subroutine test_shards
 
     !> A campaign of a built-in case and of one of the user's, which has blanks in its name.
-    subroutine run_campaign(error, name, shard, shards, threads, campaign, seed)
+    logical function campaign_fails(error, name, shard, shards, threads, campaign, seed)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name            !! Of its files, below FOLDER
         integer, intent(in) :: shard, shards, threads
@@ -78,8 +78,8 @@ contains
         end do
         if (.not. allocated(failure)) call write_runs(FOLDER//name//'_runs.csv', campaign, 'test', failure)
         if (.not. allocated(failure)) call write_table(FOLDER//name//'_table.csv', campaign, 'test', failure)
-        call check_passes(error, failure)
-    end subroutine run_campaign
+        campaign_fails = failed(error, failure)
+    end function campaign_fails
 
     !> Reads the runs of some campaigns back and merges them.
     subroutine merge(names, whole, missing, failure)
@@ -107,11 +107,10 @@ contains
         type(error_t), allocatable :: failure
         integer :: missing
 
-        call run_campaign(error, 'whole', 1, 1, 1, campaign)
-        if (.not. allocated(error)) call run_campaign(error, 'shard1', 1, 3, 2, campaign)
-        if (.not. allocated(error)) call run_campaign(error, 'shard2', 2, 3, 1, campaign)
-        if (.not. allocated(error)) call run_campaign(error, 'shard3', 3, 3, 2, campaign)
-        if (allocated(error)) return
+        if (campaign_fails(error, 'whole', 1, 1, 1, campaign)) return
+        if (campaign_fails(error, 'shard1', 1, 3, 2, campaign)) return
+        if (campaign_fails(error, 'shard2', 2, 3, 1, campaign)) return
+        if (campaign_fails(error, 'shard3', 3, 3, 2, campaign)) return
         call merge([character(6) :: 'shard3', 'shard1', 'shard2'], whole, missing, failure)
         if (.not. allocated(failure)) call write_runs(FOLDER//'merged_runs.csv', whole, 'test', failure)
         if (.not. allocated(failure)) call write_table(FOLDER//'merged_table.csv', whole, 'test', failure)
@@ -127,9 +126,8 @@ contains
         type(error_t), allocatable :: failure
         integer :: missing
 
-        call run_campaign(error, 'shard1', 1, 3, 2, campaign)
-        if (.not. allocated(error)) call run_campaign(error, 'shard2', 2, 3, 2, campaign)
-        if (allocated(error)) return
+        if (campaign_fails(error, 'shard1', 1, 3, 2, campaign)) return
+        if (campaign_fails(error, 'shard2', 2, 3, 2, campaign)) return
         call merge([character(6) :: 'shard1', 'shard2', 'shard1'], whole, missing, failure)
         call check_passes(error, failure)
         call check(error, missing, 4)      ! run 3 of four entries
@@ -142,9 +140,8 @@ contains
         type(error_t), allocatable :: failure
         integer :: missing
 
-        call run_campaign(error, 'shard1', 1, 3, 2, campaign)
-        if (.not. allocated(error)) call run_campaign(error, 'seed7', 2, 3, 2, changed, seed=7_i8)
-        if (allocated(error)) return
+        if (campaign_fails(error, 'shard1', 1, 3, 2, campaign)) return
+        if (campaign_fails(error, 'seed7', 2, 3, 2, changed, seed=7_i8)) return
         call merge([character(6) :: 'shard1', 'seed7'], whole, missing, failure)
         call check_fails(error, failure, 'shard1 ... seed7 ... different seeds: 4 and 7')
 
@@ -170,7 +167,6 @@ contains
         subroutine refused(parts)
             character(*), intent(in) :: parts
 
-            if (allocated(error)) return
             call merge_campaigns([campaign, changed], ['a', 'b'], whole, missing, failure)
             call check_fails(error, failure, 'a and b ... '//parts)
         end subroutine refused
@@ -245,7 +241,6 @@ contains
         if (.not. allocated(failure)) call write_runs(FOLDER//'whole.csv', whole, 'test', failure)
         last = journal%first(journal%line_count())
         do cut = last - 1, len(journal%text), 7
-            if (allocated(error)) return
             call make_file('torn.csv.part', journal%text(:cut))
             kept = campaign
             call read_runs(FOLDER//'torn.csv.part', kept, failure)
@@ -296,7 +291,7 @@ contains
         type(text_file_t) :: sound
         type(error_t), allocatable :: failure
 
-        call run_campaign(error, 'sound', 1, 2, 2, campaign)
+        if (campaign_fails(error, 'sound', 1, 2, 2, campaign)) return
         if (.not. allocated(error)) call read_with_comments(error, 'sound_runs.csv', sound)
         if (allocated(error)) return
         call broken('#     version', '# version = ''0.0.0''', 'broken.csv:3 ... make it anew')
@@ -327,7 +322,6 @@ contains
             integer :: i
             logical :: done
 
-            if (allocated(error)) return
             text = ''
             done = .false.
             do i = 1, sound%line_count()
@@ -376,8 +370,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call run_campaign(error, 'beside', 1, 2, 2, campaign)
-        if (allocated(error)) return
+        if (campaign_fails(error, 'beside', 1, 2, 2, campaign)) return
         call read_text_file(FOLDER//'beside_runs.csv.meta.json', side, failure)
         call remove_file(FOLDER//'beside_runs.csv.meta.json')
         call read_runs(FOLDER//'beside_runs.csv', read_back, failure)

@@ -101,7 +101,6 @@ contains
         allocate (samples, source=gradient_along_orbit(orbit, OFFSET, 500))
         call check(error, size(samples) == 12)
         do i = 1, size(samples)
-            if (allocated(error)) return
             k = nint(samples(i)%time)
             r = orbit%state(POSITION, k)
             v = orbit%state(VELOCITY, k)

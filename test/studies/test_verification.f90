@@ -32,7 +32,7 @@ contains
                     new_unittest('a-shifted-curve-misses-its-window', test_shifted)]
     end subroutine collect_verification
 
-    subroutine verify(name, verification, error)
+    logical function verify_fails(name, verification, error)
         character(*), intent(in) :: name
         type(verification_t), intent(out) :: verification
         type(error_type), allocatable, intent(inout) :: error
@@ -42,8 +42,8 @@ contains
 
         call take_case(name, case)
         call verify_case(case, verification, failure)
-        call check_passes(error, failure)
-    end subroutine verify
+        verify_fails = failed(error, failure)
+    end function verify_fails
 
     !> All 54 windows that depend on the attitude dynamics alone, and nearly all of them reached at both ends; of
     !> the 36 that need the
@@ -55,11 +55,9 @@ contains
         type(window_check_t), allocatable :: checks(:)
         logical, allocatable :: attitude_only(:), inside(:)
 
-        call verify('front-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('front-1', verification, error)) return
         checks = check_windows('front', verification)
-        call verify('back-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('back-1', verification, error)) return
         checks = [checks, check_windows('back', verification)]
         attitude_only = checks%attitude_only
         inside = checks%inside
@@ -103,8 +101,7 @@ contains
 
         met = 0
         do i = 1, 2
-            call verify(trim(SATELLITES(i))//'-1', verification, error)
-            if (allocated(error)) return
+            if (verify_fails(trim(SATELLITES(i))//'-1', verification, error)) return
             curve = findloc(CURVE_NAMES == 'erp', .true., 1)
             checks = check_windows(trim(SATELLITES(i)), verification)
             met(1) = met(1) + count(checks%inside .and. checks%quantity == 'erp')
@@ -121,8 +118,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(verification_t) :: verification
 
-        call verify('front-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('front-1', verification, error)) return
         if (unmet(error, size(verification%time), 601)) return
         call check(error, verification%time(600), 60.0_dp, thr=1e-12_dp)
         call check_sum('non_gravitational', [character(20) :: 'drag', 'srp', 'erp'], 1e-20_dp)
@@ -159,8 +155,7 @@ contains
         real(dp) :: low, high
         integer :: curve, place
 
-        call verify('front-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('front-1', verification, error)) return
         curve = findloc(CURVE_NAMES == 'omega', .true., 1)
         omega = verification%curve(1, curve, :)
         checks = check_windows('front', verification)
@@ -193,11 +188,9 @@ contains
 
         call check(error, size(WINDOW_STEP), 90)
         do i = 1, size(WINDOW_STEP)
-            if (allocated(error)) return
             call check_axis(WINDOW_LOW(i), WINDOW_HIGH(i), WINDOW_STEP(i))
         end do
         do i = 1, size(LIMIT_STEP)
-            if (allocated(error)) return
             if (any(LIMIT_FIGURE(i) == ['6.2', '6.3', '6.6'])) call check_axis(LIMIT_LOW(i), LIMIT_HIGH(i), LIMIT_STEP(i))
         end do
 
@@ -218,8 +211,7 @@ contains
         type(window_check_t), allocatable :: checks(:)
         integer :: curve
 
-        call verify('back-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('back-1', verification, error)) return
         curve = findloc(CURVE_NAMES == 'torque_magnetic', .true., 1)
         verification%curve(:, curve, :) = verification%curve(:, curve, :)/10
         checks = check_windows('back', verification)

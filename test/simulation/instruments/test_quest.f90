@@ -399,7 +399,6 @@ contains
             type(error_t), allocatable :: failure, failure_reference
             real(dp) :: q(4), p(3, 3), loss
 
-            if (allocated(error)) return
             call quest(observed, reference, sigma, q, p, loss, failure)
             call q_method(observed, reference, sigma, q, p, loss, failure_reference)
             call check_fails(error, failure, words)

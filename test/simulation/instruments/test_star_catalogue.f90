@@ -158,7 +158,6 @@ contains
             type(star_catalogue_t) :: catalogue
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call read_star_catalogue(FIXTURES//name//'.txt', catalogue, failure)
             call check_fails(error, failure, words)
         end subroutine expect_failure
