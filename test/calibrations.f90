@@ -7,6 +7,7 @@ module calibrations
     use gracecg_simulation_case_library, only: find_case
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
@@ -14,7 +15,7 @@ module calibrations
     implicit none
     private
     public :: case_t, simulator_t, observation_set_t, calibration_t, estimation_options_t, solution_t
-    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset
+    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset, estimate_fails
     public :: take_case, take_calibration, make_simulator, make_observations
 
     !> make_simulator(source, simulator) of a case or of the name of one.
@@ -106,4 +107,19 @@ contains
         call make_simulator(name, simulator)
         call make_observations(simulator, seed, run, observations, only_used_head)
     end subroutine observations_of_name
+
+    !> Estimates, which must succeed; is there an error now, or was there before, so that a test cannot go on?
+    logical function estimate_fails(error, algorithm, observations, options, solution, record)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: algorithm
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(out) :: solution
+        type(fit_record_t), intent(out), optional :: record
+
+        type(error_t), allocatable :: failure
+
+        call estimate_offset(trim(algorithm), observations, options, solution, failure, record)
+        estimate_fails = failed(error, failure)
+    end function estimate_fails
 end module calibrations

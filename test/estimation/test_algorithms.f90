@@ -234,7 +234,6 @@ contains
         type(case_t) :: case
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         type(estimation_options_t) :: options
         integer :: a
 
@@ -244,8 +243,7 @@ contains
         case%satellite%rods%activations%stop = 300
         call make_observations(case, 3, 1, observations, only_used_head=.true.)
         do a = 1, size(REPORT_ESTIMATORS)
-            call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, options, solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, trim(REPORT_ESTIMATORS(a)), observations, options, solution)) return
             call check(error, solution%converged, REPORT_ESTIMATORS(a))
         end do
     end subroutine test_long_arc
@@ -256,16 +254,14 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(solution_t) :: first, other
-        type(error_t), allocatable :: failure
         integer :: i, a
 
         do i = 1, size(REPORT_CASE_NAMES)
             call make_observations(REPORT_CASE_NAMES(i), 3, 1, observations, only_used_head=.true.)
-            call estimate_offset(REPORT_ESTIMATORS(1), observations, estimation_options_t(), first, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, REPORT_ESTIMATORS(1), observations, estimation_options_t(), first)) return
             do a = 2, size(REPORT_ESTIMATORS)
-                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), other, failure)
-                if (failed(error, failure)) return
+                if (estimate_fails(error, trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), &
+                                   other)) return
                 call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a))
                 call check(error, maxval(abs(other%offset - first%offset)), 0.0_dp, &
                            REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a), thr=1e-9_dp)

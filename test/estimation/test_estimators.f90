@@ -144,7 +144,6 @@ contains
 
         type(estimation_options_t) :: own
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: q(4)
         integer :: i
 
@@ -154,8 +153,7 @@ contains
         own%covariance = .false.
         own%sequential%estimate_within_limits = .false.     ! the instruments are exact, too
         do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, own, solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, trim(ESTIMATOR_NAMES(i)), observations, own, solution)) return
             call check(error, solution%converged, ESTIMATOR_NAMES(i))
             call check_recovered(solution, offset_tolerance, q, error)
         end do
@@ -468,21 +466,18 @@ contains
 
         type(observation_set_t) :: observations
         type(solution_t) :: reference, solution
-        type(error_t), allocatable :: failure
         real(dp) :: total, limits(2)
         character(80) :: found
         integer :: run, i
 
         limits = chi_square_limits(3*RUNS)
         do i = 1, size(REPORT_ESTIMATORS)
-            call estimate_offset(trim(REPORT_ESTIMATORS(i)), clean, estimation_options_t(), reference, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, trim(REPORT_ESTIMATORS(i)), clean, estimation_options_t(), reference)) return
             total = 0
             do run = 1, RUNS
                 call draw(observations)
-                call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, &
-                                     estimation_options_t(covariance=.false.), solution, failure)
-                if (failed(error, failure)) return
+                if (estimate_fails(error, trim(REPORT_ESTIMATORS(i)), observations, &
+                                   estimation_options_t(covariance=.false.), solution)) return
                 total = total + squares_of(solution%offset - reference%offset, reference%covariance)
             end do
             write (found, '(2a, f9.2, a, 2f9.2)') REPORT_ESTIMATORS(i), ': chi-square', total, &
@@ -528,8 +523,7 @@ contains
             do k = 1, size(SPACING)
                 call measure(SPACING(k), 1.0_dp)
                 if (allocated(error)) return
-                call estimate_offset(trim(ESTIMATOR_NAMES(i)), measured, options, solution, failure)
-                if (failed(error, failure)) return
+                if (estimate_fails(error, trim(ESTIMATOR_NAMES(i)), measured, options, solution)) return
                 call check(error, norm2(solution%offset - expected%offset) < &
                            2*(0.1_dp*TWO_PI*SPACING(k))**4/384*norm2(OFFSET), trim(ESTIMATOR_NAMES(i)))
             end do

@@ -201,8 +201,7 @@ contains
 
         call fault_free(observations)
         observations%acceleration = 1e3_dp*observations%acceleration
-        call estimate_offset('assest-rde', observations, options, solution, failure)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, 'assest-rde', observations, options, solution)) return
         call refuse_implausible(solution, options%largest_offset, failure)
         call check_fails(error, failure, 'CG offset on z would be - ... not plausible ... largest_offset_mm')
         call refuse_implausible(solution, 1.0_dp, failure)
@@ -433,8 +432,7 @@ contains
         twice = [(i, i=1, 61), 61]
         bad%orbit_time = bad%orbit_time(twice)
         bad%orbit_position = bad%orbit_position(:, twice)
-        call estimate_offset('assest-fde', bad, estimation_options_t(), solution, failure)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, 'assest-fde', bad, estimation_options_t(), solution)) return
         call check(error, maxval(abs(solution%offset - reference%solution(1)%offset)), 0.0_dp)
         call warned(error, solution%warnings, 'accelerometer: repeated ... : 2, ... at 10 s')
         call warned(error, solution%warnings, 'magnetometer: repeated ... : 1, ... at 1 s')

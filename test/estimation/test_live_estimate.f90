@@ -110,7 +110,6 @@ contains
         type(live_estimate_t) :: live
         type(estimation_options_t) :: options
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         integer, allocatable :: kept(:)
         real(dp) :: offset(3), covariance(3, 3), variance, sigma(3), off
         integer :: c, i
@@ -125,8 +124,7 @@ contains
             observations%accelerometer_time = observations%accelerometer_time(kept)
             observations%acceleration = observations%acceleration(:, kept)
             call feed(observations, live, error)
-            call estimate_offset('sequential', observations, options, solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, 'sequential', observations, options, solution)) return
             call live%now(offset, covariance, variance)
             sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
             off = maxval(abs(offset - solution%offset)/sigma)

@@ -73,7 +73,7 @@ contains
         end do
     end subroutine noisy_example
 
-    logical function estimate_fails(observations, solution, error, with_checks, options)
+    logical function fit_fails(observations, solution, error, with_checks, options)
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(inout) :: error
@@ -90,8 +90,8 @@ contains
         call estimate_offset('optimal', observations, own, solution, failure)
         call check_passes(error, failure)
         call check(error, solution%converged)
-        estimate_fails = allocated(error)
-    end function estimate_fails
+        fit_fails = allocated(error)
+    end function fit_fails
 
     !> Star-camera epochs that are no multiples of the accelerometer's interval.
     subroutine test_own_epochs(error)
@@ -110,7 +110,7 @@ contains
         observations%star_camera_head = fine%star_camera_head(1::6)
         observations%quaternion = fine%quaternion(:, 1::6)
         i = size(observations%star_camera_time)
-        if (estimate_fails(observations, solution, error)) return
+        if (fit_fails(observations, solution, error)) return
         call check(error, norm2(solution%offset - OFFSET), 0.0_dp, thr=1e-9_dp)
         call check(error, solution%variance_factor < 1e-4_dp)
     end subroutine test_own_epochs
@@ -125,7 +125,7 @@ contains
         integer :: i
 
         call noisy_example(clean, 1)
-        if (estimate_fails(clean, reference, error)) return
+        if (fit_fails(clean, reference, error)) return
         call check(error, sum(reference%edited), 0)
         observations = clean
         observations%acceleration(1, 50) = observations%acceleration(1, 50) + 1e-5_dp
@@ -135,7 +135,7 @@ contains
             observations%quaternion(:, i) = quaternion_product( &
                 quaternion_from_axis_angle([0.0_dp, 1.0_dp, 0.0_dp], 0.01_dp*i), observations%quaternion(:, i))
         end do
-        if (estimate_fails(observations, solution, error)) return
+        if (fit_fails(observations, solution, error)) return
         call check(error, all(solution%edited == [5, 2]), 'samples left out')
         if (unmet(error, size(solution%warnings) >= 3)) return
         do i = 1, 3
@@ -153,7 +153,7 @@ contains
 
         do run = 1, 60
             call noisy_example(observations, run)
-            if (estimate_fails(observations, solution, error)) return
+            if (fit_fails(observations, solution, error)) return
             call check(error, sum(solution%edited), 0)
             if (unmet(error, size(solution%parameters), 3)) return
             call check(error, abs(solution%variance_factor - 1) < 5*sqrt(2/900.0_dp), 'variance factor')
@@ -227,7 +227,7 @@ contains
         angles = 0
         do run = 1, RUNS
             call noisy_example(observations, run)
-            if (estimate_fails(observations, known, error)) return
+            if (fit_fails(observations, known, error)) return
             options = estimation_options_t()
             if (mod(run, 2) == 0) then
                 options%optimal%noise = 'estimate'
@@ -236,7 +236,7 @@ contains
                 observations%knowledge%accelerometer_noise%level = 0
                 observations%knowledge%star_camera_sigma = 0
             end if
-            if (estimate_fails(observations, solution, error, options=options)) return
+            if (fit_fails(observations, solution, error, options=options)) return
             levels = levels + solution%noise_level/LEVEL/RUNS
             angles = angles + solution%star_camera_sigma**2/SIGMA**2/RUNS
             do i = 1, 3
@@ -259,11 +259,11 @@ contains
         integer :: i, n
 
         call noisy_example(clean, 5)
-        if (estimate_fails(clean, reference, error)) return
+        if (fit_fails(clean, reference, error)) return
         observations = clean
         observations%acceleration(1, :) = clean%acceleration(1, :) + &
                                           AMPLITUDE*sin(TWO_PI*clean%accelerometer_time/PERIOD + 1)
-        if (estimate_fails(observations, solution, error)) return
+        if (fit_fails(observations, solution, error)) return
         n = size(solution%parameters)
         call check(error, n, 7)         ! torque, sine and cosine, frequency, parabola
         call check(error, norm2(solution%parameters(4:5)%value), AMPLITUDE, thr=0.1_dp*AMPLITUDE)
@@ -271,12 +271,12 @@ contains
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
         end do
         options%optimal%density_wave = 'none'
-        if (estimate_fails(observations, solution, error, options=options)) return
+        if (fit_fails(observations, solution, error, options=options)) return
         if (unmet(error, size(solution%parameters), 3)) return
         call check(error, solution%variance_factor > 2, 'the wave is left in the residuals')
         options%optimal%density_wave = 'given'
         options%optimal%density_wave_period = PERIOD
-        if (estimate_fails(observations, solution, error, options=options)) return
+        if (fit_fails(observations, solution, error, options=options)) return
         call check(error, solution%variance_factor < 1.2_dp)
     end subroutine test_wave
 
@@ -304,8 +304,7 @@ contains
         end do
         observations = clean
         observations%acceleration(1, PLACE:) = clean%acceleration(1, PLACE:) + JUMP
-        call estimate_offset('optimal', observations, options, solution, failure)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, 'optimal', observations, options, solution)) return
         i = findloc(solution%parameters%name, 'jump_x', 1)
         call check(error, i > 0, 'found')
         call check(error, abs(solution%parameters(i)%value - JUMP) < 4*solution%parameters(i)%sigma, 'its size')
@@ -362,13 +361,13 @@ contains
         integer :: i
 
         call example(clean, interval=0.2_dp, star_camera_interval=0.2_dp)
-        if (estimate_fails(clean, reference, error)) return
+        if (fit_fails(clean, reference, error)) return
         observations = clean
         associate (t => clean%accelerometer_time)
             observations%acceleration(1, :) = clean%acceleration(1, :) + AMPLITUDE*sin(TWO_PI*t/PERIOD + 1) + &
                                               PARABOLA*(t/30 - 1)**2
         end associate
-        if (estimate_fails(observations, solution, error)) return
+        if (fit_fails(observations, solution, error)) return
         if (unmet(error, size(solution%parameters), 7)) return
         call check(error, solution%parameters(7)%value, 2*PARABOLA/3, thr=0.01_dp*PARABOLA)    ! of P2
         do i = 1, 3
@@ -421,7 +420,7 @@ contains
             logical, intent(in) :: right
             character(*), intent(in) :: name
 
-            if (estimate_fails(observations, solution, error, options=options)) return
+            if (fit_fails(observations, solution, error, options=options)) return
             associate (difference => norm2(solution%offset - OFFSET)/norm2(OFFSET))
                 call check(error, merge(difference < 1e-4_dp, difference > 5e-3_dp, right), name)
             end associate

@@ -137,8 +137,8 @@ contains
         call simulate('back-3', observations, simulator)
         before = observations
         do a = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), &
+                               solution)) return
         end do
         call setup_text(observations%knowledge, text, failure)
         call setup_text(before%knowledge, text_before, failure)

@@ -46,8 +46,9 @@ contains
     !> A minute of curves that no interpolation reproduces; body attitudes (4, 120) beside it.
     subroutine example(observations, attitudes)
         type(observation_set_t), intent(out) :: observations
-        real(dp), intent(out) :: attitudes(4, 120)
+        real(dp), intent(out), optional :: attitudes(4, 120)
 
+        real(dp) :: attitude(4)
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -70,13 +71,25 @@ contains
         observations%star_camera_head = [(1, i=1, 120)]
         allocate (observations%quaternion(4, 120))
         do i = 1, 120
-            attitudes(:, i) = quaternion_product( &
-                              quaternion_from_axis_angle(unit([1.0_dp, cos(0.1_dp*i), 0.3_dp]), &
-                                                         0.02_dp*i + 0.1_dp*sin(0.9_dp*i)), &
-                              normalised([-0.7_dp, 0.1_dp, 0.7_dp, 0.1_dp]))
-            observations%quaternion(:, i) = quaternion_product(MOUNTING, attitudes(:, i))
+            attitude = quaternion_product(quaternion_from_axis_angle(unit([1.0_dp, cos(0.1_dp*i), 0.3_dp]), &
+                                                                     0.02_dp*i + 0.1_dp*sin(0.9_dp*i)), &
+                                          normalised([-0.7_dp, 0.1_dp, 0.7_dp, 0.1_dp]))
+            observations%quaternion(:, i) = quaternion_product(MOUNTING, attitude)
+            if (present(attitudes)) attitudes(:, i) = attitude
         end do
     end subroutine example
+
+    !> Preprocesses, which must succeed; is there an error now, so that a test cannot go on?
+    logical function preprocess_fails(error, observations, data)
+        type(error_type), allocatable, intent(inout) :: error
+        type(observation_set_t), intent(in) :: observations
+        type(fitting_data_t), intent(out) :: data
+
+        type(error_t), allocatable :: failure
+
+        call preprocess(observations, estimation_options_t(), data, failure)
+        preprocess_fails = failed(error, failure)
+    end function preprocess_fails
 
     !> Formulae (4-38), (4-40), (4-42) with k = int(t/0.5) + 1, then (4-44). They are written for
     !> t(k) = 0.5 k. (At a sample two of them meet, so rounding of t does not matter.)
@@ -84,13 +97,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
         real(dp) :: q(4, 120), expected(4), t
         integer :: i, k
 
         call example(observations, q)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         if (unmet(error, size(data%attitude_epoch), 600)) return
         do i = 1, 600
             call check(error, data%attitude_epoch(i), i)
@@ -113,13 +124,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120), field(3), moment(3), t
+        real(dp) :: field(3), moment(3), t
         integer :: j, k
 
-        call example(observations, q)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        call example(observations)
+        if (preprocess_fails(error, observations, data)) return
         if (unmet(error, size(data%torque, 2), 1201)) return
         do j = 0, 1200
             t = 0.05_dp*j
@@ -143,13 +152,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120)
         integer :: i
 
-        call example(observations, q)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        call example(observations)
+        if (preprocess_fails(error, observations, data)) return
         call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
         call check(error, all(data%accelerometer_epoch == [(i, i=1, 600)]))
         call check(error, maxval(abs(data%acceleration - observations%acceleration)), 0.0_dp)
@@ -160,16 +166,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
         call example(observations, q)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
         observations%quaternion = (1 + 0.9_dp*SAMPLE_TOLERANCE)*observations%quaternion
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
     end subroutine test_mounting
 
@@ -177,22 +180,17 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: clean, flipped
-        type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120)
         integer :: i
 
-        call example(observations, q)
-        call preprocess(observations, estimation_options_t(), clean, failure)
-        if (failed(error, failure)) return
+        call example(observations)
+        if (preprocess_fails(error, observations, clean)) return
         do i = 1, 120
             if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
         end do
-        call preprocess(observations, estimation_options_t(), flipped, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, flipped)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
         observations%quaternion = -observations%quaternion
-        call preprocess(observations, estimation_options_t(), flipped, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, flipped)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
     end subroutine test_sign_flips
 
@@ -201,13 +199,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations, both
         type(fitting_data_t) :: alone, data
-        type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120)
         integer :: i
 
-        call example(observations, q)
-        call preprocess(observations, estimation_options_t(), alone, failure)
-        if (failed(error, failure)) return
+        call example(observations)
+        if (preprocess_fails(error, observations, alone)) return
         both = observations
         both%star_camera_time = [(0.25_dp*i, i=1, 240)]
         both%star_camera_head = [(1 + mod(i, 2), i=1, 240)]     ! heads 2, 1, 2, 1, ...
@@ -215,8 +210,7 @@ contains
         allocate (both%quaternion(4, 240))
         both%quaternion(:, 1::2) = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, 120)
         both%quaternion(:, 2::2) = observations%quaternion
-        call preprocess(both, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, both, data)) return
         call check(error, maxval(abs(data%quaternion - alone%quaternion)), 0.0_dp)
     end subroutine test_other_head
 
@@ -236,13 +230,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
         call example(observations, q)
         call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         if (unmet(error, size(data%attitude_epoch), 600)) return
         call check(error, maxval(abs(data%quaternion(:, 98) - &
                                      normalised(0.7_dp*q(:, 19) + 0.3_dp*q(:, 21)))), 0.0_dp, &
@@ -255,14 +247,12 @@ contains
         type(observation_set_t) :: observations
         type(fitting_data_t) :: whole, data
         type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120)
         integer :: i, k
 
-        call example(observations, q)
+        call example(observations)
         call preprocess(observations, estimation_options_t(), whole, failure)
         call drop_stars(observations, abs(observations%star_camera_time - 21.5_dp) > 1.4_dp)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         call check(error, .not. any(data%attitude_epoch > 200 .and. data%attitude_epoch < 230))
         call check(error, all([(any(data%attitude_epoch == k), k=1, 199)]) .and. &
                    all([(any(data%attitude_epoch == k), k=231, 600)]))
@@ -280,13 +270,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
         real(dp) :: q(4, 120)
 
         call example(observations, q)
         call drop_stars(observations, observations%star_camera_time < 50.1_dp)
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         call check(error, maxval(data%attitude_epoch), 505)
         call check(error, maxval(abs(data%quaternion(:, 503) - q(:, 100))), 0.0_dp, thr=1e-15_dp)
     end subroutine test_early_end
@@ -295,14 +283,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
-        type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120)
 
-        call example(observations, q)
+        call example(observations)
         observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
         observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
-        call preprocess(observations, estimation_options_t(), data, failure)
-        if (failed(error, failure)) return
+        if (preprocess_fails(error, observations, data)) return
         call check(error, all(data%accelerometer_epoch == [1, 2, 5, 100, 600]))
         call check(error, size(data%torque, 2), 1201)
     end subroutine test_missing_samples
@@ -310,10 +295,9 @@ contains
     subroutine test_times(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        real(dp) :: q(4, 120)
         integer :: i
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%accelerometer_time(300:301) = [30.1_dp, 30.0_dp]
         call refused(bad, good, 'accelerometer ... must increase ... 30 s follows 30.1 s', error)
@@ -353,9 +337,8 @@ contains
     subroutine test_values(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        real(dp) :: q(4, 120)
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%acceleration(2, 17) = NAN
         call refused(bad, good, 'accelerometer ... at 1.7 s ... NaN ... leave it out', error)
@@ -378,10 +361,9 @@ contains
     subroutine test_too_few(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        real(dp) :: q(4, 120)
         integer :: i
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%acceleration = bad%acceleration(:, :1)
         bad%accelerometer_time = bad%accelerometer_time(:1)
@@ -400,9 +382,8 @@ contains
     subroutine test_magnetometer_gap(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        real(dp) :: q(4, 120)
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
                                      2.5_dp)
@@ -422,9 +403,8 @@ contains
         type(observation_set_t) :: good, bad
         type(fitting_data_t) :: data
         type(error_t), allocatable :: failure
-        real(dp) :: q(4, 120)
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
         call preprocess(bad, estimation_options_t(), data, failure)
@@ -439,9 +419,8 @@ contains
     subroutine test_sizes(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        real(dp) :: q(4, 120)
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%acceleration = bad%acceleration(:, :599)
         call refused(bad, good, 'accelerometer ... 600 ... 599', error)
@@ -458,9 +437,8 @@ contains
     subroutine test_setup(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        real(dp) :: q(4, 120)
 
-        call example(good, q)
+        call example(good)
         bad = good
         bad%knowledge%duration = 0
         call refused(bad, good, 'duration', error)

@@ -53,7 +53,6 @@ contains
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: found(STATE, RUNS), sigma(STATE), mean(STATE), ratio, quaternion(4), q_found(4, RUNS), q_sigma(4)
         integer :: a, run, i
 
@@ -63,8 +62,7 @@ contains
             q_sigma = 0
             do run = 1, RUNS
                 call make_observations(simulator, 3, run, observations)
-                call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
-                if (failed(error, failure)) return
+                if (estimate_fails(error, ESTIMATOR_NAMES(a), observations, options, solution)) return
                 if (run == 1) quaternion = solution%quaternion
                 found(STATE_OFFSET, run) = solution%offset
                 found(STATE_DRIFT, run) = solution%drift
@@ -107,15 +105,13 @@ contains
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: sigma(STATE)
         integer :: a, i, k
 
         call simulate(simulator, options)
         call make_observations(simulator, 3, 1, observations)
         do a = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, ESTIMATOR_NAMES(a), observations, options, solution)) return
             sigma = state_sigmas(solution)
             associate (p => solution%state_covariance)
                 call check(error, all(abs(p(:3, :3) - solution%covariance) <= 1e-12_dp*maxval(solution%covariance)) .and. &
@@ -148,8 +144,7 @@ contains
             options%history = .false.
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
             options%history = .true.
-            call estimate_offset(ESTIMATOR_NAMES(a), observations, options, again, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, ESTIMATOR_NAMES(a), observations, options, again)) return
             if (unmet(error, .not. allocated(solution%history) .and. all(abs(solution%offset - again%offset) <= 0))) return
             last = size(again%history)
             call check(error, last >= 2 .and. again%history(1)%number == 1, ESTIMATOR_NAMES(a))

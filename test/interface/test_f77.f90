@@ -298,8 +298,7 @@ contains
             call gcsimu(isim, 1, i, iobs(i), istat, msg)
             call run_from_observations(set(i), report_options('front-3'), runs(i), failure)
         end do
-        call estimate_offset(ALGO, set(1), report_options('front-3'), expected, failure, record)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, ALGO, set(1), report_options('front-3'), expected, record)) return
 
         call gcesto(ALGO, iobs(1), ifit, istat, msg)
         call check(error, istat, 0, msg)

@@ -153,7 +153,6 @@ contains
         type(case_t) :: case
         type(observation_set_t) :: simulated, observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         integer :: i
 
         call take_case('front-3', case)
@@ -167,8 +166,8 @@ contains
         observations%magnetometer_time = simulated%magnetometer_time
         observations%field = simulated%field
         do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), &
+                               solution)) return
             ! some sigmas, with what the systematic errors add
             call check(error, all(abs(solution%offset - case%satellite%offset) < 2e-4_dp) .and. solution%converged, &
                        trim(ESTIMATOR_NAMES(i)))

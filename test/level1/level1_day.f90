@@ -14,7 +14,8 @@ module level1_day
     use gracecg_level1_outcome, only: level1_estimate_t
     implicit none
     private
-    public :: flaws_t, setup_said, current_at, start_of, write_day, copy_day, estimate_day, says, check_offsets, make_setup
+    public :: flaws_t, setup_said, current_at, start_of, write_day, copy_day, estimate_day, day_fails, says, check_offsets
+    public :: make_setup
     public :: EPOCH, RADIUS, OFFSET, ROD, DURATION
 
     integer(i8), parameter :: EPOCH = 633798000_i8      !! 2020-02-01
@@ -300,6 +301,21 @@ contains
         if (allocated(error)) return
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_day
+
+    !> Does the same, which must succeed; is there an error now, or was there before, so that a test cannot go on?
+    logical function day_fails(error, name, flaws, setup, calibration, estimate)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: name
+        type(flaws_t), intent(in) :: flaws
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(out) :: calibration
+        type(level1_estimate_t), intent(out) :: estimate
+
+        type(error_t), allocatable :: failure
+
+        call estimate_day(name, flaws, setup, calibration, estimate, failure)
+        day_fails = failed(error, failure)
+    end function day_fails
 
     !> Whether one of some texts has a part.
     pure logical function says(texts, part)

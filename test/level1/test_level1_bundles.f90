@@ -12,7 +12,7 @@ module test_level1_bundles
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_outcome, only: level1_estimate_t
-    use level1_day, only: flaws_t, setup_said, estimate_day, says
+    use level1_day, only: flaws_t, setup_said, day_fails, says
     implicit none
     private
     public :: collect_level1_bundles
@@ -42,8 +42,8 @@ contains
         type(console_t) :: console
         integer :: status
 
-        call estimate_day('l1_unshipped', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_unshipped', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, &
+                      expected)) return
         call shell('rm -rf '//PLACE//' && mkdir -p '//PLACE//'/1B/deep && cp '//FOLDER//'l1_unshipped/* '//PLACE// &
                    ' && cd '//PLACE//' && rm -f *.nml && tar czf a_1A.tgz ACC1A* SOE.txt && rm ACC1A* SOE.txt'// &
                    ' && tar cf 1B/deep/b.tar CLK1B* MAG1B* && rm CLK1B* MAG1B* && gzip SCA1B*'// &

@@ -14,7 +14,7 @@ module test_level1_days
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_spans, only: find_spans
-    use level1_day, only: flaws_t, setup_said, start_of, write_day, copy_day, estimate_day, says, make_setup, EPOCH, DURATION
+    use level1_day, only: flaws_t, setup_said, start_of, write_day, copy_day, day_fails, says, make_setup, EPOCH, DURATION
     implicit none
     private
     public :: collect_level1_days
@@ -44,8 +44,7 @@ contains
         real(dp) :: middle
         integer :: status, i
 
-        call estimate_day('l1_whole', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_whole', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected)) return
         middle = start_of(0) + DURATION/2
         call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-01', -1e4_dp, middle + 3, 0)
         call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-02', middle, 1e4_dp, 0)

@@ -17,7 +17,7 @@ module test_level1_estimate
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_spacecraft_torque_rods, only: rod_moments
     use gracecg_level1_preparation, only: prepare_observations
-    use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, says, check_offsets, &
+    use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, day_fails, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
     implicit none
     private
@@ -53,8 +53,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: k
 
-        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
         call check(error, size(estimate%solutions), 2, 'solutions without gyros')
         call check_offsets(estimate, 0.3_dp*MICROMETRE, error)
         do k = 1, 3
@@ -97,11 +96,9 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
         integer :: i
 
-        call estimate_day('l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate)) return
         call check(error, says(calibration%notes, '4 of 4 CMCAL events are longer'), 'told')
         call check(error, all([(abs(calibration%spans(i)%start + real(calibration%epoch - EPOCH, dp) - start_of(i - 1)) < &
                                 0.6_dp, i=1, 4)]), 'spans of the currents')
@@ -110,8 +107,8 @@ contains
         call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
         call check_offsets(estimate, 0.5_dp*MICROMETRE, error)
         if (allocated(error)) return
-        call estimate_day('l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, &
+                      estimate)) return
         if (unmet(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')) return
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
     end subroutine test_jumps
@@ -126,8 +123,7 @@ contains
         character(:), allocatable :: path
         integer :: i
 
-        call estimate_day('l1_orbit', flaws_t(spans=3, orbits=2), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_orbit', flaws_t(spans=3, orbits=2), setup_said(), calibration, estimate)) return
         call check(error, all(calibration%spans%used .eqv. [.true., .true., .false.]) .and. &
                    trim(calibration%spans(3)%reason) == 'a gap in the orbit', 'the third span')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset by the others')
@@ -149,8 +145,8 @@ contains
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
 
-        call estimate_day('l1_held', flaws_t(stairs=.true., lag=0.06_dp), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_held', flaws_t(stairs=.true., lag=0.06_dp), setup_said(), calibration, &
+                      estimate)) return
         call check(error, estimate%steps, 'the steps are seen')
         call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.02_dp, 'delay of the accelerometer')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset')
@@ -173,9 +169,8 @@ contains
         type(console_t) :: console
         integer :: status
 
-        call estimate_day('l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), calibration, estimate, &
-                          failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), &
+                      calibration, estimate)) return
         associate (first => estimate%solutions(1))
             call check(error, first%leakage == 'a priori', 'leakage is not separable')
             call check(error, sqrt(first%covariance(1, 1)) > 20*MICROMETRE .and. first%flag > 0, 'no confident number')
@@ -195,8 +190,7 @@ contains
                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
                   console%messages)) return
         ! Where the samples tell leakage from d, a-priori leakage that is asked for is no fault of theirs.
-        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
         call check(error, estimate%solutions(1)%separable, 'leakage is separable')
         call estimate_level1(calibration, setup_said(), 'prior', estimate, failure)
         if (failed(error, failure)) return
@@ -234,10 +228,8 @@ contains
 
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
 
-        call estimate_day(name, flaws, setup, calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, name, flaws, setup, calibration, estimate)) return
         call check(error, says(estimate%findings, part), part//' is told')
         if (unmet(error, size(estimate%findings), 1, 'and nothing else')) return
         call check(error, estimate%flag, 2, 'not to be used')
@@ -248,10 +240,8 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
 
-        call estimate_day('l1_b', flaws_t(positive_b=.true.), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_b', flaws_t(positive_b=.true.), setup_said(), calibration, estimate)) return
         call check(error, says(calibration%notes, 'B currents with the wrong sign'), 'is told')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
     end subroutine test_wrong_b
@@ -260,10 +250,8 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
 
-        call estimate_day('l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate)) return
         call check(error, says(estimate%findings, 'transplanted'), 'is told')
         call check(error, estimate%flag, 2, 'not to be used')
     end subroutine test_no_angular
@@ -297,8 +285,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: along(3), begin
 
-        call estimate_day('l1_set', flaws_t(), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_set', flaws_t(), setup_said(), calibration, estimate)) return
         call prepare_observations(calibration, setup_said(), estimate, 2, observations, failure)
         if (failed(error, failure)) return
         associate (times => observations%accelerometer_time/observations%knowledge%accelerometer_interval)
@@ -308,8 +295,7 @@ contains
             real(calibration%epoch - EPOCH, dp) + 6*observations%knowledge%accelerometer_interval    ! of the first mean
         along = rod_moments(observations%knowledge%rods, 7.3_dp)
         call check(error, maxval(abs(along - ROD*current_at(begin + 7.3_dp, flaws_t()))) < 0.1_dp, 'moments, A m^2')
-        call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, 'optimal', observations, estimation_options_t(), solution)) return
         call check(error, maxval(abs(solution%offset - OFFSET)) < 5*MICROMETRE, 'offset by optimal')
     end subroutine test_observation_set
 end module test_level1_estimate

@@ -12,7 +12,7 @@ module test_level1_results
     use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_level1_results, only: trim_command_t, trim_commands
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
-    use level1_day, only: flaws_t, setup_said, estimate_day, write_day
+    use level1_day, only: flaws_t, setup_said, day_fails, write_day
     implicit none
     private
     public :: collect_level1_results
@@ -113,13 +113,11 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(residual_spectrum_t) :: spectrum
-        type(error_t), allocatable :: failure
         real(dp), allocatable :: time(:), observed(:, :), residual(:, :)
         real(dp) :: power, squares
         integer :: i, k
 
-        call estimate_day('l1_left', flaws_t(spans=2), setup_said(), calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (day_fails(error, 'l1_left', flaws_t(spans=2), setup_said(), calibration, estimate)) return
         do i = 1, 2
             estimate%residuals(i)%linear(2, :) = estimate%residuals(i)%linear(2, :) + &
                 1e-9_dp*[(sin(TWO_PI*0.08_dp*k), k=1, size(estimate%residuals(i)%kept))]

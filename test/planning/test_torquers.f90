@@ -311,7 +311,6 @@ contains
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(fit_record_t) :: record
-        type(error_t), allocatable :: failure
         real(dp) :: found
         integer :: i, k, seed
 
@@ -320,8 +319,7 @@ contains
         call make_simulator(calibration%case, simulator)
         do seed = 1, 5
             call make_observations(simulator, seed, 1, observations)
-            call estimate_offset('optimal', observations, calibration%options, solution, failure, record)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, 'optimal', observations, calibration%options, solution, record)) return
             call check(error, solution%converged .and. size(record%epoch) > 300, 'converged, with a record')
             call check(error, .not. solution%beliefs%has_contradiction(), 'nothing is contradicted')
             call check(error, maxval(abs(observations%knowledge%rods%gain - 1)) > 0.1_dp, 'the beliefs are wrong')
@@ -344,7 +342,6 @@ contains
         type(calibration_t) :: calibration
         type(observation_set_t) :: observations, wrong
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         integer :: i, k
         logical :: found
 
@@ -356,8 +353,7 @@ contains
             if (i == 1) wrong%knowledge%rods%delay(2) = 0.5_dp
             if (i == 2) wrong%knowledge%rods%gain(2) = 1.02_dp
             if (i == 3) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
-            call estimate_offset('optimal', wrong, calibration%options, solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, 'optimal', wrong, calibration%options, solution)) return
             found = .false.
             do k = 1, size(solution%warnings)
                 found = found .or. index(solution%warnings(k)%text, trim(NAMED(i))) > 0 .and. &
@@ -395,8 +391,7 @@ contains
         call check(error, .not. allocated(again%orbit_time), 'an orbit')
         again%orbit_time = observations%orbit_time      ! for the gravity gradient alone
         again%orbit_position = observations%orbit_position
-        call estimate_offset('optimal', again, calibration%options, other, failure)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, 'optimal', again, calibration%options, other)) return
         call check(error, all(abs(again%knowledge%rods%gain - calibration%case%satellite%rods%gain) <= 0), 'gain')
         do k = 1, 3
             call check(error, abs(other%offset(k) - solution%offset(k)) < 0.02_dp*sqrt(solution%covariance(k, k)), 'estimate')

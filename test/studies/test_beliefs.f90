@@ -188,7 +188,6 @@ contains
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: limits(2)
         real(dp), allocatable :: squares(:)
         character(:), allocatable :: found
@@ -199,8 +198,7 @@ contains
             allocate (squares(PARAMETERS), source=0.0_dp)
             do run = 1, RUNS
                 call make_observations(simulator, 4712, run, observations)
-                call estimate_offset('optimal', observations, options, solution, failure)
-                if (failed(error, failure)) return
+                if (estimate_fails(error, 'optimal', observations, options, solution)) return
                 call say_contradiction(solution%beliefs, found)
                 call check(error, found, '', NAMES(k)//' run '//integer_text(run))
                 do i = 1, size(solution%beliefs%values)
@@ -345,7 +343,6 @@ contains
         type(calibration_t) :: calibration
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp), allocatable :: x(:)
         integer :: i
 
@@ -354,8 +351,7 @@ contains
         call make_observations(calibration%case, 4711, 1, observations)
         x = 2*observations%accelerometer_time/calibration%case%duration - 1
         observations%acceleration(1, :) = observations%acceleration(1, :) + 6e-10_dp*(35*x**4 - 30*x**2 + 3)/8
-        call estimate_offset('optimal', observations, calibration%options, solution, failure)
-        if (failed(error, failure)) return
+        if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
         i = SCALE_FACTORS(1)
         associate (test => solution%beliefs%values(findloc(solution%beliefs%values%belief, i, 1)))
             call check(error, abs(test%score) < 4, 'scale factor '//number_text(test%score))
@@ -370,7 +366,6 @@ contains
         type(calibration_t) :: calibration
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         character(:), allocatable :: found
         real(dp) :: sigma
         integer :: i, k
@@ -380,8 +375,7 @@ contains
             calibration%case%duration = LENGTH
             calibration%case%satellite%rods%activations%stop = LENGTH
             call make_observations(calibration%case, 4711, 1, observations)
-            call estimate_offset('optimal', observations, calibration%options, solution, failure)
-            if (failed(error, failure)) return
+            if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
             call say_contradiction(solution%beliefs, found)
             call check(error, found, '', NAMES(k))
             do i = 1, 3
