@@ -15,7 +15,7 @@ module calibrations
     implicit none
     private
     public :: case_t, simulator_t, observation_set_t, calibration_t, estimation_options_t, solution_t
-    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset, estimate_fails
+    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset, estimate_fails, sigmas
     public :: take_case, take_calibration, make_simulator, make_observations
 
     !> make_simulator(source, simulator) of a case or of the name of one.
@@ -122,4 +122,14 @@ contains
         call estimate_offset(trim(algorithm), observations, options, solution, failure, record)
         estimate_fails = failed(error, failure)
     end function estimate_fails
+
+    !> Standard deviations of d.
+    pure function sigmas(covariance)
+        real(dp), intent(in) :: covariance(:, :)        !! d comes first, m^2
+        real(dp) :: sigmas(3)
+
+        integer :: i
+
+        sigmas = [(sqrt(covariance(i, i)), i=1, 3)]
+    end function sigmas
 end module calibrations

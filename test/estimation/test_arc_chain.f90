@@ -217,7 +217,7 @@ contains
             end associate
         end do
         if (allocated(error)) return
-        sigma = [(sqrt(anew%covariance(i, i)), i=1, 3)]
+        sigma = sigmas(anew%covariance)
         call check(error, all(abs(chain%solution%offset - anew%offset) < 0.02_dp*sigma), 'linearised anew')
         call check(error, all(abs(chain%solution%offset - simulator%case%satellite%offset) < 5*sigma) .and. &
                    chain%solution%consistent, 'offset')
@@ -288,7 +288,7 @@ contains
         if (unmet(error, any([(index(chain%warnings(i)%text, 'the arc from 220 to 240 s is left out: it disagrees') == 1, &
                                i=1, size(chain%warnings))]), 'the reason')) return
         call check(error, all(abs(chain%solution%offset - case_offset(simulator)) < &
-                              5*[(sqrt(chain%solution%covariance(i, i)), i=1, 3)] + 0.02_dp*abs(case_offset(simulator))), &
+                              5*sigmas(chain%solution%covariance) + 0.02_dp*abs(case_offset(simulator))), &
                    'the offset of the others')      ! the scale factors of the simulation are not those believed
     end subroutine test_apart
 

@@ -88,7 +88,6 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: sigma(3)
-        integer :: k
 
         call fly(1, 7, sets, simulator)
         call estimate_arcs(sets, options, SHARED, prior(), OWN, fit, failure)
@@ -96,7 +95,7 @@ contains
         options%optimal%density_wave = WAVE_NONE
         call estimate_optimal(sets(1), options, solution, failure)
         if (failed(error, failure)) return
-        sigma = [(sqrt(fit%covariance(k, k)), k=1, 3)]
+        sigma = sigmas(fit%covariance)
         call check(error, all(abs(fit%value(:3) - solution%offset) < sigma), 'the offset')
         call check(error, fit%degrees, 0, 'nothing to compare it with')
         call check(error, all(abs(fit%arc_offset(:, 1) - fit%value(:3)) < sigma) .and. all(fit%arc_rms(:, 1) > 0), 'the arc')
@@ -113,7 +112,7 @@ contains
         type(arcs_fit_t) :: fit
         type(error_t), allocatable :: failure
         real(dp) :: sigma(3), stated(PARAMETERS)
-        integer :: i, k
+        integer :: i
 
         stated = 0
         call fly(ARCS, 9, sets, simulator)
@@ -126,7 +125,7 @@ contains
         call estimate_arcs(sets, estimation_options_t(), SHARED, prior(), OWN, fit, failure, stated)
         call check_passes(error, failure)
         if (unmet(error, fit%beliefs%has_contradiction() .and. size(fit%beliefs%explanations) == 1, 'what is wrong')) return
-        sigma = [(sqrt(fit%covariance(k, k)), k=1, 3)]
+        sigma = sigmas(fit%covariance)
         associate (found => fit%beliefs%explanations(1))
             call check(error, found%place, INERTIA(1), trim(belief_subject(found%place)))
             call check(error, found%complete .and. abs(found%value + WRONG) < 4*found%sigma, 'its value')

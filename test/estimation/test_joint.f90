@@ -254,7 +254,6 @@ contains
         type(joint_options_t) :: asked
         type(joint_solution_t) :: joint
         type(error_t), allocatable :: failure
-        integer :: i
 
         call open_case('front-3', simulator, options)
         call run_of(simulator, options, 1, runs(1))
@@ -273,11 +272,11 @@ contains
         if (failed(error, failure)) return
         call check(error, joint%consistent, 'a known change')
         call check(error, all(abs(joint%offset - simulator%case%satellite%offset) < &
-                              5*[(sqrt(joint%covariance(i, i)), i=1, 3)]), 'the last offset')
+                              5*sigmas(joint%covariance)), 'the last offset')
         ! a change whose size nobody knows: only the last run counts
         asked%changes(1)%sigma = 1
         call estimate_jointly(runs%information, asked, joint, failure)
-        call check(error, all(abs([(sqrt(joint%covariance(i, i)), i=1, 3)]/joint%runs(3)%sigma - 1) < 1e-3_dp), &
+        call check(error, all(abs(sigmas(joint%covariance)/joint%runs(3)%sigma - 1) < 1e-3_dp), &
                    'an unknown change')
     end subroutine test_disagreement
 

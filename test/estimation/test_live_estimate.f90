@@ -126,10 +126,10 @@ contains
             call feed(observations, live, error)
             if (estimate_fails(error, 'sequential', observations, options, solution)) return
             call live%now(offset, covariance, variance)
-            sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+            sigma = sigmas(solution%covariance)
             off = maxval(abs(offset - solution%offset)/sigma)
             call check(error, off < 0.2_dp, CASES(c)//': estimate, sigmas off: '//number_text(off))
-            off = maxval(abs([(sqrt(covariance(i, i)), i=1, 3)]/sigma - 1))
+            off = maxval(abs(sigmas(covariance)/sigma - 1))
             call check(error, off < 0.1_dp, CASES(c)//': sigma, off: '//number_text(off))
             call check(error, variance > 0.8_dp .and. variance < 1.2_dp, CASES(c)//': variance of the innovations')
             call check(error, live%edited, 0, 'edited')
@@ -142,7 +142,6 @@ contains
         type(observation_set_t) :: observations
         type(live_estimate_t) :: live, spiked
         real(dp) :: offset(3), covariance(3, 3), with(3), unused(3, 3)
-        integer :: i
 
         call prepare('front-3', observations, live)
         spiked = live
@@ -156,7 +155,7 @@ contains
         call live%now(offset, covariance)
         call spiked%now(with, unused)
         call check(error, spiked%edited, 2, 'left out')
-        call check(error, maxval(abs(with - offset)/[(sqrt(covariance(i, i)), i=1, 3)]) < 0.2_dp, 'estimate')
+        call check(error, maxval(abs(with - offset)/sigmas(covariance)) < 0.2_dp, 'estimate')
     end subroutine test_left_out
 
     !> What cannot be taken is refused, and nothing of it is taken.

@@ -460,7 +460,7 @@ contains
                            one%sigma < 0.3_dp*abs(expected(i)), trim(NAMES(i))//number_text(one%value)//number_text(one%sigma))
             end associate
         end do
-        sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+        sigma = sigmas(solution%covariance)
         call check(error, all(abs(solution%offset - OFFSET) < 4*sigma), 'offset')
     end subroutine test_by_name
 

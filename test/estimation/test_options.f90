@@ -99,7 +99,7 @@ contains
         type(estimation_options_t) :: options
         type(solution_t) :: told, untold
         type(error_t), allocatable :: failure
-        integer :: i, a, k
+        integer :: i, a
 
         do i = 1, size(REPORT_CASE_NAMES)
             call simulate(REPORT_CASE_NAMES(i), observations, simulator)
@@ -113,7 +113,7 @@ contains
                 call check(error, told%converged .and. untold%converged)
                 if (a <= size(REPORT_ESTIMATORS)) then  ! in x of case 2, hardly determined, rounding makes 1e-9 sigma
                     call check(error, all(abs(untold%offset - told%offset) < &
-                                          1e-8_dp*[(sqrt(told%covariance(k, k)), k=1, 3)]), &
+                                          1e-8_dp*sigmas(told%covariance)), &
                                REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
                 else        ! sequential ends when corrections are below 1e-3 sigma
                     call check(error, norm2(untold%offset - told%offset) < &

@@ -103,9 +103,8 @@ contains
         type(solution_t), intent(in) :: solution
         real(dp) :: sigma(3)
 
-        integer :: i
 
-        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+        sigma = sigmas(solution%covariance)
     end function sigma_of
 
     !> Error squared in units of the covariance: chi-square with 3 degrees of freedom.

@@ -190,7 +190,7 @@ contains
                     associate (moved => estimate%movement)
                         call check(error, all(abs(moved%change - settings%moved) < 4*moved%sigma), 'by how much')
                         call check(error, all(abs(moved%offset - d - settings%moved) < &
-                                              4*sqrt([(moved%covariance(i, i), i=1, 3)])), 'd in the end')
+                                              4*sigmas(moved%covariance)), 'd in the end')
                     end associate
                     behind = [real(calibration%epoch, dp) + calibration%spans(1)%start + settings%moved_at, settings%duration]
                     call estimate_folder(path, part, later, failure, every=EVERY, part=behind)
@@ -227,7 +227,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
         real(dp) :: off(3), sigma(3), limit
-        integer :: i, k
+        integer :: i
 
         limit = 0.01_dp
         if (present(within)) limit = within
@@ -239,7 +239,7 @@ contains
         do i = 1, sources
             associate (solution => estimate%solutions(i))
                 off = abs(solution%offset - truth%case%satellite%offset)
-                sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+                sigma = sigmas(solution%covariance)
                 call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
                            solution%flag == 0, solution%source)
             end associate
@@ -320,7 +320,6 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
         real(dp) :: sigma(3)
-        integer :: k
 
         settings%spans = 1
         settings%first_start = START
@@ -331,7 +330,7 @@ contains
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         associate (first => estimate%solutions(1))
-            sigma = sqrt([(first%covariance(k, k), k=1, 3)])
+            sigma = sigmas(first%covariance)
             call check(error, first%leakage == 'a priori' .and. first%flag == 2 .and. maxval(sigma) > 50*MICROMETRE, &
                        'no confident number')
             call check(error, all(abs(first%offset - truth%case%satellite%offset) < 4*sigma + 3*MICROMETRE), 'but a true one')

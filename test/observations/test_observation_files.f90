@@ -157,7 +157,7 @@ contains
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')
             call read_observations(SET, observations, failure)
-            call check_fails(error, failure, OBSERVATION_FILES(i)//' ... no such file')
+            call check_fails(error, failure, trim(OBSERVATION_FILES(i))//' ... no such file')
         end do
     end subroutine test_missing
 
@@ -401,7 +401,7 @@ contains
         do i = 1, size(OBSERVATION_FILES)
             call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
             call write_observations(BLOCKED, observations, ['comment'], failure)
-            call check_fails(error, failure, OBSERVATION_FILES(i)//' ... is a folder')
+            call check_fails(error, failure, trim(OBSERVATION_FILES(i))//' ... is a folder')
             if (.not. allocated(error)) call nothing_stands(BLOCKED)
             call remove_file(BLOCKED//'/'//trim(OBSERVATION_FILES(i)))
             if (allocated(error)) return

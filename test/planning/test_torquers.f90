@@ -79,7 +79,7 @@ contains
         type(case_bound_t) :: bound
         type(error_t), allocatable :: failure
         real(dp) :: covariance(3, 3), sigma(3)
-        integer :: i, k, exact
+        integer :: i, exact
 
         do i = 1, size(EXAMPLES)
             do exact = 0, 1
@@ -87,7 +87,7 @@ contains
                 call bound_of_case(calibration%case, calibration%options, bound, failure)
                 if (failed(error, failure)) return
                 call least_squares(calibration, covariance)
-                sigma = [(sqrt(covariance(k, k)), k=1, 3)]
+                sigma = sigmas(covariance)
                 call check(error, all(abs(bound%sigma/sigma - 1) < 0.05_dp), trim(calibration%case%name))
             end do
         end do

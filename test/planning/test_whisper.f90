@@ -52,7 +52,7 @@ contains
             information = information + inverse_3x3(quality%covariance)
         end do
         covariance = inverse_3x3(information)*ARCS*case%duration/orbit%revolution
-        sigma = [(sqrt(covariance(k, k)), k=1, 3)]
+        sigma = sigmas(covariance)
         call check(error, maxval(abs(plan%sigma_alone(:, 1)/sigma - 1)) < 0.05_dp, 'a revolution')
         sigma = sigma*sqrt(orbit%revolution/86400)          ! the field of a day's revolutions is about that of the first
         call check(error, maxval(abs(plan%sigma_alone(:, 2)/sigma - 1)) < 0.1_dp .and. &

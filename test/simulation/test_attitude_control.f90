@@ -188,7 +188,7 @@ contains
         call estimate_optimal(observations, options, solution, failure)
         if (failed(error, failure)) return
         call check(error, all(abs(solution%offset - case%satellite%offset) < &
-                              5*[(sqrt(solution%covariance(k, k)), k=1, 3)]), 'offset')
+                              5*sigmas(solution%covariance)), 'offset')
 
         order%folder = FOLDER//'controlled'
         order%case = case

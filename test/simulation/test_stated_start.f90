@@ -195,7 +195,7 @@ contains
         if (.not. allocated(failure)) call case_text(case, text, failure)
         if (.not. allocated(failure)) call case_from_text(text, 'written', again, failure)
         if (failed(error, failure)) return
-        call check_says(error, text, "orbit = 'state'"//' ... '//"attitude = 'given'")
+        call check_says(error, text, "orbit = 'state' ... attitude = 'given'")
         call check(error, all(abs([again%position - case%position, again%velocity - case%velocity, &
                                    again%angular_velocity - case%angular_velocity]) <= 0))
         call check(error, all(abs(again%quaternion - case%quaternion) <= 0))
