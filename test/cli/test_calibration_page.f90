@@ -207,13 +207,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: KEY = 'guess_angular_velocity = '
         character(:), allocatable :: knowledge, html, output, messages
-        integer :: status, place
+        integer :: status
 
         call observe(error, FOLDER//'page-astray')
         call read_content(error, FOLDER//'page-astray/options.nml', knowledge)
         if (allocated(error)) return
-        place = index(knowledge, KEY) + len(KEY)
-        call make_file('page-astray/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
+        call make_file('page-astray/options.nml', replaced(knowledge, KEY, KEY//'0.5, 0.4, 0.7 ! '))
         call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --options '//FOLDER// &
                  'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
@@ -313,16 +312,12 @@ contains
         character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-fde', 'ascfest', 'optimal', 'sequential']
         character(*), parameter :: KEY = 'amplitude = '
         character(:), allocatable :: text, html, output, messages
-        integer :: status, place, i
+        integer :: status, i
 
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'page-refused', output, messages)
         if (allocated(error)) return
         call read_content(error, FOLDER//'page-refused/setup.nml', text)
-        place = index(text, KEY//'30')
-        do while (place > 0)        ! the rods fired with more than twice what the setup says
-            text = text(:place - 1)//KEY//'14'//text(place + len(KEY//'30'):)
-            place = index(text, KEY//'30')
-        end do
+        text = replaced(text, KEY//'30', KEY//'14', every=.true.)   ! the rods fired with more than twice what the setup says
         call make_file('page-refused/setup.nml', text)
         do i = 1, size(ALGORITHMS)
             call run('estimate '//FOLDER//'page-refused --algorithm '//trim(ALGORITHMS(i))//' --report '//FOLDER// &

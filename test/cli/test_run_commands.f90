@@ -210,14 +210,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: KEY = 'guess_angular_velocity = '
         character(:), allocatable :: knowledge, output, messages
-        integer :: status, place
+        integer :: status
 
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
         if (allocated(error)) return
         call read_content(error, FOLDER//'lost/options.nml', knowledge)
         if (allocated(error)) return
-        place = index(knowledge, KEY) + len(KEY)
-        call make_file('lost/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
+        call make_file('lost/options.nml', replaced(knowledge, KEY, KEY//'0.5, 0.4, 0.7 ! '))
         call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv --options '//FOLDER// &
                  'lost/options.nml', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)

@@ -244,18 +244,6 @@ contains
         end subroutine refused
     end subroutine test_case_file
 
-    !> The text with the first `old` replaced.
-    function replaced(text, old, new) result(changed)
-        character(*), intent(in) :: text, old, new
-        character(:), allocatable :: changed
-
-        integer :: i
-
-        i = index(text, old)
-        changed = text(:i - 1)//new//text(i + len(old):)
-        if (i == 0) changed = 'the text has no '//old
-    end function replaced
-
     !> A case file without any of the keys of this room reads as it always did.
     subroutine test_old_case_file(error)
         type(error_type), allocatable, intent(out) :: error

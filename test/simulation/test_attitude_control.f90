@@ -232,11 +232,8 @@ contains
             character(*), intent(in) :: line, changed
             character(*), intent(in) :: parts
 
-            integer :: place
 
-            place = index(text, line)
-            call check(error, place > 0, line)
-            call case_from_text(text(:place - 1)//changed//text(place + len(line):), 'a case', again, failure)
+            call case_from_text(replaced(text, line, changed), 'a case', again, failure)
             call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_case_file

@@ -9,7 +9,7 @@ module fixture
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, check_same_files
+    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, replaced, check_same_files
     public :: has_parts, joined, check_says, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
@@ -143,6 +143,29 @@ contains
         read (unit) content
         close (unit)
     end subroutine read_content
+
+    !> A text with the first `old`, or every one, in another form; a text that has none becomes a complaint, which nothing reads.
+    pure function replaced(text, old, new, every) result(changed)
+        character(*), intent(in) :: text, old, new
+        logical, intent(in), optional :: every
+        character(:), allocatable :: changed
+        integer :: at, step
+
+        at = index(text, old)
+        if (at == 0) then
+            changed = 'the text has no '//old
+            return
+        end if
+        changed = text(:at - 1)//new//text(at + len(old):)
+        if (.not. present(every)) return
+        do
+            at = at + len(new)
+            step = index(changed(at:), old) - 1
+            if (step < 0) return
+            at = at + step
+            changed = changed(:at - 1)//new//changed(at + len(old):)
+        end do
+    end function replaced
 
     !> Two files below FOLDER must have the same content, but for the lines at the top that tell what command made a namelist.
     subroutine check_same_files(error, first, second)
