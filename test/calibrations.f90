@@ -34,7 +34,6 @@ contains
     subroutine take_case(name, case)
         character(*), intent(in) :: name
         type(case_t), intent(out) :: case
-
         type(error_t), allocatable :: failure
 
         call find_case(trim(name), case, failure)
@@ -45,7 +44,6 @@ contains
     subroutine take_calibration(name, calibration)
         character(*), intent(in) :: name
         type(calibration_t), intent(out) :: calibration
-
         type(error_t), allocatable :: failure
 
         call find_calibration(trim(name), calibration, failure)
@@ -55,7 +53,6 @@ contains
     subroutine simulator_of_case(case, simulator)
         type(case_t), intent(in) :: case
         type(simulator_t), intent(out) :: simulator
-
         type(error_t), allocatable :: failure
 
         call new_simulator(case, simulator, failure)
@@ -65,7 +62,6 @@ contains
     subroutine simulator_of_name(name, simulator)
         character(*), intent(in) :: name
         type(simulator_t), intent(out) :: simulator
-
         type(case_t) :: case
 
         call take_case(name, case)
@@ -77,7 +73,6 @@ contains
         integer, intent(in) :: seed, run
         type(observation_set_t), intent(out) :: observations
         logical, intent(in), optional :: only_used_head     !! As `observe` has it
-
         type(error_t), allocatable :: failure
 
         call observe(simulator, seed, run, observations, failure, only_used_head)
@@ -89,7 +84,6 @@ contains
         integer, intent(in) :: seed, run
         type(observation_set_t), intent(out) :: observations
         logical, intent(in), optional :: only_used_head
-
         type(simulator_t) :: simulator
 
         call make_simulator(case, simulator)
@@ -101,7 +95,6 @@ contains
         integer, intent(in) :: seed, run
         type(observation_set_t), intent(out) :: observations
         logical, intent(in), optional :: only_used_head
-
         type(simulator_t) :: simulator
 
         call make_simulator(name, simulator)
@@ -116,7 +109,6 @@ contains
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(fit_record_t), intent(out), optional :: record
-
         type(error_t), allocatable :: failure
 
         call estimate_offset(trim(algorithm), observations, options, solution, failure, record)

@@ -19,7 +19,7 @@ module vocabulary
     real(dp), protected :: NAN = transfer(9221120237041090560_i8, 1.0_dp)       !! A quiet one
 
     !> check_fails(error, failure, 'part ... part'): there must be a failure (or the message of one), and its message must have
-    !> every one of the parts.
+    !> every one of the parts. The failure is taken away: the next step begins without.
     interface check_fails
         procedure :: check_message_fails
         module procedure check_step_fails
@@ -43,10 +43,11 @@ contains
 
     subroutine check_step_fails(error, failure, parts)
         type(error_type), allocatable, intent(inout) :: error
-        type(error_t), allocatable, intent(in) :: failure
+        type(error_t), allocatable, intent(inout) :: failure
         character(*), intent(in) :: parts
 
         call check_message_fails(error, message_of(failure), parts)
+        if (allocated(failure)) deallocate (failure)
     end subroutine check_step_fails
 
     subroutine check_step_passes(error, failure)

@@ -316,7 +316,6 @@ contains
             real(dp), intent(in) :: level, corner, interval
             integer, intent(in) :: sides
             character(*), intent(in) :: word
-
             type(coloured_noise_t) :: noise
             type(error_t), allocatable :: failure
 

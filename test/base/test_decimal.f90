@@ -30,7 +30,6 @@ contains
     subroutine check_same(error, text)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: text
-
         real(dp) :: value, expected
         integer :: at, status
         logical :: ok
@@ -129,7 +128,6 @@ contains
         integer(i8), intent(in) :: m
         integer, intent(in) :: e
         real(dp), intent(in) :: x
-
         character(40) :: text
         real(dp) :: value
 
@@ -143,7 +141,6 @@ contains
     subroutine check_digits(error, x)
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: x
-
         character(40) :: written
         integer(i8) :: digits
         integer :: exponent, n
@@ -166,7 +163,6 @@ contains
     logical function reads_as(written, digits)
         character(*), intent(in) :: written
         integer(i8), intent(in) :: digits
-
         character(40) :: expected
         integer :: i, n
 

@@ -22,7 +22,6 @@ contains
         real(dp), intent(in) :: x(0:)
         real(dp), intent(in) :: length
         integer, intent(in) :: j
-
         real(dp) :: angle
         integer :: k
 

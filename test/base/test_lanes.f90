@@ -54,7 +54,6 @@ contains
         logical, intent(in) :: kept(:), predicts
         real(dp), intent(in) :: output(:), gain(:, :), inverse_deviation(:), transition(:, :, :)
         real(dp), intent(inout) :: series(:, :)
-
         real(dp) :: state(size(output)), innovation
         integer :: i, k
 

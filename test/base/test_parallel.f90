@@ -47,7 +47,6 @@ contains
         class(sums_t), intent(inout) :: self
         integer, intent(in) :: i
         type(error_t), allocatable, intent(out) :: error
-
         integer :: k
 
         self%times_done(i) = self%times_done(i) + 1

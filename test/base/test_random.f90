@@ -110,7 +110,6 @@ contains
 
         subroutine expect(counter, key, answer)
             integer(i8), intent(in) :: counter(4), key(2), answer(4)
-
             integer(i8) :: word(LANES, 4)
 
             call philox_4x32(counter, key, word)

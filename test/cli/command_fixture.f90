@@ -16,7 +16,6 @@ contains
         character(*), intent(in) :: line
         integer, intent(out) :: status
         character(:), allocatable, intent(out) :: output, messages
-
         type(console_t) :: console
 
         console%captured = .true.
@@ -34,7 +33,6 @@ contains
         character(*), intent(in) :: line
         character(:), allocatable, intent(out) :: output
         character(:), allocatable, intent(out), optional :: messages
-
         character(:), allocatable :: said
         integer :: status
 
@@ -53,7 +51,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: line, parts
         integer, intent(in) :: expected_status
-
         character(:), allocatable :: output, messages
         integer :: status
 

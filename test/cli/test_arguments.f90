@@ -204,28 +204,16 @@ contains
         call parse('x --out run --step nan --runs 1.5 --position 1 2 3x --shape run', arguments, failure)
         call arguments%get('--step', step, failure, low=0.1_dp, high=60.0_dp, unit='s')
         call check_fails(error, failure, '--step ... "nan" ... from 0.1 to 60 s')
-        if (allocated(error)) return
-        deallocate (failure)
         call arguments%get('--runs', runs, failure, low=1)
         call check_fails(error, failure, '--runs ... "1.5" ... an integer of at least 1')
-        if (allocated(error)) return
-        deallocate (failure)
         call arguments%get('--position', position, failure, unit='m')
         call check_fails(error, failure, '--position ... "3x" ... in m')
-        if (allocated(error)) return
-        deallocate (failure)
         call arguments%get('--shape', text, failure)
         call check_fails(error, failure, '--shape ... one of runs, walks ... did you mean "runs"')
-        if (allocated(error)) return
-        deallocate (failure)
         call arguments%get('--step', step, failure)
         call check_fails(error, failure, 'step')
-        if (allocated(error)) return
-        deallocate (failure)
         call arguments%get('--undeclared', text, failure)
         call check_fails(error, failure, '--undeclared is not declared')
-        if (allocated(error)) return
-        deallocate (failure)
         call arguments%get('--position', step, failure)
         call check_fails(error, failure, '--position is declared with 3 values, not 1')
         call parse('x --out run --step 61', arguments, failure)
@@ -251,10 +239,9 @@ contains
         call arguments%get('--undeclared', text, failure)
         call arguments%get_threads(threads, failure)
         call refuse_if(.true., 'a later one', failure)
+        call check(error, index(message_of(failure), 'step') + index(message_of(failure), 'later'), 0)
         call check_fails(error, failure, '--runs ... "many"')
-        call check(error, index(failure%message, 'step') + index(failure%message, 'later'), 0)
-        if (unmet(error, size(cases) == 0 .and. text == '' .and. abs(step - 10) <= 0)) return
-        deallocate (failure)
+        call check(error, size(cases) == 0 .and. text == '' .and. abs(step - 10) <= 0)
         call refuse_if(.false., 'nothing wrong', failure)
         if (.not. allocated(failure)) call refuse_if(.true., 'wrong', failure)
         call check_fails(error, failure, 'wrong')

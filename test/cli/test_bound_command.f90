@@ -95,7 +95,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
 
-        call make_folder()
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'optimal-run', output, messages)
         call succeeds(error, 'estimate '//FOLDER//'optimal-run --algorithm optimal', output, messages)
         call check_fails(error, output, 'optimal ... variance factor ... noise level ... torque_x ... wave_sin')

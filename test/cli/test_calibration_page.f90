@@ -1,7 +1,6 @@
 !> What the page of one calibration is made of: complete, honest about what is missing, and handed to Python. Instead of
 !> Python test/fixtures/page_maker.sh makes the page here: it is a copy of the JSON. The pages: python/tests/test_pages.py.
 module test_calibration_page
-    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use vocabulary
     use calibrations
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
@@ -15,14 +14,6 @@ module test_calibration_page
     character(*), parameter :: RUN_1 = FOLDER//'page-run'
     character(9), parameter :: MEMBERS(7) = [character(9) :: 'inputs', 'samples', 'manoeuvre', 'verdict', 'fit', 'tables', &
                                              'results']
-
-    interface
-        integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: name(*), value(*)
-            integer(c_int), value :: overwrite
-        end function c_setenv
-    end interface
 
 contains
 
@@ -47,7 +38,6 @@ contains
     subroutine observe(error, name)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name
-
         character(:), allocatable :: output, messages
 
         call succeeds(error, 'simulate front-3 --out '//name, output, messages)
@@ -62,7 +52,6 @@ contains
 
     integer function count_of(text, part) result(n)
         character(*), intent(in) :: text, part
-
         integer :: from, step
 
         n = 0
@@ -139,7 +128,6 @@ contains
         subroutine take(path, values)
             character(*), intent(in) :: path
             real(dp), allocatable, intent(out) :: values(:)
-
             logical :: ok
 
             call read_json_numbers(json, path, values, ok)
@@ -170,16 +158,15 @@ contains
         character(60), parameter :: SAID(2) = [character(60) :: 'tools/setup.sh pages', 'ended with status 1: (no message)']
         character(:), allocatable :: output, messages
         character(4096) :: usual
-        integer(c_int) :: set
         integer :: status, i
 
         call observe(error, RUN_1)
         call get_environment_variable(PYTHON_VARIABLE, usual)
         do i = 1, size(PYTHONS)
             if (.not. allocated(error)) call make_file('bare.html', 'an older page')
-            set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(PYTHONS(i))//c_null_char, 1_c_int)
+            call set_variable(PYTHON_VARIABLE, trim(PYTHONS(i)))
             call run('estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', status, output, messages)
-            set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(usual)//c_null_char, 1_c_int)
+            call set_variable(PYTHON_VARIABLE, trim(usual))
             call check(error, status == STATUS_FAILED .and. index(output, 'CG offset') > 0 .and. &
                        index(messages, trim(SAID(i))) > 0 .and. count_of(messages, new_line('a')) == 1, messages)
             call check(error, file_exists(FOLDER//'bare_files/result.json') .and. .not. file_exists(FOLDER//'bare.html'))

@@ -117,7 +117,6 @@ contains
 
         subroutine broken(key, text, parts)
             character(*), intent(in) :: key, text, parts
-
             type(text_file_t) :: good
             character(:), allocatable :: output
             integer :: line
@@ -250,7 +249,6 @@ contains
         !> Three columns from one on, each within 1 %.
         subroutine compare(column)
             integer, intent(in) :: column
-
             type(string_t), allocatable :: lines(:), fields(:), others(:)
             real(dp) :: one, other
             integer :: k
@@ -370,7 +368,6 @@ contains
         subroutine in_order(names, rows)
             character(*), intent(in) :: names(:)
             integer, intent(in) :: rows
-
             type(text_file_t) :: text
             type(string_t), allocatable :: fields(:)
             integer :: row, k, n
@@ -398,7 +395,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: text, output, messages
 
-        call make_folder()
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'keeps', output)
         call succeeds(error, 'cases show front-1', text)
         ! of the accelerometer, which comes first
@@ -415,7 +411,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: text, output
 
-        call make_folder()
         call succeeds(error, 'timing --step 600', output)
         call check_says(error, output, 'case 2    1400  00:23:20 ... case 3    2658  00:44:18')
         call succeeds(error, 'timing --step 600 --format csv', output)

@@ -3,7 +3,7 @@
 module test_commands
     use vocabulary
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: split, split_words
+    use gracecg_base_text, only: split
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory
     use gracecg_files_table, only: read_csv
     use gracecg_studies_curves, only: CURVE_NAMES, curve_column
@@ -156,7 +156,6 @@ contains
     subroutine drop_utc(error, name)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name        !! In FOLDER
-
         type(text_file_t) :: file
         type(string_t), allocatable :: fields(:)
         type(error_t), allocatable :: failure
@@ -182,7 +181,6 @@ contains
 
     pure integer function longest_line(text) result(longest)
         character(*), intent(in) :: text
-
         integer :: i, start
 
         longest = 0
@@ -205,7 +203,6 @@ contains
             'longitude_deg', 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'worst_sigma_mm', 'worst_x', 'worst_y', &
             'worst_z']
 
-        call make_folder()
         call succeeds(error, QUICK//'back-1 --at 1400 --out '//FOLDER// &
                       'design.nml --map '//FOLDER//'map.csv --step 600', output)
         call check_says(error, output, 'this manoeuvre ... 5, 6, 7 cycles ... worst place')
@@ -243,7 +240,6 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: output
 
-        call make_folder()
         call succeeds(error, 'design front-3 --whisper --amplitude 0.5 --out '//FOLDER//'tones.nml', output)
         call check_says(error, output, 'week ... next: gracecg level1 simulate front-3')
         call read_level1_settings(FOLDER//'tones.nml', level1, failure)
@@ -380,7 +376,6 @@ contains
         character(:), allocatable :: output
         integer :: i
 
-        call make_folder()
         do i = 1, size(LINES)
             if (index(LINES(i), 'map.csv') > 0) then
                 call succeeds(error, 'design --manoeuvre front-3 --step 600 --map '//FOLDER//'fit.csv', output)
@@ -450,7 +445,6 @@ contains
         type(console_t) :: console
         integer :: status
 
-        call make_folder()
         call make_file('a-file', 'x')
         console%captured = .true.
         call run_command_line([string_t('simulate'), string_t('front-1'), string_t('--out'), string_t('')], console, status)

@@ -30,7 +30,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: line, header
         real(dp), intent(out) :: values(:)
-
         type(text_file_t) :: text
         type(string_t), allocatable :: fields(:)
         character(:), allocatable :: output

@@ -102,7 +102,6 @@ contains
         real(dp) :: value
         integer :: status, i
 
-        call make_folder()
         path = FOLDER//'report/'
         call remove_file(path//'index.html')
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)

@@ -42,7 +42,6 @@ contains
         character(*), intent(in) :: name            !! Of the case
         character(*), intent(in) :: study           !! Of STUDY_NAMES
         type(simulator_t), intent(out) :: simulator
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
@@ -50,14 +49,6 @@ contains
         call new_switched_simulator(case, study_switches(study), simulator, failure)
         call need(failure)
     end subroutine prepare
-
-    pure function first_runs(n) result(runs)
-        integer, intent(in) :: n
-        integer :: runs(n)
-        integer :: i
-
-        runs = [(i, i=1, n)]
-    end function first_runs
 
     !> A source that is off changes its own instrument and no other.
     subroutine test_switches(error)
@@ -175,6 +166,7 @@ contains
         type(error_statistics_t) :: statistics
         type(error_t), allocatable :: failure
         real(dp) :: rms(3)
+        integer :: i
 
         call prepare('front-2', 'all-noise', simulator)
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
@@ -188,8 +180,8 @@ contains
         if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, first_runs(100), 2, &
-                                                           results, failure, field_model_t())
+            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, [(i, i=1, 100)], 2, &
+                                 results, failure, field_model_t())
         if (failed(error, failure)) return
         call check(error, all(rms(2:3) < 1.03_dp*prediction%rms(2:3)), 'case 3')
         call check(error, rms(1) > 1.2_dp*prediction%rms(1), 'x feels the field')
@@ -272,7 +264,6 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 --out '//FOLDER//'loss.csv', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'loss.csv', file, failure)
@@ -287,7 +278,6 @@ contains
         character(*), parameter :: CAMPAIGN = 'montecarlo --cases back-3 --algorithms ascfest --runs 4'
         character(:), allocatable :: output, messages
 
-        call make_folder()
         call succeeds(error, CAMPAIGN//' --out '//FOLDER//'t.csv --runs-out '//FOLDER//'r.csv', output)
         call succeeds(error, CAMPAIGN//' --shard 1/2 --runs-out '//FOLDER//'r1.csv', output)
         call succeeds(error, CAMPAIGN//' --shard 2/2 --runs-out '//FOLDER//'r2.csv', output)

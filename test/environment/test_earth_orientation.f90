@@ -213,7 +213,6 @@ contains
         character(*), intent(in) :: earth       !! Lines of its group earth
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: failure
-
         character(1), parameter :: NEW_LINE_ = achar(10)
 
         call case_from_text("&calibration name = 'x', epoch = '"//date//"T00:00:00', duration = 60 /"//NEW_LINE_// &

@@ -67,7 +67,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: radius, expected
         integer, intent(in) :: rings(:)
-
         type(earth_radiation_t) :: model
         type(earth_irradiance_t) :: radiation
 
@@ -93,7 +92,6 @@ contains
         real(dp), intent(in) :: radius
         integer, intent(in) :: rings(:)
         real(dp), intent(in) :: edges(:)    !! beta of the cap's and the rings' edges, degrees
-
         type(earth_radiation_t) :: model
         type(earth_irradiance_t) :: radiation
         real(dp) :: beta, nadir_angle
@@ -196,7 +194,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: constants
         real(dp), intent(in) :: place(3), albedo, emissivity
-
         type(earth_radiation_t) :: model
         type(earth_irradiance_t) :: day, night
         real(dp) :: full
@@ -254,7 +251,6 @@ contains
 
     real(dp) function vertical_sum(rings)
         integer, intent(in) :: rings(:)
-
         type(earth_radiation_t) :: model
         type(earth_irradiance_t) :: radiation
 
@@ -268,7 +264,6 @@ contains
 
     real(dp) function integral_over_disc(radius) result(total)
         real(dp), intent(in) :: radius
-
         integer, parameter :: STEPS = 100000
         real(dp) :: limb, zeta, beta
         integer :: i
@@ -374,7 +369,6 @@ contains
         character(*), intent(in) :: constants, part_of_message
         integer, intent(in) :: rings(:)
         real(dp), intent(in) :: irradiance
-
         type(earth_radiation_t) :: model
         type(error_t), allocatable :: failure
 

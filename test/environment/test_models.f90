@@ -146,7 +146,6 @@ contains
 
         subroutine check_names(key, names)
             character(*), intent(in) :: key, names(:)   !! Up to the value's first quote
-
             type(case_t) :: case
             type(satellite_dynamics_t) :: dynamics
             type(error_t), allocatable :: failure
@@ -208,7 +207,6 @@ contains
         class(j2_gravity_t), intent(in) :: self
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: a(3)
-
         real(dp) :: r, factor, sine_squared
 
         r = norm2(position)
@@ -221,7 +219,6 @@ contains
         class(j2_gravity_t), intent(in) :: self
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: u
-
         real(dp) :: r
 
         r = norm2(position)
@@ -233,7 +230,6 @@ contains
         class(j2_gravity_t), intent(in) :: self
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: tensor(3, 3)
-
         real(dp) :: r, u(3), pole(3), unit(3, 3), k
         integer :: i, j
 

@@ -31,7 +31,6 @@ contains
         type(space_weather_t), intent(in) :: table
         character(*), intent(in) :: time
         real(dp), intent(in) :: f107, f107_mean, kp
-
         type(utc_t) :: utc
         type(error_t), allocatable :: failure
         real(dp) :: found(3)

@@ -47,7 +47,6 @@ contains
     subroutine check_position(error, julian_date, expected, error_arcseconds, error_distance)
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: julian_date, expected(3), error_arcseconds, error_distance
-
         real(dp) :: position(3), angle
 
         position = sun_position((julian_date - 2451545)/36525)

@@ -73,7 +73,6 @@ contains
         character(*), intent(in) :: edition
         real(dp), intent(in) :: points(:, :)        ! (14, points)
         type(error_type), allocatable, intent(inout) :: error
-
         type(dtm_t) :: model
         type(error_t), allocatable :: failure
         type(atmosphere_state_t) :: state

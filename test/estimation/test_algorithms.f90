@@ -64,7 +64,6 @@ contains
         !> The angle between both, rad.
         pure real(dp) function difference(angles)
             real(dp), intent(in) :: angles(3)
-
             real(dp) :: printed(4)
 
             printed = quaternion_product([angles/2, 1.0_dp]/sqrt(1 + norm2(angles)**2/4), normalised(Q_0))
@@ -150,7 +149,6 @@ contains
     subroutine check_partials(error, reduced)
         type(error_type), allocatable, intent(inout) :: error
         logical, intent(in) :: reduced
-
         type(report_problem_t) :: nominal, changed
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
@@ -209,7 +207,6 @@ contains
         type(report_problem_t), intent(inout) :: problem
         integer, intent(in) :: parameter
         real(dp), intent(in) :: amount
-
         real(dp) :: zeta(3)
         integer :: n
 

@@ -33,7 +33,6 @@ contains
         integer, intent(in) :: runs, seed
         type(observation_set_t), allocatable, intent(out) :: sets(:)
         type(simulator_t), intent(out) :: simulator
-
         type(calibration_t) :: calibration
         integer :: i
 

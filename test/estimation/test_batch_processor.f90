@@ -63,7 +63,6 @@ contains
         real(dp), contiguous, intent(out) :: partials(:, :)
         real(dp), intent(out) :: residuals(:), weights(:)
         type(error_t), allocatable, intent(out) :: error
-
         real(dp) :: t
         integer :: i
 
@@ -80,7 +79,6 @@ contains
     subroutine compare_decay(self, residuals)
         class(decay_t), intent(inout) :: self
         real(dp), intent(out) :: residuals(:)
-
         real(dp) :: t
         integer :: i
 
@@ -232,7 +230,6 @@ contains
         type(batch_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: failure
         integer, intent(in), optional :: most_iterations
-
         type(batch_settings_t) :: settings
         type(newton_settings_t) :: newton_settings
 
@@ -290,7 +287,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(decay_t), intent(in) :: problem
         character(*), intent(in) :: parts    !! Of the message
-
         type(decay_t) :: own
         type(batch_solution_t) :: solution
         type(error_t), allocatable :: failure

@@ -63,7 +63,6 @@ contains
         real(dp), intent(in), optional :: interval                  !! Of the accelerometer, s
         real(dp), intent(in), optional :: star_camera_interval      !! s
         real(dp), intent(in), optional :: quaternion(4)             !! At the epoch
-
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -105,7 +104,6 @@ contains
     subroutine fill(observations, quaternion)
         type(observation_set_t), intent(inout) :: observations
         real(dp), intent(in) :: quaternion(4)       !! At the epoch
-
         type(fitting_data_t) :: data
         type(attitude_fit_t) :: fit
         type(fitted_rotation_t) :: rotation
@@ -141,7 +139,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: quaternion(4)
         type(estimation_options_t), intent(in), optional :: options
-
         type(estimation_options_t) :: own
         type(solution_t) :: solution
         real(dp) :: q(4)
@@ -537,7 +534,6 @@ contains
 
         subroutine measure(spacing, factor)
             real(dp), intent(in) :: spacing, factor
-
             type(moment_series_t) :: series
             real(dp), allocatable :: time(:), moment(:, :)
             integer :: j

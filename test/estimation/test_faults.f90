@@ -64,7 +64,6 @@ contains
     !> The observations without a fault.
     subroutine fault_free(observations)
         type(observation_set_t), intent(out) :: observations
-
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -92,7 +91,6 @@ contains
         type(observation_set_t), intent(in) :: observations
         real(dp), intent(in) :: growth
         character(*), intent(in) :: parts
-
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         character(200) :: found
@@ -118,7 +116,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(string_t), intent(in), allocatable :: warnings(:)      !! Of a solution; not allocated after a failure
         character(*), intent(in) :: parts
-
         character(:), allocatable :: all_texts
         integer :: i
 
@@ -135,7 +132,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(observation_set_t), intent(in) :: observations
         character(*), intent(in) :: parts
-
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer :: i
@@ -448,7 +444,6 @@ contains
         character(*), intent(in) :: name
         real(dp), intent(in) :: share
         type(observation_set_t), intent(out) :: observations
-
         type(case_t) :: case
         type(torque_rods_t) :: stated
 

@@ -116,7 +116,6 @@ contains
         character(*), intent(in) :: name
         logical, intent(in) :: quiet        !! Without the density wave and scale factors
         type(observation_set_t), intent(out) :: observations
-
         type(case_t) :: case
 
         call take_case(name, case)
@@ -172,7 +171,6 @@ contains
         type(fit_diagnostics_t), intent(in) :: diagnostics
         character(*), intent(in) :: name
         type(error_type), allocatable, intent(inout) :: error
-
         integer :: i
 
         call check(error, maxval(abs(sum(diagnostics%source_share, 2) - 1)), 0.0_dp, name, thr=1e-10_dp)
@@ -287,7 +285,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(verdict_t), intent(in) :: verdict
         character(*), intent(in) :: subject, words
-
         integer :: i
 
         do i = 1, size(verdict%findings)
@@ -319,7 +316,6 @@ contains
         type(verdict_t), intent(out) :: verdict
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(inout) :: error
-
         type(observation_set_t) :: observations
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: diagnostics

@@ -95,7 +95,6 @@ contains
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
         real(dp), intent(in), optional :: moved(3)      !! Change of the true offset, m
-
         type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
 
@@ -115,7 +114,6 @@ contains
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: seed
         type(joint_run_t), intent(out) :: run
-
         type(observation_set_t) :: observations
         type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
@@ -346,7 +344,6 @@ contains
 
     subroutine calibrations_of(offsets)
         type(dated_offset_t), intent(out) :: offsets(3)
-
         integer :: i, k
 
         do i = 1, 3

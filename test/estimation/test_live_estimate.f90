@@ -40,7 +40,6 @@ contains
         character(*), intent(in) :: name
         type(observation_set_t), intent(out) :: observations
         type(live_estimate_t), intent(out) :: live
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
@@ -90,7 +89,6 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(live_estimate_t), intent(inout) :: live
         type(error_type), allocatable, intent(inout) :: error
-
         type(error_t), allocatable :: failure
         integer :: k
 
@@ -250,7 +248,6 @@ contains
         !> The worst standard deviation after a manoeuvre; all of these keep the limits.
         real(dp) function worst_after(manoeuvre) result(worst)
             integer, intent(in) :: manoeuvre
-
             real(dp), dimension(3, planner%arc%samples) :: rate, rate_change, turn
             real(dp) :: information(3, 3), after(3, 3)
             type(attitude_motion_t) :: motion

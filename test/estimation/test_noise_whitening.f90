@@ -43,7 +43,6 @@ contains
     subroutine gappy(epoch, kept)
         integer, allocatable, intent(out) :: epoch(:)
         logical, allocatable, intent(out) :: kept(:)
-
         integer :: k
 
         epoch = [[(k, k=1, 40)], 43, 44, 50, [(k, k=120, 170)]]

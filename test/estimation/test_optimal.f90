@@ -46,7 +46,6 @@ contains
     subroutine noisy_example(observations, run)
         type(observation_set_t), intent(out) :: observations
         integer, intent(in) :: run              !! Of the random numbers
-
         type(random_stream_t) :: stream
         type(coloured_noise_t) :: noise
         type(error_t), allocatable :: failure
@@ -79,7 +78,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         logical, intent(in), optional :: with_checks
         type(estimation_options_t), intent(in), optional :: options
-
         type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
 

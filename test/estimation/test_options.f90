@@ -35,7 +35,6 @@ contains
         character(*), intent(in) :: name            !! Of a built-in case
         type(observation_set_t), intent(out) :: observations
         type(simulator_t), intent(out) :: simulator
-
         type(calibration_t) :: calibration
 
         call take_calibration(name, calibration)
@@ -191,7 +190,6 @@ contains
 
         subroutine refused(content, parts)
             character(*), intent(in) :: content, parts
-
             type(estimation_options_t) :: options
             type(error_t), allocatable :: failure
 

@@ -33,7 +33,6 @@ contains
     !> A circular orbit that the satellite of the example follows, every 5 s.
     subroutine add_orbit(observations)
         type(observation_set_t), intent(inout) :: observations
-
         real(dp), parameter :: RADIUS = 6838e3_dp, MOTION = 1.117e-3_dp
         integer :: i
 
@@ -50,7 +49,6 @@ contains
         type(physical_model_t), intent(out) :: model
         type(fitting_data_t), intent(out) :: data
         logical, intent(in) :: with_orbit
-
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
         integer :: i

@@ -47,7 +47,6 @@ contains
     subroutine example(observations, attitudes)
         type(observation_set_t), intent(out) :: observations
         real(dp), intent(out), optional :: attitudes(4, 120)
-
         real(dp) :: attitude(4)
         type(error_t), allocatable :: failure
         integer :: i
@@ -84,7 +83,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(observation_set_t), intent(in) :: observations
         type(fitting_data_t), intent(out) :: data
-
         type(error_t), allocatable :: failure
 
         call preprocess(observations, estimation_options_t(), data, failure)
@@ -460,7 +458,6 @@ contains
         type(observation_set_t), intent(in) :: good
         character(*), intent(in) :: parts
         type(error_type), allocatable, intent(inout) :: error
-
         type(fitting_data_t) :: data
         type(error_t), allocatable :: failure
 

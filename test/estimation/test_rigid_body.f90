@@ -28,7 +28,6 @@ contains
         integer, intent(in) :: steps
         real(dp), intent(in) :: rate(3)     !! At the epoch, rad/s
         type(model_trajectory_t), intent(out) :: flown
-
         type(physical_model_t) :: model
         type(model_state_t) :: state
 

@@ -44,7 +44,6 @@ contains
         logical, intent(in) :: straight
         type(simulator_t), intent(out) :: simulator
         real(dp), intent(in), optional :: wave(2)       !! Relative amplitude and period (s) of the density wave
-
         type(case_t) :: case
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure
@@ -69,7 +68,6 @@ contains
         integer, intent(in) :: run
         type(observation_set_t), intent(out) :: observations
         real(dp), intent(out) :: true_offset(3)
-
         type(simulator_t) :: simulator
 
         call prepare(name, .true., simulator)
@@ -83,7 +81,6 @@ contains
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(inout) :: error
         type(sequential_options_t), intent(in), optional :: options
-
         type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
 
@@ -157,7 +154,6 @@ contains
         subroutine weigh(process, value)
             type(gauss_markov_t), intent(in) :: process
             real(dp), intent(out) :: value
-
             integer :: k
 
             call prepare_filter(process, epoch, kept, filter)
@@ -285,7 +281,6 @@ contains
     !> The period that a solution says of axis x; 0 if none.
     real(dp) function found_period(solution) result(period)
         type(solution_t), intent(in) :: solution
-
         character(*), parameter :: BEGIN = 'a period of '
         integer :: i, at
 
@@ -306,7 +301,6 @@ contains
         integer, intent(in) :: run
         real(dp), intent(in) :: relative, period, damping
         type(observation_set_t), intent(inout) :: observations
-
         type(gauss_markov_t) :: process
         type(random_stream_t) :: stream
         real(dp) :: p(2), draws(2)

@@ -59,7 +59,6 @@ contains
         integer, intent(in) :: run
         real(dp), intent(out) :: observed(0:STEPS)
         real(dp), intent(out), optional :: truth(:, 0:)
-
         type(random_stream_t) :: stream
         real(dp) :: p(process%n), draws(process%n), e(1)
         integer :: k
@@ -88,7 +87,6 @@ contains
         integer, intent(in) :: last
         real(dp), intent(out) :: whitened(M + 1, 0:STEPS), log_variance
         type(constants_t), intent(out) :: constants
-
         type(process_filter_t) :: filter
         real(dp) :: rows(M + 1, 0:STEPS)
         integer :: k
@@ -187,7 +185,6 @@ contains
         real(dp), intent(in) :: prior
         real(dp), allocatable, intent(out) :: inverse(:, :)
         real(dp), intent(out) :: log_determinant
-
         real(dp) :: total(size(used), size(used)), root(size(used), size(used)), unused(size(used)), condition
         type(error_t), allocatable :: failure
         integer :: i, j

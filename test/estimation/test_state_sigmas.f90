@@ -32,7 +32,6 @@ contains
     subroutine simulate(simulator, options)
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-
         type(calibration_t) :: calibration
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure

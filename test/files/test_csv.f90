@@ -147,7 +147,6 @@ contains
             rows(i, :) = [0.1_dp*i, sin(1.0_dp*i)*10.0_dp**(-i), -exp(13.7_dp*i)]
         end do
         rows(1, :) = [tiny(1.0_dp), huge(1.0_dp), 0.0_dp]
-        call make_folder()
         call writer%open(PATH, 'time_s,ax,ay', [character(8) :: 'seed 1', 'two'], failure)
         do i = 1, size(rows, 1)
             call writer%row(rows(i, :))
@@ -178,7 +177,6 @@ contains
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: fields(:)
 
-        call make_folder()
         call writer%open(PATH, 'case,said,runs', [character(1) ::], failure)
         call writer%fields([string_t('a, b'), string_t('he said "x"'), string_t('15')])
         call writer%fields([string_t('"'), string_t(''), string_t(',')])
@@ -211,7 +209,6 @@ contains
         type(csv_writer_t) :: writer
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%row(row)

@@ -164,7 +164,6 @@ contains
         type(output_file_t) :: output
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call output%open(FOLDER//'discarded.txt', failure)
         call check(error, file_exists(FOLDER//'discarded.txt.part1'))
         call output%discard()
@@ -176,7 +175,6 @@ contains
     subroutine test_finaliser(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call make_folder()
         call abandon()
         call check(error, .not. (file_exists(FOLDER//'abandoned.txt') .or. &
                                 file_exists(FOLDER//'abandoned.txt.part1')))
@@ -199,7 +197,6 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call one%open(FOLDER//'shared.txt', failure)
         call two%open(FOLDER//'./shared.txt', failure)
         call check_fails(error, failure, 'shared.txt ... is writing this file ... part1')
@@ -273,8 +270,8 @@ contains
         call read_text_file(FOLDER//'in.txt', file, failure)
         do i = 1, size(NAMES)
             call output%open(FOLDER//NAMES(i), failure)
-            call check_fails(error, failure, 'reads this file ... name another file')
             call check(error, index(message_of(failure), FOLDER//trim(NAMES(i))//': ') == 1)
+            call check_fails(error, failure, 'reads this file ... name another file')
             call check_writable(FOLDER//NAMES(i), failure)
             call check_fails(error, failure, 'reads this file')
         end do
@@ -305,7 +302,6 @@ contains
         type(output_file_t) :: output
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call begin_record('test')
         call check_writable(FOLDER//'two.txt', failure)
         call check_writable(FOLDER//'./two.txt', failure)
@@ -325,7 +321,6 @@ contains
         type(error_t), allocatable :: failure
         integer :: status
 
-        call make_folder()
         call begin_record('test')
         call check_writable(FOLDER//'kept.txt', failure)
         call check_passes(error, failure)
@@ -387,7 +382,6 @@ contains
         type(output_file_t) :: output
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call output%open(FOLDER//'taken', failure)
         call make_directory(FOLDER//'taken', failure)
         call output%commit(failure)

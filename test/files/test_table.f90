@@ -70,14 +70,11 @@ contains
         if (unmet(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')) return
         call file%get_real(1, string_t('x'), 'length', value, failure)
         call check_fails(error, failure, 'has 2 columns')     ! the first failure stays
-        deallocate (failure)
         fields = file%fields(2)
         call file%get_real(2, fields(1), 'length', value, failure, unit='m')
         call check_fails(error, failure, 'fields.txt:5: ... length: "three" is not ... in m ... | three 4')
-        deallocate (failure)
         call file%get_real(2, fields(2), 'length', value, failure, 0.0_dp, 3.0_dp)
         call check_fails(error, failure, 'fields.txt:5: ... 4 is outside ... from 0 to 3')
-        deallocate (failure)
         call file%get_integer(2, fields(2), 'count', n, failure, 4, 4)
         if (unmet(error, n == 4 .and. .not. allocated(failure))) return
         call file%get_integer(2, fields(2), 'count', n, failure, 5)
@@ -106,7 +103,6 @@ contains
         call check_passes(error, failure)
         do i = 1, size(BAD)
             fields = split_words('1 '//BAD(i))
-            if (allocated(failure)) deallocate (failure)
             call file%check_numbers(1, fields, 2, failure)
             call check_fails(error, failure, 'fields.txt:3: column 3: "'//trim(BAD(i))//'" is not a finite number ... |  1')
         end do

@@ -3,7 +3,6 @@ module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
     use calibrations
-    use gracecg, only: dp, error_t, observation_set_t
     use c_library
     implicit none
     private
@@ -68,7 +67,6 @@ contains
         character(*), intent(in) :: name
         integer(c_int32_t), intent(in) :: seed, run
         integer(c_intptr_t), intent(out) :: observations
-
         integer(c_intptr_t) :: handle, simulator
         integer(c_int) :: ignored
 

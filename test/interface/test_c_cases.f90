@@ -4,9 +4,8 @@ module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
     use vocabulary
     use calibrations
-    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
-        build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
-        simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
+    use gracecg, only: calibration_text, case_text, build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, &
+        loads_t, truth_arc_t, propagate_arc, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
         STATE_VELOCITY, STATE_ATTITUDE
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
@@ -196,7 +195,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         integer(c_intptr_t), intent(in) :: model
         real(dp), intent(in) :: state(13)               ! of the leading satellite
-
         integer, parameter :: STEPS = 600
         real(dp), parameter :: INTERVAL = 1, DEGREES = 2
         integer(c_int32_t) :: pointing

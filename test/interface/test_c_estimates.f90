@@ -2,10 +2,10 @@
 module test_c_estimates
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
-    use gracecg, only: dp, error_t, observation_set_t, solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, &
-        moment_series_t, new_moment_series, take_measured_moments, dipole_moment, joint_run_t, joint_solution_t, &
-        joint_options_t, run_from_observations, estimate_runs, arc_chain_t, estimate_chain, &
-        fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge
+    use gracecg, only: observation_set_t, solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, moment_series_t, &
+        new_moment_series, take_measured_moments, dipole_moment, joint_run_t, joint_solution_t, joint_options_t, &
+        run_from_observations, estimate_runs, arc_chain_t, estimate_chain, fit_record_t, fit_diagnostics_t, diagnose, &
+        verdict_t, judge
     use c_library
     use c_checks
     implicit none
@@ -73,7 +73,6 @@ contains
         integer(c_intptr_t), intent(in) :: observations
         real(dp), intent(out) :: numbers(12)
         character(:), allocatable, intent(out), optional :: warnings
-
         integer(c_intptr_t) :: fit
 
         status = gracecg_estimate(c_string(algorithm), observations, fit, failure)
@@ -264,7 +263,6 @@ contains
         real(dp) :: there(12), again(12)
         integer(c_intptr_t) :: observations, copy, knowledge
 
-        call make_folder()
         call simulate('back-3', 1, 1, observations)
         status = gracecg_observations_write(observations, c_string(FOLDER//'c-interface'), failure)
         call check_ok(error)
@@ -351,7 +349,6 @@ contains
             integer(c_intptr_t), intent(in) :: object
             character(*), intent(in) :: part
             logical, intent(in) :: there
-
             character(:), allocatable :: text
 
             call get_words(object, 'options', text)

@@ -3,7 +3,6 @@ module test_c_misuse
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_size_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
     use vocabulary
-    use gracecg, only: dp, error_t
     use gracecg_files_file, only: make_directory
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use c_library
@@ -353,7 +352,6 @@ contains
         type(error_t), allocatable :: problem
         real(dp) :: spans(2, 1), bad(2, 1)
 
-        call make_folder()
         call make_directory(FOLDER//'c_level1', problem)
         call make_file('c_level1_setup.nml', '&mass_properties'//new_line('a')//'mass = 580'//new_line('a')// &
                        'moments_of_inertia = 70, 345, 388'//new_line('a')//'products_of_inertia = -3, -0.3, -2.9'// &
@@ -383,7 +381,6 @@ contains
             character(*), intent(in), optional :: folder, setup, satellite, day
             integer(c_size_t), intent(in), optional :: n_spans
             real(dp), intent(in), optional :: spans(:, :)
-
             integer(c_intptr_t) :: offset
             integer(c_size_t) :: n
 

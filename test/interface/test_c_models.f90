@@ -2,11 +2,11 @@
 module test_c_models
     use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
-    use gracecg, only: dp, error_t, utc_t, parse_utc, utc_plus, gmst_1982, geopotential_t, egm96, igrf_t, igrf, decimal_year, &
-        dtm_t, new_dtm, density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
+    use gracecg, only: utc_t, parse_utc, utc_plus, gmst_1982, geopotential_t, egm96, igrf_t, igrf, decimal_year, dtm_t, &
+        new_dtm, density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
         atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, tabulated_wind_t, &
-        sun_position, conical_shadow, julian_centuries_tt, ESTIMATOR_NAMES, CASE_NAMES, LIBRARY_VERSION, &
-        earth_radiation_t, new_earth_radiation, standard_rings, EARTH_RADIATION_EPOCH_JD
+        sun_position, conical_shadow, julian_centuries_tt, ESTIMATOR_NAMES, CASE_NAMES, LIBRARY_VERSION, earth_radiation_t, &
+        new_earth_radiation, standard_rings, EARTH_RADIATION_EPOCH_JD
     use gracecg_interface_general, only: INTERFACE_VERSION
     use c_library
     use c_checks

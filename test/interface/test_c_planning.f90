@@ -3,9 +3,8 @@ module test_c_planning
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
     use calibrations
-    use gracecg, only: dp, error_t, message_of, calibration_t, find_calibration, case_t, find_case, case_text, &
-        estimation_options_t, case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, &
-        map_case
+    use gracecg, only: case_text, case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, &
+        map_point_t, map_case
     use c_library
     use c_checks
     implicit none
@@ -215,7 +214,6 @@ contains
             integer(c_int), intent(in) :: expected
             character(*), intent(in) :: part
             integer, intent(in), optional :: place, revolutions
-
             integer(c_int32_t) :: where_to, turns
 
             where_to = 1

@@ -2,14 +2,14 @@
 module test_f77
     use vocabulary
     use calibrations
-    use gracecg, only: dp, error_t, message_of, LIBRARY_VERSION, utc_t, gmst_1982, earth_parameters_t, read_earth_parameters, &
-        earth_orientation_t, new_earth_orientation, geopotential_t, egm96
-    use gracecg, only: case_t, find_case, calibration_t, find_calibration, build_dynamics, initial_state, &
-        satellite_dynamics_t, nadir_pointing_t, truth_arc_t, propagate_arc, accelerations_t, loads_t, simulator_t, new_simulator
-    use gracecg, only: observe, observation_set_t, moment_series_t, new_moment_series, take_measured_moments, dipole_moment, &
-        solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, joint_run_t, run_from_observations, joint_options_t, &
-        joint_solution_t, estimate_runs, arc_chain_t, estimate_chain, estimation_options_t, case_bound_t, bound_of_case, &
-        design_settings_t, manoeuvre_design_t, plan_manoeuvre, fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge
+    use gracecg, only: LIBRARY_VERSION, utc_t, gmst_1982, earth_parameters_t, read_earth_parameters, earth_orientation_t, &
+        new_earth_orientation, geopotential_t, egm96
+    use gracecg, only: build_dynamics, initial_state, satellite_dynamics_t, nadir_pointing_t, truth_arc_t, propagate_arc, &
+        accelerations_t, loads_t
+    use gracecg, only: moment_series_t, new_moment_series, take_measured_moments, dipole_moment, report_options, joint_run_t, &
+        run_from_observations, joint_options_t, joint_solution_t, estimate_runs, arc_chain_t, estimate_chain, case_bound_t, &
+        bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, fit_record_t, fit_diagnostics_t, diagnose, &
+        verdict_t, judge
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
     use gracecg_interface_general, only: INTERFACE_VERSION
@@ -207,7 +207,6 @@ contains
         type(moment_series_t) :: series
         integer :: isetm
 
-        call make_folder()
         set = simulated_set('front-3', 3, 4)
         call gccase('front-3', icas, istats(1), msg)
         call gcsimo(icas, isim, istats(2), msg)

@@ -27,7 +27,6 @@ contains
         character(*), intent(in) :: name
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
 

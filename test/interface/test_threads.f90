@@ -3,7 +3,7 @@ module test_threads
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use vocabulary
     use omp_lib, only: omp_get_num_threads
-    use gracecg, only: dp, ESTIMATOR_NAMES
+    use gracecg, only: ESTIMATOR_NAMES
     use gracecg_interface_handles, only: live_objects
     use c_library
     implicit none
@@ -83,7 +83,6 @@ contains
         integer function evaluate(k, total, acceleration) result(failed)
             integer, intent(in) :: k
             real(dp), intent(inout) :: total(:, :), acceleration(:, :)
-
             integer(c_int) :: first, second
 
             first = gracecg_force_model_evaluate(model, 1_c_size_t, [0.01_dp*k], x(:, k), state(4:6), state(10:13), &
@@ -125,7 +124,6 @@ contains
         integer function estimates(run, solutions) result(failed)
             integer, intent(in) :: run
             real(dp), intent(inout) :: solutions(:, :)      ! offset and covariance
-
             integer(c_intptr_t) :: observations, fit
             integer(c_int) :: state
             integer :: j

@@ -90,7 +90,6 @@ contains
     pure subroutine orbit_at(time, r, v)
         real(dp), intent(in) :: time
         real(dp), intent(out) :: r(3), v(3)
-
         real(dp), parameter :: TILT = 1.55_dp
         real(dp) :: n, u
 
@@ -114,7 +113,6 @@ contains
         real(dp), intent(in) :: time, q(4), omega(3)
         type(flaws_t), intent(in) :: flaws
         real(dp), intent(out) :: acceleration(3)
-
         type(level1_setup_t) :: setup
         real(dp) :: r(3), v(3), b(3), up(3)
 
@@ -133,7 +131,6 @@ contains
         character(*), intent(in) :: name
         type(flaws_t), intent(in) :: flaws
         character(:), allocatable, intent(out) :: path
-
         type(output_file_t) :: acc, mag, sca, gnv, gni, clk, soe
         type(error_t), allocatable :: error
         type(igrf_t) :: field
@@ -208,7 +205,6 @@ contains
         !> A step of Runge and Kutta, order 4.
         subroutine advance(t)
             real(dp), intent(in) :: t
-
             real(dp) :: k(7, 4), y(7)
             integer :: stage
             real(dp), parameter :: AT(4) = [0.0_dp, 0.5_dp, 0.5_dp, 1.0_dp]
@@ -225,7 +221,6 @@ contains
 
         subroutine write_state(second)
             integer, intent(in) :: second
-
             character(400) :: line
             real(dp) :: rf(3), vf(3)
 
@@ -243,7 +238,6 @@ contains
 
         subroutine write_mag(t)
             real(dp), intent(in) :: t
-
             character(400) :: line
             real(dp) :: current(3), positive(3), negative(3)
 
@@ -261,7 +255,6 @@ contains
         !> A sample that shows what was `lag` before, tagged in OBC time.
         subroutine write_acc(t)
             real(dp), intent(in) :: t
-
             character(400) :: line
             real(dp) :: linear(3), angular(3), up(3), w(3), tag, s, leak(3), qs(4)
 
@@ -293,7 +286,6 @@ contains
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
         type(error_t), allocatable, intent(out) :: error
-
         character(:), allocatable :: path
 
         call write_day(name, flaws, path)
@@ -310,7 +302,6 @@ contains
         type(level1_setup_t), intent(in) :: setup
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
-
         type(error_t), allocatable :: failure
 
         call estimate_day(name, flaws, setup, calibration, estimate, failure)
@@ -321,7 +312,6 @@ contains
     pure logical function says(texts, part)
         type(string_t), intent(in) :: texts(:)
         character(*), intent(in) :: part
-
         integer :: i
 
         says = any([(index(texts(i)%text, part) > 0, i=1, size(texts))])
@@ -332,7 +322,6 @@ contains
         type(level1_estimate_t), intent(in) :: estimate
         real(dp), intent(in) :: near            ! m
         type(error_type), allocatable, intent(inout) :: error
-
         integer :: i
 
         do i = 1, size(estimate%solutions)
@@ -347,7 +336,6 @@ contains
         character(*), intent(in) :: from, to, date  ! Folders; YYYY-MM-DD
         real(dp), intent(in) :: first, last         ! s from the epoch
         integer, intent(in) :: shift                ! s
-
         character(5), parameter :: PRODUCTS(6) = ['ACC1A', 'MAG1B', 'SCA1B', 'GNV1B', 'GNI1B', 'CLK1B']
         type(text_file_t) :: file
         type(output_file_t) :: copy

@@ -1,7 +1,6 @@
 !> The Fortran 77 entry points of Level-1 files, with the numbers of the Fortran API.
 module test_f77_level1
     use vocabulary
-    use gracecg, only: error_t, message_of
     use gracecg_level1, only: level1_records_t, read_level1, level1_setup_t, read_level1_setup, level1_calibration_t, &
         gather_calibration, level1_estimate_t, estimate_level1
     use f77_interfaces

@@ -191,7 +191,6 @@ contains
 
         subroutine read_all(path, message)
             character(*), intent(in) :: path, message
-
             type(level1_stream_t) :: stream
             type(error_t), allocatable :: failure
             character(1000) :: bytes
@@ -210,7 +209,6 @@ contains
     subroutine shell(line, error)
         character(*), intent(in) :: line
         type(error_type), allocatable, intent(inout) :: error
-
         integer :: status
 
         call execute_command_line(line, exitstat=status)

@@ -29,7 +29,6 @@ contains
         character(*), intent(in) :: path
         character(1), intent(in) :: satellite
         type(level1_check_t), intent(out) :: found
-
         type(level1_folder_t) :: files
         type(error_t), allocatable :: failure
 
@@ -44,7 +43,6 @@ contains
         type(level1_check_t), intent(in) :: found
         character(*), intent(in) :: quantity
         real(dp), intent(in) :: expected, tolerance
-
         integer :: i
 
         do i = 1, size(found%rows)
@@ -61,7 +59,6 @@ contains
         type(level1_check_t), intent(in) :: found
         character(*), intent(in) :: quantity
         real(dp), intent(in) :: expected(3), tolerance
-
         integer :: i
 
         do i = 1, 3

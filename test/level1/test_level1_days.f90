@@ -108,7 +108,6 @@ contains
     !> The same through the interfaces of C and Fortran 77.
     subroutine check_day_from_c(error)
         type(error_type), allocatable, intent(inout) :: error
-
         character(*), parameter :: DAYS = FOLDER//'l1_days'//c_null_char, SETUP = FOLDER//'l1_setup.nml'//c_null_char
         type(error_struct) :: failure
         integer(c_intptr_t) :: first, last

@@ -225,7 +225,6 @@ contains
         character(*), intent(in) :: name, part
         type(flaws_t), intent(in) :: flaws
         type(level1_setup_t), intent(in) :: setup
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
 

@@ -58,7 +58,6 @@ contains
 
         subroutine there_and_back(product, lines, form)
             character(*), intent(in) :: product, lines, form
-
             type(level1_records_t) :: before, after
             type(error_t), allocatable :: failure
             type(string_t), allocatable :: warnings(:)
@@ -90,7 +89,6 @@ contains
         type(level1_records_t), intent(out) :: records
         character(:), allocatable, intent(out) :: message       !! Of the failure; empty: there was none
         character(:), allocatable, intent(out), optional :: remarks
-
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: warnings(:)
 
@@ -172,7 +170,6 @@ contains
 
         subroutine expect(version, a, b, direction, order, quaternion)
             character(*), intent(in) :: version, a, b, direction, order, quaternion
-
             type(level1_records_t) :: sca
             character(:), allocatable :: message, text
             real(dp) :: axes(3, 3)
@@ -253,7 +250,6 @@ contains
 
         subroutine refused(product, text, reason)
             character(*), intent(in) :: product, text, reason
-
             type(level1_records_t) :: records
             character(:), allocatable :: message
 

@@ -43,7 +43,6 @@ contains
         character(:), allocatable :: content
         integer :: n, i, k, refused, read_well, from
 
-        call make_folder()
         call make_seeds(seeds, n)
         stream = new_stream(12_i8, 0, 0, 1, 1)
         refused = 0
@@ -71,7 +70,6 @@ contains
     subroutine make_seeds(seeds, n)
         type(seed_t), intent(inout) :: seeds(:)
         integer, intent(out) :: n
-
         character(5), parameter :: MADE(8) = ['CLK1B', 'MAG1A', 'TNK1B', 'ACC1A', 'GNV1A', 'VCM1B', 'THR1A', 'MAS1B']
         character(5), parameter :: OFFICIAL(4) = ['ACC1A', 'SCA1A', 'GNI1B', 'TIM1B']
         type(text_file_t) :: file
@@ -104,7 +102,6 @@ contains
     subroutine read_bytes(path, content)
         character(*), intent(in) :: path
         character(:), allocatable, intent(out) :: content
-
         integer :: unit, length
 
         open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read')
@@ -118,7 +115,6 @@ contains
     subroutine write_made(product, binary, path)
         character(*), intent(in) :: product, path
         logical, intent(in) :: binary
-
         type(level1_layout_t) :: layout
         type(level1_writer_t) :: writer
         type(level1_header_t) :: header
@@ -155,7 +151,6 @@ contains
         integer, intent(in) :: from                 !! Nothing before is changed
         type(random_stream_t), intent(inout) :: stream
         character(:), allocatable, intent(out) :: content
-
         character(20), parameter :: WORDS(12) = [character(20) :: 'nan', '-inf', '1e400', '-', '1e-400', '99999999999999999999', &
                                                  '0x1F', '1,5', '+1.5D-3', 'END OF HEADER', '4294967296', '-1']
         integer :: i, at, length, to
@@ -194,7 +189,6 @@ contains
     character(1) function char_of(letters, stream)
         character(*), intent(in) :: letters
         type(random_stream_t), intent(inout) :: stream
-
         integer :: i
 
         i = 1 + int(len(letters)*stream%uniform())
@@ -208,7 +202,6 @@ contains
         logical, intent(in) :: header_is_whole
         integer, intent(in) :: from             !! Where the records begin, if the header is whole
         integer, intent(inout) :: refused, read_well
-
         type(level1_records_t) :: records
         type(level1_summary_t) :: summary
         type(error_t), allocatable :: failure, failure_of_summary
@@ -238,7 +231,6 @@ contains
     subroutine compare_words(error, name, text)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, text
-
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         type(error_t), allocatable :: failure
@@ -293,7 +285,6 @@ contains
     subroutine add_bits(word, number)
         character(*), intent(in) :: word
         real(dp), intent(inout) :: number
-
         integer :: i
 
         do i = 1, len(word)
@@ -305,7 +296,6 @@ contains
         character(*), intent(in) :: text
         integer, intent(inout) :: at
         character(:), allocatable, intent(out) :: word
-
         character(*), parameter :: WHITE = ' '//achar(9)//achar(10)//achar(11)//achar(12)//achar(13)
         integer :: first, last
 
@@ -325,7 +315,6 @@ contains
     subroutine compare_bytes(error, name, bytes)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, bytes
-
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         type(level1_writer_t) :: writer

@@ -114,7 +114,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, content
         type(level1_records_t), intent(out) :: records
-
         type(error_t), allocatable :: failure
 
         call read_records(error, name, content, records, failure)
@@ -432,7 +431,6 @@ contains
     subroutine check_refused(error, name, content, parts)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, content, parts
-
         type(level1_records_t) :: records
         type(error_t), allocatable :: failure
 

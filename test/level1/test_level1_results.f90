@@ -97,7 +97,6 @@ contains
 
         subroutine expect(name, value, source)
             character(*), intent(in) :: name, value, source
-
             integer :: i
 
             i = findloc(origins%name == name, .true., 1)

@@ -86,7 +86,6 @@ contains
         logical, intent(in), optional :: exact          !! Leakage, scales, gains and the air's force have sigma 0
         real(dp), intent(in), optional :: every         !! Rods are driven all the time: spans of so many seconds
         real(dp), intent(in), optional :: part(2)       !! Of the files: start, GPS s, and duration, s
-
         type(level1_setup_t) :: setup
         real(dp), allocatable :: span(:, :)
 
@@ -220,7 +219,6 @@ contains
         integer, intent(in) :: sources
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: within        !! s
-
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
@@ -353,7 +351,6 @@ contains
         subroutine named(fault, words, flag)
             character(*), intent(in) :: fault, words
             integer, intent(in) :: flag             !! At least
-
             type(level1_truth_t) :: truth
             type(level1_calibration_t) :: calibration
             type(level1_estimate_t) :: estimate
@@ -455,7 +452,6 @@ contains
             real(dp), intent(in) :: factor, more
             type(error_type), allocatable, intent(inout) :: error
             integer, intent(in), optional :: record
-
             type(text_file_t) :: file
             type(output_file_t) :: copy
             type(error_t), allocatable :: failure

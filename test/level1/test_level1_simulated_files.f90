@@ -13,7 +13,7 @@ module test_level1_simulated_files
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE, STATE_SIZE
     use statistics, only: chi_square_limits, Z_999
-    use test_level1_simulation, only: clean, fly, write_files, prepare, read_product, START
+    use test_level1_simulation, only: clean, fly, prepare, read_product, START
     implicit none
     private
     public :: collect_level1_simulated_files
@@ -45,7 +45,6 @@ contains
         character(*), intent(in) :: path
         type(level1_truth_t), intent(in) :: truth
         real(dp), allocatable, intent(out) :: times(:), linear(:, :), angular(:, :)
-
         type(level1_records_t) :: acc
         integer :: first
 

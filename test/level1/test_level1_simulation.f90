@@ -98,7 +98,6 @@ contains
         type(level1_settings_t), intent(in) :: settings
         type(level1_truth_t), intent(out) :: truth
         character(*), intent(in), optional :: name      !! Of the case
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
         character(:), allocatable :: of_case
@@ -116,7 +115,6 @@ contains
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: path
         logical, intent(in), optional :: binary
-
         type(string_t), allocatable :: written(:)
         type(error_t), allocatable :: failure
         logical :: as_binary
@@ -124,7 +122,6 @@ contains
         as_binary = .false.
         if (present(binary)) as_binary = binary
         path = FOLDER//name
-        call make_folder()
         call make_directory(path, failure)
         if (.not. allocated(failure)) call write_level1_folder(truth, path, as_binary, written, failure)
         call need(failure)
@@ -340,7 +337,6 @@ contains
         character(*), intent(in) :: path, product
         type(level1_records_t), intent(out) :: records
         character(*), intent(in), optional :: ending
-
         type(error_t), allocatable :: failure
         character(:), allocatable :: end_of_name
 

@@ -52,7 +52,6 @@ contains
     subroutine make_clock(error, clock)
         type(error_type), allocatable, intent(inout) :: error
         type(level1_clock_t), intent(out) :: clock
-
         type(level1_records_t) :: clk1b, tim1b
         type(error_t), allocatable :: failure
 

@@ -38,7 +38,6 @@ contains
     real(dp) function any_value(kind, stream) result(value)
         integer, intent(in) :: kind
         type(random_stream_t), intent(inout) :: stream
-
         real(dp) :: u
 
         u = stream%uniform()
@@ -71,7 +70,6 @@ contains
         type(level1_layout_t), intent(in) :: layout
         character(1), intent(in) :: satellite
         real(dp), intent(out) :: values(:, :)
-
         type(random_stream_t) :: stream
         integer :: i, k, bits
         integer(i8) :: flag
@@ -106,7 +104,6 @@ contains
         logical, intent(in) :: binary
         real(dp), intent(in) :: values(:, :)
         type(error_t), allocatable, intent(out) :: failure
-
         type(level1_writer_t) :: writer
         type(level1_header_t) :: header
         integer :: i
@@ -128,7 +125,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: path
         real(dp), intent(in) :: values(:, :)
-
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         type(error_t), allocatable :: failure
@@ -165,7 +161,6 @@ contains
         real(dp), allocatable :: values(:, :)
         integer :: i, mission
 
-        call make_folder()
         names = level1_product_names()
         do i = 1, size(names)
             do mission = 1, 2
@@ -299,7 +294,6 @@ contains
             call skip_test(error, 'no official files at '//SAMPLES)
             return
         end if
-        call make_folder()
         do i = 1, size(PRODUCTS)
             path = SAMPLES//PRODUCTS(i)//'_2023-06-01_C_04.txt'
             call convert_level1(path, FOLDER//'there.dat', warnings, failure)

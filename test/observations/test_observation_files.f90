@@ -33,7 +33,6 @@ contains
     !> A noisy set of front-1, with some settings that are no round numbers.
     subroutine simulated_set(observations)
         type(observation_set_t), intent(out) :: observations
-
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
@@ -49,7 +48,6 @@ contains
     !> Writes that set into a folder.
     subroutine write_set(error)
         type(error_type), allocatable, intent(inout) :: error
-
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
 
@@ -242,7 +240,6 @@ contains
         subroutine repeat_line(file, line)
             character(*), intent(in) :: file
             integer, intent(in) :: line
-
             type(text_file_t) :: good
             type(error_t), allocatable :: failure
 
@@ -294,7 +291,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: file, text, parts
         integer, intent(in) :: line
-
         type(text_file_t) :: good
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
@@ -374,7 +370,6 @@ contains
 
         subroutine broken(key, text, parts)
             character(*), intent(in) :: key, text, parts
-
             type(text_file_t) :: good
             type(error_t), allocatable :: failure
             integer :: line

@@ -38,7 +38,6 @@ contains
         integer(i8), intent(in) :: seed             !! Of the random numbers
         type(mission_result_t), intent(out) :: result
         type(error_t), allocatable, intent(out) :: error
-
         type(dated_offset_t) :: offsets(nint(YEARS/SPACING) + 1)
         type(offset_history_t) :: history
         type(offset_change_t) :: no_changes(0)
@@ -80,7 +79,6 @@ contains
         type(offset_history_t), intent(in) :: history
         real(dp), allocatable, intent(out) :: truth(:, :)       !! (axis, time), m
         type(dated_offset_t), intent(inout) :: offsets(:)
-
         type(random_stream_t) :: stream
         real(dp) :: noise(3)
         integer :: i, k
@@ -110,7 +108,6 @@ contains
         type(offset_history_t), intent(in) :: history
         real(dp), intent(in) :: truth(:, :)
         type(mission_result_t), intent(inout) :: result
-
         real(dp) :: filtered(3), smoothed(3)
         integer :: j
 

@@ -36,7 +36,6 @@ contains
     subroutine example(waveform, case)
         integer, intent(in) :: waveform
         type(case_t), intent(out) :: case
-
         type(rod_activation_t) :: activations(3)
         type(error_t), allocatable :: failure
         integer :: axis
@@ -145,7 +144,6 @@ contains
 
         subroutine motion_of(motion)
             type(attitude_motion_t), intent(out) :: motion
-
             type(truth_arc_t) :: arc
             type(error_t), allocatable :: failure
 

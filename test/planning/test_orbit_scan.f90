@@ -43,7 +43,6 @@ contains
         character(*), intent(in) :: satellite
         type(case_t), intent(out) :: case
         type(nominal_orbit_t), intent(out) :: orbit
-
         type(error_t), allocatable :: failure
 
         call take_case(trim(satellite)//'-1', case)
@@ -57,7 +56,6 @@ contains
         integer, intent(in) :: times(:)
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(error_t), allocatable :: failure
 
         call scan_orbit(case, estimation_options_t(), orbit, times, 2, places, failure)
@@ -69,7 +67,6 @@ contains
         character(*), intent(in) :: satellite
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
 
@@ -82,7 +79,6 @@ contains
         character(*), intent(in) :: satellite
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         integer :: i

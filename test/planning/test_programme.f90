@@ -28,7 +28,6 @@ contains
         real(dp), intent(in) :: times(:), durations(:)
         type(candidate_t), allocatable, intent(out) :: candidates(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(calibration_t) :: calibration
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure

@@ -37,7 +37,6 @@ contains
         type(case_t), intent(in) :: case
         type(planned_arc_t), intent(out) :: planned
         type(manoeuvre_site_t), intent(out) :: site
-
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
 

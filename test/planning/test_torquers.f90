@@ -98,7 +98,6 @@ contains
     subroutine least_squares(calibration, covariance)
         type(calibration_t), intent(in) :: calibration
         real(dp), intent(out) :: covariance(3, 3)
-
         type(observation_set_t) :: base
         type(case_t) :: case
         type(error_t), allocatable :: failure
@@ -180,7 +179,6 @@ contains
         subroutine see(of_case, samples)
             type(case_t), intent(in) :: of_case
             type(observation_set_t), intent(out) :: samples
-
             type(simulator_t) :: simulator
 
             if (allocated(failure)) return
@@ -191,7 +189,6 @@ contains
         !> The partials by what was changed in `case`.
         subroutine add_column(step)
             real(dp), intent(in) :: step
-
             type(observation_set_t) :: other
             real(dp) :: turn(4)
             integer :: i

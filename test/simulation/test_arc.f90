@@ -145,7 +145,6 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         integer, intent(in) :: waveform
         real(dp), intent(in) :: phase           !! rad
-
         type(error_t), allocatable :: failure
 
         call new_torque_rods(dynamics%rods, [rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, phase=phase, &

@@ -139,7 +139,6 @@ contains
         !> The greatest turn from the held attitude, rad.
         real(dp) function away(arc)
             type(truth_arc_t), intent(in) :: arc
-
             type(attitude_control_t) :: control
             integer :: k
 

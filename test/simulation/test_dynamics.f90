@@ -119,7 +119,6 @@ contains
     subroutine full_dynamics(dynamics, state)
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
 

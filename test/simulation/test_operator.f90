@@ -13,7 +13,6 @@ module test_operator
     use gracecg_simulation_simulator, only: observe, tell_operator, operator_of_run
     use gracecg_estimation_report_options, only: report_options
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
-    use test_simulation, only: prepare
     implicit none
     private
     public :: collect_operator
@@ -46,7 +45,6 @@ contains
     subroutine err(operator, source)
         type(operator_t), intent(inout) :: operator
         integer, intent(in) :: source
-
         integer :: n
 
         n = SOURCES(source)%components
@@ -62,7 +60,7 @@ contains
         character(:), allocatable :: text, other_text
         integer :: i
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 1, right, failure)
         if (.not. allocated(failure)) call setup_text(right%knowledge, text, failure)
         call check_passes(error, failure)
@@ -94,7 +92,7 @@ contains
         type(case_t) :: case
         integer :: i
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         case = simulator%case
         do i = 1, size(SOURCES)
             call err(case%operator, i)
@@ -188,7 +186,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, exact, failure)
         simulator%case%operator%sigma(:3, ROD_GAIN) = 5e-3_dp
         if (.not. allocated(failure)) &
@@ -236,7 +234,7 @@ contains
         type(observation_set_t) :: right, wrong
         type(operator_t) :: operator
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe_without_noise(simulator, density_wave_t(), right)
         wrong = right
         operator = simulator%case%operator
@@ -291,7 +289,7 @@ contains
         character(:), allocatable :: first, second
         integer :: i
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         do i = 1, size(SOURCES)
             call err(simulator%case%operator, i)
         end do
@@ -439,7 +437,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: n
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe_without_noise(simulator, density_wave_t(), observations)
         call estimate_offset('optimal', observations, estimation_options_t(), right, failure)
         n = size(observations%accelerometer_time)

@@ -9,14 +9,14 @@ module test_simulation
     use gracecg_observations_observation_set, only: check_observations
     use gracecg_observations_knowledge, only: a_priori_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
+    use gracecg_simulation_simulator, only: new_simulator, observe, &
         drawn_wave, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, operator_of_run
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_files_file, only: file_exists, remove_file
     implicit none
     private
-    public :: collect_simulation, prepare
+    public :: collect_simulation
 
     integer(i8), parameter :: SEED = 1
     integer, parameter :: RUNS = 20     !! For statistics
@@ -43,18 +43,6 @@ contains
                     new_unittest('saturation-is-refused', test_saturation), &
                     new_unittest('scale-factors-age', test_aged)]
     end subroutine collect_simulation
-
-    !> The simulator of front-1.
-    subroutine prepare(simulator)
-        type(simulator_t), intent(out) :: simulator
-
-        type(case_t) :: case
-        type(error_t), allocatable :: failure
-
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call need(failure)
-    end subroutine prepare
 
     !> A short case whose magnetometer has a filter, and whose last second is not whole.
     subroutine short_case(case, failure)
@@ -150,7 +138,7 @@ contains
         type(error_t), allocatable :: failure
         character(*), parameter :: PARTS = 'full scale ... 600 of 600 ... 0.1 s'
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         simulator%case%satellite%accelerometer%limited = .true.
         simulator%case%satellite%magnetometer%limited = .true.
         call observe(simulator, SEED, 1, observations, failure)
@@ -190,7 +178,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, head
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 1, observations, failure)
         if (failed(error, failure)) return
         if (unmet(error, all(shape(observations%acceleration) == [3, 600]) .and. &
@@ -221,8 +209,8 @@ contains
         type(observation_set_t) :: first, between, again
         type(error_t), allocatable :: failure
 
-        call prepare(simulator)
-        call prepare(another)
+        call make_simulator('front-1', simulator)
+        call make_simulator('front-1', another)
         call observe(simulator, SEED, 7, first, failure)
         if (failed(error, failure)) return
         call observe(simulator, SEED, 3, between, failure)
@@ -240,7 +228,7 @@ contains
         type(observation_set_t) :: reference, changed
         type(error_t), allocatable :: failure
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 7, reference, failure)
         if (failed(error, failure)) return
         other = simulator
@@ -273,7 +261,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: head, i
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         do head = 1, 2
             simulator%case%operator%head = head
             call observe(simulator, SEED, 4, full, failure)
@@ -300,7 +288,7 @@ contains
         real(dp) :: a(3), expected(3), d(3), radius
         integer :: i, k
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe_without_noise(simulator, density_wave_t(), observations)
         d = simulator%case%satellite%offset
         associate (arc => simulator%arc, instrument => simulator%case%satellite%accelerometer)
@@ -340,7 +328,7 @@ contains
         real(dp) :: squares(3, 3), total(3, 3), turn(4)     ! of accelerometer, magnetometer, star camera
         integer :: run, i
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         simulator%case%satellite%accelerometer%noise%corner = 0
         squares = 0
         total = 0
@@ -377,7 +365,6 @@ contains
         real(dp), intent(in) :: squares(3), total(3)    !! Sums of n numbers in units of sigma
         integer, intent(in) :: n
         type(error_type), allocatable, intent(inout) :: error
-
         real(dp) :: limits(2)
         character(80) :: found
 
@@ -397,7 +384,7 @@ contains
         real(dp) :: expected(3)
         integer :: k
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe_without_noise(simulator, density_wave_t(), calm)
         call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
         do k = 1, 600
@@ -423,7 +410,7 @@ contains
         complex(dp) :: resultant
         integer :: run
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         resultant = 0
         do run = 1, N
             wave = drawn_wave(simulator, SEED, run)
@@ -447,7 +434,7 @@ contains
         type(observation_set_t) :: a, b, calm
         type(error_t), allocatable :: failure
 
-        call prepare(drawn)
+        call make_simulator('front-1', drawn)
         case = drawn%case
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
@@ -467,7 +454,7 @@ contains
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
 
-        call prepare(simulator)
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 1, observations, failure)
         associate (knowledge => observations%knowledge, case => simulator%case)
             call check(error, all(knowledge%accelerometer_noise%level == &

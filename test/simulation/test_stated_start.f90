@@ -49,7 +49,6 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: failure
         character(*), intent(in), optional :: day
-
         character(10) :: date
 
         date = '2024-01-01'
@@ -123,7 +122,6 @@ contains
         type(case_t), intent(in) :: case
         type(satellite_dynamics_t), intent(out) :: dynamics
         type(error_t), allocatable, intent(out) :: failure
-
         type(case_t) :: airless
 
         airless = case
@@ -223,7 +221,6 @@ contains
         subroutine refused(truth, parts, day)
             character(*), intent(in) :: truth, parts
             character(*), intent(in), optional :: day
-
             type(case_t) :: case
             type(error_t), allocatable :: failure
 

@@ -135,7 +135,6 @@ contains
 
     real(dp) function gravity_difference(radius) result(difference)
         real(dp), intent(in) :: radius      !! m
-
         real(dp) :: radial(3), force(3), centre(3), place(3), r(3), offset(3)
         integer :: i
 
@@ -186,7 +185,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(mass_properties_t), intent(in) :: body
         character(*), intent(in) :: part_of_message
-
         type(error_t), allocatable :: failure
 
         call validate_mass_properties(body, failure)

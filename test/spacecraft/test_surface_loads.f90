@@ -187,7 +187,6 @@ contains
 
     real(dp) function sphere_coefficient(specular, diffuse) result(coefficient)
         real(dp), intent(in) :: specular, diffuse
-
         integer, parameter :: ELEMENTS = 5000
         type(satellite_surface_t) :: element
         type(surface_load_t) :: load

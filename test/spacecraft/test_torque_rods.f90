@@ -261,7 +261,6 @@ contains
     real(dp) function moment_of(activation, time)
         type(rod_activation_t), intent(in) :: activation
         real(dp), intent(in) :: time
-
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
         real(dp) :: moment(3)
@@ -350,7 +349,6 @@ contains
         !> Mean over the undisturbed periods, from 20 to 80 s, of the integral from 0 (trapezoids).
         real(dp) function mean_rate(activation)
             type(rod_activation_t), intent(in) :: activation
-
             real(dp), parameter :: STEP = 0.01_dp
             real(dp) :: rate
             integer :: k
@@ -463,7 +461,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(rod_activation_t), intent(in) :: activations(:)
         character(*), intent(in) :: part_of_message
-
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
 

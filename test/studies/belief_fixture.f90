@@ -18,7 +18,6 @@ contains
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
         type(density_wave_t), intent(in), optional :: wave  !! In place of the case's
-
         type(calibration_t) :: calibration
 
         call take_calibration(name, calibration)

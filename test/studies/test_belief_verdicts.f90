@@ -67,7 +67,6 @@ contains
         !> Nothing is contradicted where there are no words; else the test of that name is, with these words.
         subroutine tells(words, subject)
             character(*), intent(in) :: words, subject
-
             type(solution_t) :: solution
             type(error_t), allocatable :: refused
             character(:), allocatable :: text
@@ -206,7 +205,6 @@ contains
             character(*), intent(in) :: subject
             real(dp), intent(in) :: value       !! SI units; its first digit counts
             logical, intent(in), optional :: together       !! With others, not before them
-
             type(solution_t) :: solution
             type(error_t), allocatable :: failure
             character(52) :: found

@@ -96,7 +96,6 @@ contains
         subroutine whitened(set, rows, left)
             type(observation_set_t), intent(in) :: set
             real(dp), allocatable, intent(out) :: rows(:, :), left(:)
-
             type(fitting_data_t) :: data
             type(whitened_problem_t) :: problem
             real(dp), allocatable :: weights(:)

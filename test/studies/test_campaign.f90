@@ -56,13 +56,11 @@ contains
         integer, intent(in) :: shard, shards, threads
         type(campaign_t), intent(out) :: campaign
         integer(i8), intent(in), optional :: seed
-
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
         integer :: i, a
 
-        call make_folder()
         campaign = new_campaign(ALGORITHMS, 2, 4_i8, RUNS, shard, shards)
         if (present(seed)) campaign%seed = seed
         do i = 1, 2
@@ -87,7 +85,6 @@ contains
         type(campaign_t), intent(out) :: whole
         integer, intent(out) :: missing
         type(error_t), allocatable, intent(out) :: failure
-
         type(campaign_t), allocatable :: parts(:)
         integer :: i
 
@@ -195,13 +192,11 @@ contains
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
         type(text_file_t), intent(out) :: journal
-
         type(calibration_t) :: calibration
         type(journal_t) :: file
         type(campaign_t) :: some
         type(error_t), allocatable :: failure
 
-        call make_folder()
         call take_calibration('front-3', calibration)
         options = calibration%options
         campaign = new_campaign(['optimal'], 1, 4_i8, RUNS, 1, 1)
@@ -317,7 +312,6 @@ contains
         !> Replaces the first line that begins so (by nothing: takes it out). Reading must fail.
         subroutine broken(beginning, replacement, parts)
             character(*), intent(in) :: beginning, replacement, parts
-
             character(:), allocatable :: text
             integer :: i
             logical :: done
@@ -345,7 +339,6 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name
         type(text_file_t), intent(out) :: text_file
-
         type(table_file_t) :: file
         type(error_t), allocatable :: failure
         character(:), allocatable :: text

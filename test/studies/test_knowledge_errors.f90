@@ -96,7 +96,6 @@ contains
         integer, intent(in) :: source
         real(dp), intent(out) :: found(3)
         type(error_t), allocatable, intent(out) :: failure
-
         type(observation_set_t) :: observations, told
         type(estimation_options_t) :: own
         type(operator_t) :: wrong

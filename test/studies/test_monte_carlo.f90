@@ -23,25 +23,6 @@ contains
                     new_unittest('runs-do-not-depend-on-threads-or-neighbours', test_reproducible)]
     end subroutine collect_monte_carlo
 
-    pure function first_runs(n) result(runs)
-        integer, intent(in) :: n
-        integer :: runs(n)
-
-        integer :: i
-
-        runs = [(i, i=1, n)]
-    end function first_runs
-
-    subroutine prepare(number, simulator)
-        integer, intent(in) :: number       !! Of the case, 1..6
-        type(simulator_t), intent(out) :: simulator
-
-        type(error_t), allocatable :: failure
-
-        call make_simulator(REPORT_CASE_NAMES(number), simulator)
-        call need(failure)
-    end subroutine prepare
-
     !> 300 runs: the RMS has a standard error of 4 %, so 12 % is three of them.
     subroutine test_rms(error)
         type(error_type), allocatable, intent(out) :: error
@@ -51,13 +32,13 @@ contains
         type(error_statistics_t) :: statistics
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
-        integer :: i
+        integer :: i, k
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator)
+            call make_simulator(REPORT_CASE_NAMES(i), simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, first_runs(RUNS), 2, &
+                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, [(k, k=1, RUNS)], 2, &
                                      results, failure)
             end if
             if (failed(error, failure)) return
@@ -83,7 +64,7 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator)
+            call make_simulator(REPORT_CASE_NAMES(i), simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             if (failed(error, failure)) return
             without_wave = sqrt(prediction%noise**2 + prediction%bias**2)/MILLIMETRE
@@ -107,7 +88,7 @@ contains
         inside = 0
         squares = 0
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator)
+            call make_simulator(REPORT_CASE_NAMES(i), simulator)
             do a = 1, size(REPORT_ESTIMATORS)
                 call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, &
                                     failure)
@@ -133,15 +114,14 @@ contains
         type(error_statistics_t) :: statistics
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
-        integer :: a
+        integer :: a, i
 
-        call prepare(6, simulator)
+        call make_simulator(REPORT_CASE_NAMES(6), simulator)
         do a = 1, size(REPORT_ESTIMATORS)
             call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
                 call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), 12_i8, &
-                                     first_runs(100), 2, results, &
-                                     failure)
+                                     [(i, i=1, 100)], 2, results, failure)
             end if
             if (failed(error, failure)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
@@ -155,9 +135,10 @@ contains
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: one_thread, two_threads
         type(error_t), allocatable :: failure
+        integer :: i
 
-        call prepare(4, simulator)
-        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, first_runs(8), 1, one_thread, &
+        call make_simulator(REPORT_CASE_NAMES(4), simulator)
+        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [(i, i=1, 8)], 1, one_thread, &
                              failure)
         if (failed(error, failure)) return
         call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [2, 3, 7], 2, two_threads, failure)

@@ -77,7 +77,6 @@ contains
     subroutine fly(model, orbit)
         character(*), intent(in) :: model           !! Of gravity
         type(nominal_orbit_t), intent(out) :: orbit
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
 

@@ -32,7 +32,6 @@ contains
         character(*), intent(in) :: name
         integer, intent(in) :: runs, rows
         type(statement_t), intent(out) :: statement
-
         type(error_t), allocatable :: failure
 
         call examine_statement(name, runs, 1_i8, 2, statement, failure)

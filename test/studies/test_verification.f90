@@ -36,7 +36,6 @@ contains
         character(*), intent(in) :: name
         type(verification_t), intent(out) :: verification
         type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
 

@@ -190,7 +190,6 @@ contains
 
         subroutine expect_failure(word)
             character(*), intent(in) :: word
-
             type(random_stream_t) :: stream
             type(error_t), allocatable :: failure
             real(dp) :: measured(3, 2)

@@ -82,7 +82,6 @@ contains
     subroutine take_samples(magnetometer, measured)
         type(magnetometer_t), intent(in) :: magnetometer
         real(dp), intent(out) :: measured(3, N)
-
         type(random_stream_t) :: stream
         type(error_t), allocatable :: failure
 
@@ -169,7 +168,6 @@ contains
 
         subroutine expect_failure(word)
             character(*), intent(in) :: word
-
             type(random_stream_t) :: stream
             type(error_t), allocatable :: failure
             real(dp) :: measured(3, 2)

@@ -7,7 +7,7 @@ module test_quest
     use statistics, only: Z_999, chi_square_limits
     implicit none
     private
-    public :: collect_quest
+    public :: collect_quest, random_attitude
 
     integer, parameter :: QUADRUPLE = selected_real_kind(33), EXTENDED = selected_real_kind(18)
     integer, parameter :: qp = max(dp, merge(QUADRUPLE, EXTENDED, QUADRUPLE > 0))    !! The longest kind of the compiler
@@ -39,7 +39,6 @@ contains
         real(dp), intent(in) :: radius          !! Of the cone, rad
         real(dp), intent(in) :: noise           !! rad
         real(dp), intent(out) :: observed(:, :), reference(:, :)
-
         real(dp) :: m(3, 3), v(3), x(3), height, azimuth
         integer :: i
 
@@ -142,7 +141,6 @@ contains
     subroutine compare(observed, reference, deviation, error)
         real(dp), intent(in) :: observed(:, :), reference(:, :), deviation(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(error_t), allocatable :: failure
         real(dp) :: q(4), q_reference(4), q_exact(4), covariance(3, 3), loss, loss_reference
 
@@ -296,7 +294,6 @@ contains
 
         real(dp) function wahba_loss(attitude) result(total)
             real(dp), intent(in) :: attitude(4)
-
             real(dp) :: difference(3, 6)
 
             difference = observed - matmul(rotation_matrix(attitude), reference)
@@ -395,7 +392,6 @@ contains
         subroutine expect_failure(observed, reference, sigma, words)
             real(dp), intent(in) :: observed(:, :), reference(:, :), sigma(:)
             character(*), intent(in) :: words
-
             type(error_t), allocatable :: failure, failure_reference
             real(dp) :: q(4), p(3, 3), loss
 

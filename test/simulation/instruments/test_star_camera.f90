@@ -1,6 +1,7 @@
 !> The star camera: mounting, field of view, noise of the attitudes.
 module test_star_camera
     use vocabulary
+    use test_quest, only: random_attitude
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
     use gracecg_observations_knowledge, only: HEADS
@@ -71,7 +72,6 @@ contains
 
         real(dp) function trace_of(frame) result(trace)
             type(star_frame_t), intent(in) :: frame
-
             real(dp) :: information(3, 3), inverse(3, 3)
             integer :: k, j
 
@@ -112,14 +112,6 @@ contains
         camera%field_of_view = PI*(1 - 1e-12_dp)        ! half of the sky
         call check(error, camera%mean_stars_in_field(catalogue), size(catalogue%direction, 2)/2.0_dp, thr=1.0_dp)
     end subroutine test_star_number
-
-    function random_attitude(stream) result(q)
-        type(random_stream_t), intent(inout) :: stream
-        real(dp) :: q(4)
-
-        call stream%normals(q)
-        q = normalised(q)
-    end function random_attitude
 
     !> Boresights at +-45 deg from -z in the y-z plane, camera x along body x.
     subroutine test_mounting(error)
@@ -299,7 +291,6 @@ contains
             character(*), intent(in) :: words
             real(dp), intent(in) :: q(4)
             integer, intent(in) :: head
-
             type(star_frame_t) :: frame
             type(error_t), allocatable :: failure
 

@@ -154,7 +154,6 @@ contains
 
         subroutine expect_failure(name, words)
             character(*), intent(in) :: name, words
-
             type(star_catalogue_t) :: catalogue
             type(error_t), allocatable :: failure
 

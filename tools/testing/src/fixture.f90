@@ -5,11 +5,12 @@
 !> of what is tested comes as the text of its message, empty when there is none, so that this module needs nothing of
 !> what is tested.
 module fixture
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use, intrinsic :: iso_fortran_env, only: real64, int64
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, replaced, check_same_files
+    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, replaced, check_same_files, set_variable
     public :: has_parts, joined, check_says, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
@@ -24,6 +25,14 @@ module fixture
     interface unmet
         module procedure unmet_logical, unmet_integer, unmet_text
     end interface unmet
+
+    interface
+        integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: name(*), value(*)
+            integer(c_int), value :: overwrite
+        end function c_setenv
+    end interface
 
 contains
 
@@ -103,6 +112,13 @@ contains
 
         if (.not. allocated(error)) call fail_now(error, message)
     end subroutine test_failed
+
+    !> Gives a variable of the environment a value.
+    subroutine set_variable(name, value)
+        character(*), intent(in) :: name, value
+
+        if (c_setenv(name//c_null_char, value//c_null_char, 1_c_int) /= 0) error stop 'a variable could not be set'
+    end subroutine set_variable
 
     !> Makes FOLDER; without it no test can be made.
     subroutine make_folder()
