@@ -377,7 +377,7 @@ contains
     end subroutine check_refused
 
     real(dp) function not_a_number()
-    
+
         not_a_number = NAN
     end function not_a_number
 end module test_earth_radiation
