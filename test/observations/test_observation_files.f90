@@ -38,7 +38,7 @@ contains
 
         call make_simulator('front-1', simulator)
         call make_observations(simulator, 7, 3, observations)
-        if (.not. allocated(failure)) call measure_rods(simulator, 0.7_dp, observations, failure)
+        call measure_rods(simulator, 0.7_dp, observations, failure)
         call need(failure)
         observations%knowledge%rods%activations(1)%phase = 30*DEGREE
         observations%knowledge%a_priori%sigma_scale_factors = [1e-3_dp/3, 2e-3_dp/7, 0.123456789e-4_dp]
