@@ -8,7 +8,6 @@ module test_studies
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_simulation_switches, only: new_switched_simulator
     use gracecg_studies_error_sources, only: study_switches, STUDY_NAMES
     use gracecg_studies_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
     use gracecg_estimation_report_options, only: report_options
@@ -43,11 +42,9 @@ contains
         character(*), intent(in) :: study           !! Of STUDY_NAMES
         type(simulator_t), intent(out) :: simulator
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
         call take_case(name, case)
-        call new_switched_simulator(case, study_switches(study), simulator, failure)
-        call need(failure)
+        call make_simulator(case, study_switches(study), simulator)
     end subroutine prepare
 
     !> A source that is off changes its own instrument and no other.

@@ -193,8 +193,7 @@ contains
         call check(error, maxval(abs(tensor - tensor_b))/maxval(abs(tensor_b)), 0.0_dp, thr=1e-13_dp)
 
         call take_case('front-1', case)
-        call build_dynamics(case, dynamics, failure)
-        if (failed(error, failure)) return
+        call make_dynamics(case, dynamics)
         call dynamics%accelerations(0.0_dp, case%position, case%velocity, case%quaternion, acting(1))
         deallocate (dynamics%gravity)
         allocate (dynamics%gravity, source=j2)

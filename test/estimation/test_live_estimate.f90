@@ -13,7 +13,7 @@ module test_live_estimate
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_simulation_simulator, only: observe
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_switches, only: error_switches_t
     use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
     use statistics, only: chi_square_limits
     implicit none
@@ -46,8 +46,8 @@ contains
 
         call take_case(name, case)
         case%density_wave%amplitude = 0
-        call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call make_simulator(case, error_switches_t(curved_force=.false.), simulator)
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
                                      simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure)

@@ -10,7 +10,7 @@ module test_sequential
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
     use gracecg_simulation_simulator, only: observe
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_switches, only: error_switches_t
     use statistics, only: chi_square_limits
     implicit none
     private
@@ -46,7 +46,6 @@ contains
         real(dp), intent(in), optional :: wave(2)       !! Relative amplitude and period (s) of the density wave
         type(case_t) :: case
         type(error_switches_t) :: switches
-        type(error_t), allocatable :: failure
 
         call take_case(name, case)
         case%satellite%accelerometer%scale1 = 1
@@ -58,8 +57,7 @@ contains
         if (present(wave)) case%density_wave%amplitude = wave(1)
         if (present(wave)) case%density_wave%period = wave(2)
         switches%curved_force = .not. straight
-        call new_switched_simulator(case, switches, simulator, failure)
-        call need(failure)
+        call make_simulator(case, switches, simulator)
     end subroutine prepare
 
     !> One simulated set of a case with straight drag.
@@ -469,8 +467,8 @@ contains
 
         call take_case('front-3', case)
         case%satellite%rods%count = 0
-        call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call make_simulator(case, error_switches_t(curved_force=.false.), simulator)
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         if (allocated(failure)) then

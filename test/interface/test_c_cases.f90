@@ -4,9 +4,8 @@ module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
     use vocabulary
     use calibrations
-    use gracecg, only: calibration_text, case_text, build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, &
-        loads_t, truth_arc_t, propagate_arc, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
-        STATE_VELOCITY, STATE_ATTITUDE
+    use gracecg, only: calibration_text, case_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
+        propagate_arc, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
     use c_checks
@@ -87,7 +86,7 @@ contains
         x(:, 2) = x(:, 2) + SECONDS(2)*v(:, 2)
         status = gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, g, d, s, e, total, failure)
         call check_ok(error)
-        call build_dynamics(case, dynamics, problem)
+        call make_dynamics(case, dynamics)
         do i = 1, 2
             call dynamics%accelerations(SECONDS(i), x(:, i), v(:, i), q(:, i), acting)
             call check_equal(error, [g(:, i), d(:, i), e(:, i), total(:, i)], &
@@ -117,7 +116,6 @@ contains
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(loads_t) :: acting
-        type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, model
         real(dp) :: state(13), rate(13), expected(13), torques(12), b(3), rotation(9)
         real(dp), parameter :: T = 2.5_dp
@@ -126,7 +124,7 @@ contains
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error)
         call take_case('back-1', case)
-        call build_dynamics(case, dynamics, problem)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
         call dynamics%loads(T, state, acting)
         status = gracecg_force_model_loads(model, T, state, torques, b, error=failure)
@@ -155,7 +153,7 @@ contains
         status = gracecg_force_model_open(handle, model, failure)
         call check_ok(error)
         call take_case('front-2', case)
-        call build_dynamics(case, dynamics, problem)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
         call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem)
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)

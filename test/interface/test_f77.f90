@@ -4,8 +4,7 @@ module test_f77
     use calibrations
     use gracecg, only: LIBRARY_VERSION, utc_t, gmst_1982, earth_parameters_t, read_earth_parameters, earth_orientation_t, &
         new_earth_orientation, geopotential_t, egm96
-    use gracecg, only: build_dynamics, initial_state, satellite_dynamics_t, nadir_pointing_t, truth_arc_t, propagate_arc, &
-        accelerations_t, loads_t
+    use gracecg, only: initial_state, satellite_dynamics_t, nadir_pointing_t, truth_arc_t, propagate_arc, accelerations_t, loads_t
     use gracecg, only: moment_series_t, new_moment_series, take_measured_moments, dipole_moment, report_options, joint_run_t, &
         run_from_observations, joint_options_t, joint_solution_t, estimate_runs, arc_chain_t, estimate_chain, case_bound_t, &
         bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, fit_record_t, fit_diagnostics_t, diagnose, &
@@ -131,7 +130,6 @@ contains
         type(case_t) :: case
         type(accelerations_t) :: acting
         type(loads_t) :: loads
-        type(error_t), allocatable :: failure
         integer :: icas, ifrc, istat, m
         double precision :: s, dur, dt, x(13), d(3), g(3), drag(3), sun(3), earth(3), total(3), torques(3, 4), b(3)
         double precision :: rate(13), expected(13)
@@ -143,7 +141,7 @@ contains
         call take_case('back-1', case)
         call check(error, m == case%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
                    .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%satellite%offset) <= 0), 'gccini')
-        call build_dynamics(case, dynamics, failure)
+        call make_dynamics(case, dynamics)
         call gcfrco(icas, ifrc, istat, msg)
         call gcfree(icas, istat, msg)       ! the force model does without the case
         call gcforc(ifrc, T, x(1:3), x(4:6), x(10:13), g, drag, sun, earth, total, istat, msg)
@@ -187,7 +185,7 @@ contains
         call gcprop(ifrc, initial_state(case), case%interval, -1, out, istat, msg)
         call check(error, istat == 3 .and. index(msg, 'steps') > 0, 'a negative number of steps')
         call gcprna(ifrc, initial_state(case), 2, 1d0, 20, out, istat, msg)
-        call build_dynamics(case, held%satellite_dynamics_t, failure)
+        call make_dynamics(case, held%satellite_dynamics_t)
         held%forward = .false.
         call propagate_arc(held, initial_state(case), 1d0, 20, arc, failure)
         call check_answer(error, 'gcprna', istat, [out(:, :20)], [arc%state])

@@ -28,11 +28,9 @@ contains
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
         call take_case(name, case)
-        call build_dynamics(case, dynamics, failure)
-        call need(failure)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
     end subroutine prepare
 

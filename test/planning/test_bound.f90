@@ -294,7 +294,7 @@ contains
         call switch_off(switches, 'systematic', failure)
         do i = 1, size(REPORT_CASE_NAMES)
             call take_case(REPORT_CASE_NAMES(i), case)
-            call new_switched_simulator(case, switches, simulator, failure)
+            call make_simulator(case, switches, simulator)
             if (.not. allocated(failure)) &
                 call predict_errors(simulator, 'optimal', estimation_options_t(), prediction, failure)
             if (failed(error, failure)) return

@@ -6,7 +6,7 @@ module test_design
     use gracecg_base_quaternion, only: rotation_angle_between
     use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_moved_case, only: moved_case
     use gracecg_planning_site
     use gracecg_planning_map
@@ -93,12 +93,11 @@ contains
 
         do s = 1, 4, 3
             call take_case(REPORT_CASE_NAMES(s), case)
-            call new_planned_arc(case, planned, failure)
-            if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=30.0_dp)
+            call make_plan(case, planned)
+            call make_orbit(case, orbit, interval=30.0_dp)
             rods = three_rods([12, 8, 9], SQUARE)
             rods%activations%phase = 90*DEGREE
-            if (.not. allocated(failure)) &
-                call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], rods, 2, points, failure)
+            call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], rods, 2, points, failure)
             if (.not. allocated(failure)) &
                 call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], case%satellite%rods, 2, of_report, failure)
             if (failed(error, failure)) return
@@ -156,9 +155,9 @@ contains
         integer :: best
 
         call take_case('front-1', case)
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call new_manoeuvre_sites(planned, orbit, TIME_OF_CASE, 1, sites, failure)
+        call make_plan(case, planned)
+        call make_orbit(case, orbit, interval=60.0_dp)
+        call new_manoeuvre_sites(planned, orbit, TIME_OF_CASE, 1, sites, failure)
         if (.not. allocated(failure)) call choose_place(planned, sites, quick_settings(SINE), best, failure)
         call check_passes(error, failure)
         call check(error, best, 2)
@@ -196,8 +195,7 @@ contains
 
         call take_case('front-1', case)
         call take_case('front-2', printed)
-        call new_nominal_orbit(case, orbit, failure, interval=10.0_dp)
-        if (failed(error, failure)) return
+        call make_orbit(case, orbit, interval=10.0_dp)
         later = moved_case(case, orbit, TIME_OF_CASE(2))
         call check(error, maxval(abs(later%position([1, 3]) - printed%position([1, 3]))) < 1.2_dp)
         call check(error, rotation_angle_between(later%quaternion, printed%quaternion) < 2e-4_dp)
@@ -259,9 +257,8 @@ contains
         type(error_t), allocatable :: failure
 
         call take_case('front-1', case)
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (failed(error, failure)) return
+        call make_plan(case, planned)
+        call make_orbit(case, orbit, interval=60.0_dp)
         call new_manoeuvre_site(planned, orbit, 6000.0_dp, site, failure)
         call check_fails(error, failure, '6000 s ... from 0 to 5635')
         settings%rod_used = .false.

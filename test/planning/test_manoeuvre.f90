@@ -8,8 +8,8 @@ module test_manoeuvre
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
     use gracecg_simulation_case, only: read_case, case_text
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_simulator, only: new_simulator, propagate_case
+    use gracecg_simulation_case_models, only: initial_state
+    use gracecg_simulation_simulator, only: new_simulator
     use gracecg_simulation_limits
     implicit none
     private
@@ -64,7 +64,7 @@ contains
             call example(waveform, case)
             case%density_model = 'none'
             case%gravity_model = 'point-mass'
-            call build_dynamics(case, dynamics, failure)
+            call make_dynamics(case, dynamics)
             dynamics%with_earth_radiation = .false.
             dynamics%with_solar_radiation = .false.
             call propagate_arc(dynamics, initial_state(case), 0.1_dp, 200, coarse, failure)
@@ -145,10 +145,8 @@ contains
         subroutine motion_of(motion)
             type(attitude_motion_t), intent(out) :: motion
             type(truth_arc_t) :: arc
-            type(error_t), allocatable :: failure
 
-            call propagate_case(case, arc, failure)
-            if (failed(error, failure)) return
+            call make_arc(case, arc)
             call follow_motion(arc%interval, arc%state(OMEGA, 0), arc%state(ATTITUDE, 0), 0, arc%state(OMEGA, :), &
                                arc%state(ATTITUDE, :), motion)
         end subroutine motion_of

@@ -2,7 +2,7 @@
 module test_programme
     use vocabulary
     use calibrations
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, programme_sigma
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_estimation_offset_history, only: history_settings_t
@@ -33,9 +33,8 @@ contains
         type(error_t), allocatable :: failure
 
         call take_calibration('front-1', calibration)
-        call new_nominal_orbit(calibration%case, orbit, failure)
-        if (.not. allocated(failure)) &
-            call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
+        call make_orbit(calibration%case, orbit)
+        call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
         places_fail = failed(error, failure)
     end function places_fail
 

@@ -8,8 +8,7 @@ module test_site
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_offset_information, only: gather_information
     use gracecg_estimation_noise_whitening, only: weigh_series
-    use gracecg_simulation_simulator, only: propagate_case
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
@@ -40,9 +39,9 @@ contains
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
 
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
+        call make_plan(case, planned)
+        call make_orbit(case, orbit, interval=60.0_dp)
+        call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
         call need(failure)
     end subroutine stand
 
@@ -68,15 +67,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
         type(planned_arc_t) :: planned
-        type(error_t), allocatable :: failure
         type(random_stream_t) :: stream
         real(dp), allocatable :: series(:, :), weighed(:)
         real(dp) :: expected
         integer :: axis, k
 
         call take_case('front-1', case)
-        call new_planned_arc(case, planned, failure)
-        if (failed(error, failure)) return
+        call make_plan(case, planned)
         stream = new_stream(3, 1, 4, 1, 5)
         allocate (series(2, planned%samples))
         do axis = 1, 3
@@ -191,7 +188,6 @@ contains
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(truth_arc_t) :: arc
-        type(error_t), allocatable :: failure
         type(attitude_motion_t) :: motion
         real(dp), allocatable :: omega_fit(:, :), omega_dot(:, :), theta(:, :)
         real(dp) :: covariance(3, 3)
@@ -203,8 +199,7 @@ contains
             case%satellite%rods = three_rods([9, 7, 8], waveform)
             case%satellite%offset = 0
             call stand(case, planned, site)
-            call propagate_case(case, arc, failure)
-            if (failed(error, failure)) return
+            call make_arc(case, arc)
             omega_fit = arc%state(OMEGA, 1:)
             omega_dot = omega_fit
             theta = omega_fit
@@ -231,7 +226,6 @@ contains
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(truth_arc_t) :: arc
-        type(error_t), allocatable :: failure
         real(dp), allocatable :: force(:, :)
         real(dp) :: found(3)
         integer :: k, axis, low_or_high
@@ -242,8 +236,7 @@ contains
             case%satellite%rods = three_rods(merge([3, 4, 3], [9, 10, 9], low_or_high == 1), SQUARE)
             case%satellite%rods%activations(:3)%phase = [90, 0, 90]*DEGREE
             call stand(case, planned, site)
-            call propagate_case(case, arc, failure)
-            if (failed(error, failure)) return
+            call make_arc(case, arc)
             if (allocated(force)) deallocate (force)
             allocate (force(planned%samples, 3))
             do k = 1, planned%samples
@@ -277,9 +270,9 @@ contains
         type(leakage_pair_t) :: pair
         type(error_t), allocatable :: failure
         call take_case('front-1', case)
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
-        if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
+        call make_plan(case, planned)
+        call make_orbit(case, orbit)
+        call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
         if (.not. allocated(failure)) &
             call find_pair(planned, orbit, site, three_rods([5, 6, 7], SINE), pair, failure)
         if (failed(error, failure)) return

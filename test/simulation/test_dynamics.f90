@@ -13,7 +13,7 @@ module test_equations_of_motion
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_simulation_dynamics
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use gracecg_simulation_case_models, only: initial_state
     implicit none
     private
     public :: collect_equations_of_motion, full_dynamics
@@ -120,11 +120,9 @@ contains
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
         call take_case('front-1', case)
-        call build_dynamics(case, dynamics, failure)
-        call need(failure)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
     end subroutine full_dynamics
 

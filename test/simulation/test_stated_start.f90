@@ -7,7 +7,6 @@ module test_stated_start
     use gracecg_base_text, only: real_text
     use gracecg_environment_time, only: utc_t, utc_plus, modified_julian_day
     use gracecg_simulation_case, only: case_from_text, case_text
-    use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t
     use gracecg_simulation_orbital_elements, only: kepler_state, tle_state
     implicit none
@@ -127,7 +126,7 @@ contains
         airless = case
         airless%density_model = 'none'
         airless%field_model = 'igrf14'
-        call build_dynamics(airless, dynamics, failure)
+        call make_dynamics(airless, dynamics)
     end subroutine build_dynamics_without_air
 
     function numbers(values) result(text)

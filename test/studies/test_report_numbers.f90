@@ -6,7 +6,7 @@ module test_report_numbers
     use gracecg_files_data_table, only: data_table_t
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_studies_com_budget
     use gracecg_studies_published_axes
     use gracecg_studies_gravity_gradient
@@ -78,12 +78,10 @@ contains
         character(*), intent(in) :: model           !! Of gravity
         type(nominal_orbit_t), intent(out) :: orbit
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
         call take_case('front-1', case)
         case%gravity_model = model
-        call new_nominal_orbit(case, orbit, failure)
-        call need(failure)
+        call make_orbit(case, orbit)
     end subroutine fly
 
     !> The sum of both parts is the difference of gravitation at the proof mass and the centre of mass, (3-4),

@@ -3,24 +3,30 @@
 module calibrations
     use vocabulary
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_case_models, only: build_dynamics
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case, observe, observe_without_noise
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc
     implicit none
     private
     public :: case_t, simulator_t, observation_set_t, calibration_t, estimation_options_t, solution_t
     public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset, estimate_fails, sigmas
-    public :: take_case, take_calibration, make_simulator, make_observations
+    public :: take_case, take_calibration, make_simulator, make_observations, make_dynamics, make_arc, make_orbit, make_plan
 
-    !> make_simulator(source, simulator) of a case or of the name of one.
+    !> make_simulator(source, simulator) of a case or of the name of one; make_simulator(case, switches, simulator).
     interface make_simulator
-        module procedure simulator_of_case, simulator_of_name
+        module procedure simulator_of_case, simulator_of_name, switched_simulator
     end interface make_simulator
 
     !> make_observations(source, seed, run, observations[, only_used_head]) of a simulator, a case or the name of a case.
@@ -67,6 +73,58 @@ contains
         call take_case(name, case)
         call make_simulator(case, simulator)
     end subroutine simulator_of_name
+
+    !> Without some errors of the simulation.
+    subroutine switched_simulator(case, switches, simulator)
+        type(case_t), intent(in) :: case
+        type(error_switches_t), intent(in) :: switches
+        type(simulator_t), intent(out) :: simulator
+        type(error_t), allocatable :: failure
+
+        call new_switched_simulator(case, switches, simulator, failure)
+        call need(failure)
+    end subroutine switched_simulator
+
+    !> The forces and torques of a case.
+    subroutine make_dynamics(case, dynamics)
+        type(case_t), intent(in) :: case
+        type(satellite_dynamics_t), intent(out) :: dynamics
+        type(error_t), allocatable :: failure
+
+        call build_dynamics(case, dynamics, failure)
+        call need(failure)
+    end subroutine make_dynamics
+
+    !> The true arc of a case.
+    subroutine make_arc(case, arc)
+        type(case_t), intent(in) :: case
+        type(truth_arc_t), intent(out) :: arc
+        type(error_t), allocatable :: failure
+
+        call propagate_case(case, arc, failure)
+        call need(failure)
+    end subroutine make_arc
+
+    !> The orbit of a case over a revolution.
+    subroutine make_orbit(case, orbit, interval)
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(out) :: orbit
+        real(dp), intent(in), optional :: interval      !! s, as `new_nominal_orbit` has it
+        type(error_t), allocatable :: failure
+
+        call new_nominal_orbit(case, orbit, failure, interval=interval)
+        call need(failure)
+    end subroutine make_orbit
+
+    !> The arc of a case as a planner sees it.
+    subroutine make_plan(case, planned)
+        type(case_t), intent(in) :: case
+        type(planned_arc_t), intent(out) :: planned
+        type(error_t), allocatable :: failure
+
+        call new_planned_arc(case, planned, failure)
+        call need(failure)
+    end subroutine make_plan
 
     subroutine observations_of_simulator(simulator, seed, run, observations, only_used_head)
         type(simulator_t), intent(in) :: simulator
