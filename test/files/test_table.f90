@@ -66,7 +66,7 @@ contains
         call read_sample(error, file)
         if (allocated(error)) return
         call file%get_fields(1, 3, 'a, b, c', fields, failure)
-        call check_fails(error, failure, 'fields.txt:3: ... has 2 columns, expected 3: a, b, c ... |  1')
+        call check_says(error, message_of(failure), 'fields.txt:3: ... has 2 columns, expected 3: a, b, c ... |  1')
         if (unmet(error, size(fields) == 3 .and. len(fields(3)%text) == 0, 'fields after a failure')) return
         call file%get_real(1, string_t('x'), 'length', value, failure)
         call check_fails(error, failure, 'has 2 columns')     ! the first failure stays

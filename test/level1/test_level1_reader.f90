@@ -435,8 +435,7 @@ contains
         type(error_t), allocatable :: failure
 
         call read_records(error, name, content, records, failure)
-        call check_fails(error, failure, name)
-        call check_fails(error, failure, parts)
+        call check_fails(error, failure, name//' ... '//parts)
     end subroutine check_refused
 
     subroutine test_broken_headers(error)
