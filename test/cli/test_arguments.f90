@@ -8,7 +8,6 @@ module test_arguments
     private
     public :: collect_arguments
 
-
 contains
 
     subroutine collect_arguments(testsuite)

@@ -11,7 +11,6 @@ module test_run_commands
     private
     public :: collect_run_commands
 
-
 contains
 
     subroutine collect_run_commands(testsuite)

@@ -21,7 +21,6 @@ module test_models
     private
     public :: collect_models
 
-
     !> U = mu/r - mu R^2 J2 (3 sin^2(latitude) - 1)/(2 r^3): the example of docs/development.md.
     type, extends(gravity_model_t) :: j2_gravity_t
         real(dp) :: mu = EARTH_GM                   !! m^3/s^2

@@ -25,7 +25,6 @@ module test_joint
     private
     public :: collect_joint
 
-
 contains
 
     subroutine collect_joint(testsuite)

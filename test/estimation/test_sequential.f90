@@ -98,7 +98,6 @@ contains
         type(solution_t), intent(in) :: solution
         real(dp) :: sigma(3)
 
-
         sigma = sigmas(solution%covariance)
     end function sigma_of
 

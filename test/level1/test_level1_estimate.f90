@@ -159,7 +159,6 @@ contains
         call check(error, .not. allocated(failure) .and. estimate%steps, 'held, as is said')
     end subroutine test_held
 
-
     !> One place with rods in phase: no confident number.
     subroutine test_one_place(error)
         type(error_type), allocatable, intent(out) :: error

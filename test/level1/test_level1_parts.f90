@@ -31,7 +31,6 @@ contains
                     new_unittest('steps-of-currents', test_steps)]
     end subroutine collect_level1_parts
 
-
     !> Spikes are found, each of several and next to nothing else; steps, noise and a rapid line are none.
     subroutine test_strays(error)
         type(error_type), allocatable, intent(out) :: error
@@ -98,8 +97,6 @@ contains
         call check(error, all(sqrt(sum(left(:, :N/2)**2, 2)/(N/2) - mean(:, 1)**2) < 1.3_dp*ACROSS), 'both heads together')
         call check(error, sqrt(sum(left(3, N/2 + 1:)**2)/(N/2)) > 0.7_dp*ABOUT, 'one head alone')
     end subroutine test_heads
-
-
 
     !> Axes of gyros by star cameras with ten times their noise about x and z: none too small.
     subroutine test_gyro_axes(error)

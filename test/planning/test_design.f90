@@ -19,7 +19,6 @@ module test_design
     private
     public :: collect_design
 
-
 contains
 
     subroutine collect_design(testsuite)

@@ -15,7 +15,6 @@ module test_manoeuvre
     private
     public :: collect_manoeuvre
 
-
 contains
 
     subroutine collect_manoeuvre(testsuite)

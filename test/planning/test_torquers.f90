@@ -48,7 +48,6 @@ contains
         logical, intent(in) :: exact
         type(calibration_t), intent(out) :: calibration
 
-
         call take_calibration(path, calibration)
         calibration%options%covariance = .false.        ! the fit is not checked
         if (.not. exact) return

@@ -36,7 +36,6 @@ contains
     subroutine controlled_case(case)
         type(case_t), intent(out) :: case
 
-
         call take_case('front-1', case)
         case%control%acts = .true.
         associate (a => case%satellite%rods%activations)
@@ -227,7 +226,6 @@ contains
         subroutine refused(line, changed, parts)
             character(*), intent(in) :: line, changed
             character(*), intent(in) :: parts
-
 
             call case_from_text(replaced(text, line, changed), 'a case', again, failure)
             call check_fails(error, failure, parts)

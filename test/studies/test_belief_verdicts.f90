@@ -189,7 +189,6 @@ contains
         subroutine sound(run)
             integer, intent(in) :: run
 
-
             call make_observations(simulator, 4713, run, observations)
             wrong = observations
         end subroutine sound

@@ -9,7 +9,6 @@ module test_monte_carlo
     private
     public :: collect_monte_carlo
 
-
 contains
 
     subroutine collect_monte_carlo(testsuite)
