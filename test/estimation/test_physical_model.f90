@@ -6,11 +6,15 @@ module test_physical_model
     use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
+    use gracecg_spacecraft_torque_rods, only: take_measured_moments
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, predict_channels, star_angles, turned_by, &
         turn_between, correct_state
+    use gracecg_estimation_torque_shapes, only: take_moments
     use test_estimators, only: example, OMEGA_0, Q_0
     implicit none
     private
@@ -27,7 +31,8 @@ contains
                     new_unittest('gravity-gradient-torque-is-that-of-the-dynamics', test_gravity_torque), &
                     new_unittest('angular-momentum-is-conserved', test_momentum), &
                     new_unittest('turns-and-rotation-vectors-are-inverse', test_turns), &
-                    new_unittest('no-orbit-no-gravity-gradient', test_no_orbit)]
+                    new_unittest('no-orbit-no-gravity-gradient', test_no_orbit), &
+                    new_unittest('rates-of-moments-at-any-interval', test_moment_rates)]
     end subroutine collect_physical_model
 
     !> A circular orbit that the satellite of the example follows, every 5 s.
@@ -240,4 +245,29 @@ contains
         if (unmet(error, size(data%warnings) == before + 1)) return
         call check_says(error, data%warnings(size(data%warnings))%text, 'no orbit')
     end subroutine test_no_orbit
+
+    !> Moments of 0.1 Hz, known every half second: their rates, by which rods leak, are those of the sine within 0.1 % of the
+    !> largest one, at samples of 0.1 s and at means of 1 s.
+    subroutine test_moment_rates(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: RATE = TWO_PI*0.1_dp, INTERVALS(2) = [0.1_dp, 1.0_dp], LENGTH = 60
+        type(operator_knowledge_t) :: knowledge
+        type(moment_series_t) :: series
+        type(physical_model_t) :: model
+        type(error_t), allocatable :: failure
+        real(dp) :: times(-10:130)
+        integer :: i, k
+
+        times = [(k/2.0_dp, k=-10, 130)]
+        call new_moment_series(series, times, spread(sin(RATE*times), 1, 3), failure)
+        call need(failure)
+        call take_measured_moments(series, knowledge%rods)
+        do i = 1, size(INTERVALS)
+            model = physical_model_t(steps=nint(LENGTH/INTERVALS(i)), interval=INTERVALS(i), estimated=[LEAKAGE_RATE(1)])
+            call take_moments(knowledge, fitting_data_t(), model)
+            do k = 0, model%steps
+                call check(error, all(abs(model%moment_rate(:, k) - RATE*cos(RATE*k*INTERVALS(i))) < 1e-3_dp*RATE), 'rate')
+            end do
+        end do
+    end subroutine test_moment_rates
 end module test_physical_model

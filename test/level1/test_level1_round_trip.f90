@@ -385,7 +385,8 @@ contains
         type(level1_calibration_t) :: calibration
         type(console_t) :: console
         character(:), allocatable :: path, whole
-        integer :: status
+        real(dp) :: sound(3)
+        integer :: status, record
 
         call fly(level1_settings_t(), truth)
         call write_files(truth, 'l1s_unchanged', whole)
@@ -403,6 +404,14 @@ contains
         call check(error, sum(calibration%spans%outliers), 1, 'samples')
         call check(error, estimate%flag == 0 .and. maxval(abs(estimate%solutions(1)%offset - truth%case%satellite%offset)) < &
                    10*MICROMETRE, 'offset')
+        sound = estimate%solutions(1)%offset
+        call again()
+        do record = 331, 335
+            call change('SCA1B', [5], 1.0_dp, 5e-3_dp, error, record)
+        end do
+        call estimated()
+        if (allocated(error)) return
+        call check(error, maxval(abs(estimate%solutions(1)%offset - sound)) < MICROMETRE, 'five bad attitudes in a row')
         call again()
         call change('ACC1A', [7, 8, 9], 1/9.81_dp, 0.0_dp, error)
         call told('unit of the linear accelerations: along the orbit light is 0.')

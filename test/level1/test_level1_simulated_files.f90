@@ -95,11 +95,13 @@ contains
         call check(error, clk%duplicates, 1, 'the first epoch of CLK1B stands twice')
     end subroutine test_samples
 
-    !> What a run with leakage has more than one without is L I + K dI/dt, with sines known in closed form.
+    !> What a run with leakage has more than one without is L I + K dI/dt, with sines known in closed form; those of a controller
+    !> that acts by the rods leak, too.
     subroutine test_leakage(error)
         type(error_type), allocatable, intent(out) :: error
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
+        type(truth_point_t) :: now, before, behind
         character(:), allocatable :: path
         real(dp), allocatable :: times(:), without(:, :), angular_without(:, :), linear(:, :), angular(:, :)
         real(dp) :: current(3), rate(3), omega(3)
@@ -123,6 +125,18 @@ contains
                                          matmul(truth%errors%leak_rate, rate))) < 1e-18_dp, 'linear')
             call check(error, maxval(abs(angular(:, i) - angular_without(:, i) - matmul(truth%errors%angular_leak, current) - &
                                          matmul(truth%errors%angular_leak_rate, rate))) < 1e-16_dp, 'angular')
+        end do
+        settings%rod_control = .true.
+        call prepare(settings, 'l1s_leak', truth, path)
+        call accelerations(path, truth, times, linear, angular)
+        do i = 100, size(times) - 100, 37
+            call truth%at(times(i), now)
+            call truth%at(times(i) - 0.05_dp, before)
+            call truth%at(times(i) + 0.05_dp, behind)
+            call check(error, maxval(abs(linear(:, i) - settings%bias - truth%errors%scale*now%sensed - &
+                                         matmul(truth%errors%leak, now%current) - &
+                                         matmul(truth%errors%leak_rate, behind%current - before%current)/0.1_dp)) < 1e-18_dp, &
+                       'linear, controlled by rods')
         end do
     end subroutine test_leakage
 

@@ -33,9 +33,6 @@ module gracecg_level1_fit
     real(dp), parameter :: ALIGNED = 5e-4_dp, RODS_ALIGNED = 1e-3_dp
     real(dp), parameter :: TOGETHER = 1e-3_dp       !! Of the delays of rods, and of axes of the accelerometer, s
     real(dp), parameter :: FREE = 100               !! Times the a-priori leakage: weighs nothing
-    real(dp), parameter :: OF_A_DAY = 1.8_dp
-    !! Of the covariance of d by rods that are driven all day: fitted to nine simulated days, whose normalised squares are 5.5, not
-    !! 3, for a reason that is not known (docs/validation.md, 5a)
 
     type :: choice_t
         !! What is estimated
@@ -131,7 +128,6 @@ contains
             if (i == 1 .and. calibration%all_day) &
                 call movement_of_arcs(one%arcs, middles(), prior, one%at, estimate%movement, error)
             if (allocated(error)) return
-            if (i == 1) estimate%movement%covariance = OF_A_DAY*estimate%movement%covariance
             solution%rms = fit%rms
             solution%samples = fit%samples
             call take(calibration, choice, one, estimate%span_of, solution)
@@ -307,7 +303,6 @@ contains
 
         solution%offset = fit%value(:3)
         solution%covariance = fit%covariance(:3, :3)
-        if (calibration%all_day) solution%covariance = OF_A_DAY*solution%covariance
         call move_alloc(fit%beliefs, solution%beliefs)
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees

@@ -6,6 +6,7 @@ module gracecg_level1_gyros
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
     use gracecg_base_statistics, only: median_of
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_estimation_outlier_editing, only: leave_out_worst
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
     use gracecg_level1_series, only: interpolate
     implicit none
@@ -26,7 +27,7 @@ contains
 
     !> The axes of the gyros, by regression over all spans. Angles of star cameras have more noise than those of gyros: they
     !> are what is observed, phi = B s, of the three directions s = U^T g in which the gyros move most, so that a = (U B^-1)^T
-    !> is not too small.
+    !> is not too small. Angles far off what the gyros say, as of some bad attitudes in a row, are left out.
     subroutine fit_gyro_axes(calibration, axes, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(gyro_axes_t), intent(out) :: axes
@@ -34,10 +35,14 @@ contains
 
         real(dp), parameter :: LEAST = 0.05_dp      ! Of a: a gyro that is off sees nothing
         real(dp), parameter :: TO_SIGMA = 1.4826_dp     ! Of the median of normal magnitudes
-        real(dp), allocatable :: rows(:, :), gyros(:, :), squares(:, :), values(:), vectors(:, :), moved(:, :), left(:)
+        real(dp), parameter :: FAR_OFF = 20         ! Times the median, to which drifts of the gyros belong
+        real(dp), parameter :: LEAST_ANGLE = 1e-9_dp    ! rad: files without noise
+        real(dp), allocatable :: rows(:, :), gyros(:, :), squares(:, :), values(:), vectors(:, :), moved(:, :), left(:, :), off(:)
+        logical, allocatable :: kept(:)
         real(dp) :: normal(3, 3), rhs(3), x(3), condition, map(3, 3)
         integer, allocatable :: list(:)
         integer :: gyro, axis
+        logical :: again
 
         allocate (axes%gyro(0), axes%axis(3, 0))
         if (.not. calibration%has_gyros) return
@@ -59,13 +64,25 @@ contains
         if (allocated(error)) return
         associate (turned => vectors(:, size(list) - 2:))
             moved = matmul(transpose(turned), gyros)
-            do axis = 1, 3
-                call normal_equations(moved, rows(axis, :), normal, rhs)
-                call solve_normal_equations(normal, rhs, x, axes%spread, condition, error)
-                if (allocated(error)) return
-                map(axis, :) = x
-                left = rows(axis, :) - matmul(x, moved)     ! with the gyros' drifts: by differences
-                axes%noise(axis) = TO_SIGMA*median_of(abs(left(2:) - left(:size(left) - 1)))/sqrt(2.0_dp)
+            kept = spread(.true., 1, size(moved, 2))
+            again = .true.
+            do while (again)
+                do axis = 1, 3
+                    call normal_equations(moved, rows(axis, :), normal, rhs, merge(1.0_dp, 0.0_dp, kept))
+                    call solve_normal_equations(normal, rhs, x, axes%spread, condition, error)
+                    if (allocated(error)) return
+                    map(axis, :) = x
+                end do
+                left = rows - matmul(map, moved)
+                off = spread(0.0_dp, 1, size(kept))
+                do axis = 1, 3
+                    off = max(off, abs(left(axis, :))/max(LEAST_ANGLE, median_of(abs(left(axis, :)))))
+                end do
+                again = .false.
+                call leave_out_worst(off, FAR_OFF, 1.0_dp, kept, again)
+            end do
+            do axis = 1, 3      ! with the gyros' drifts: by differences
+                axes%noise(axis) = TO_SIGMA*median_of(abs(left(axis, 2:) - left(axis, :size(kept) - 1)))/sqrt(2.0_dp)
             end do
             if (.not. abs(determinant_3x3(map)) > 0) return
             axes%axis = transpose(matmul(turned, inverse_3x3(map)))

@@ -8,8 +8,9 @@
 module gracecg_level1_day_dynamics
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI
-    use gracecg_base_vectors, only: cross
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
+    use gracecg_base_quaternion, only: rotation_matrix
+    use gracecg_base_vectors, only: cross, transformed, transformed_back
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, ATTITUDE, STATE_SIZE
     use gracecg_level1_simulation_settings, only: level1_span_settings_t
     implicit none
     private
@@ -90,13 +91,23 @@ contains
         end do
     end subroutine actuate
 
-    !> The controller's currents where these loads act; 0 if it acts without.
-    pure function control_current(self, acting) result(current)
+    !> The controller's currents at a time and state; 0 if it acts without.
+    pure function control_current(self, t, y) result(current)
         class(day_dynamics_t), intent(in) :: self
-        type(loads_t), intent(in) :: acting !! Of the time and state
-        real(dp) :: current(3)              !! mA
+        real(dp), intent(in) :: t                   !! s
+        real(dp), intent(in) :: y(STATE_SIZE)       !! State
+        real(dp) :: current(3)                      !! mA
 
-        current = acting%control_moment/self%gain
+        real(dp) :: earth_from_inertial(3, 3), quaternion(4), field(3), moment(3), along(3)
+
+        current = 0
+        if (.not. self%rod_control) return
+        earth_from_inertial = self%earth%from_inertial(t)
+        call self%field%evaluate(transformed(earth_from_inertial, y(POSITION)), field)
+        quaternion = y(ATTITUDE)
+        field = transformed(rotation_matrix(quaternion/norm2(quaternion)), transformed_back(earth_from_inertial, field))
+        call self%control%act(y, self%inertia, field, moment, along)
+        current = control_share(self, t)*moment/self%gain
     end function control_current
 
     !> How much of a window about a time a firing fills; of an instant 1 or 0.

@@ -78,6 +78,7 @@ module gracecg_level1_simulated_truth
         procedure :: stream                 !! Random numbers of a source
         procedure :: at                     !! Everything at an instant
         procedure :: tagged_current         !! The currents that a tag names
+        procedure :: control_at             !! The controller's
         procedure :: offset_at              !! d
         procedure :: as_aligned             !! A vector in the accelerometer's axes
         procedure :: obc_of_gps             !! Time of the on-board computer
@@ -357,8 +358,9 @@ contains
         associate (flight => self%dynamics, acting => point%acting, rate => point%state(OMEGA))
             call flight%loads(time, point%state, acting)
             point%acceleration = flight%angular_acceleration(rate, acting)
-            point%current = flight%flowing_current(time) + flight%control_current(acting)
-            point%current_rate = (flight%flowing_current(time + SAMPLE/2) - flight%flowing_current(time - SAMPLE/2))/SAMPLE
+            point%current = flight%flowing_current(time) + flight%control_current(time, point%state)
+            point%current_rate = (flight%flowing_current(time + SAMPLE/2) - flight%flowing_current(time - SAMPLE/2) + &
+                                  self%control_at(time + SAMPLE/2) - self%control_at(time - SAMPLE/2))/SAMPLE
             force = acting%drag + acting%srp + acting%erp
             force(2) = force(2) + flight%thrust(time)/flight%mass
             sensed = pmc_acceleration(rate, point%acceleration, self%offset_at(time), acting%vertical, EARTH_GM, &
@@ -373,15 +375,17 @@ contains
         real(dp), intent(in) :: time        !! Of the tag, s
         real(dp) :: current(3)              !! mA
 
-        type(loads_t) :: acting
-
-        current = self%dynamics%tagged_current(time)
-        if (.not. self%dynamics%rod_control) return
-        associate (t => time + self%dynamics%torque_delay)
-            call self%dynamics%loads(t, self%arc%state_at(t), acting)
-        end associate
-        current = current + self%dynamics%control_current(acting)
+        current = self%dynamics%tagged_current(time) + self%control_at(time + self%dynamics%torque_delay)
     end function tagged_current
+
+    !> The controller's currents.
+    pure function control_at(self, time) result(current)
+        class(level1_truth_t), intent(in) :: self
+        real(dp), intent(in) :: time        !! s
+        real(dp) :: current(3)              !! mA
+
+        current = self%dynamics%control_current(time, self%arc%state_at(time))
+    end function control_at
 
     !> The offset at a time, body axes.
     pure function offset_at(self, time) result(offset)
