@@ -3,10 +3,10 @@
 !> fpm test -- [--fast] [--list] [SUITE [TEST]]: all suites, the fast ones, one suite, or one test.
 !> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
 program tester
-    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
         run_selected, select_suite
+    use fixture, only: make_folder, set_variable
     use test_arithmetic, only: collect_arithmetic
     use test_quaternion, only: collect_quaternion
     use test_lanes, only: collect_lanes
@@ -146,14 +146,6 @@ program tester
                                            'level1-round-trip/edge-of-the-shadow', 'level1-estimate/held-currents-and-lag', &
                                            'torquers/hundred-seeds-at-the-bound']
 
-    interface
-        integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: name(*), value(*)
-            integer(c_int), value :: overwrite
-        end function c_setenv
-    end interface
-
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
     integer :: i, position, total, failed
@@ -282,7 +274,8 @@ program tester
              new_testsuite('design', collect_design)]
 
     ! Pages are copies of their JSON here: python/tests looks at real ones.
-    if (c_setenv('GRACECG_PYTHON'//c_null_char, 'test/fixtures/page_maker.sh'//c_null_char, 1_c_int) /= 0) error stop 1
+    call set_variable('GRACECG_PYTHON', 'test/fixtures/page_maker.sh')
+    call make_folder()
     fast = .false.
     suite_name = ''
     test_name = ''
@@ -355,7 +348,6 @@ contains
         type(testsuite_type), intent(in) :: suite
         integer, intent(inout) :: run
         integer, intent(inout) :: failures
-
         type(unittest_type), allocatable :: tests(:)
         integer :: k, status
 

@@ -1,9 +1,7 @@
 !> The arithmetic that the flags of this build left.
 module test_arithmetic
-    use gracecg_base_error, only: error_t
+    use vocabulary
     use gracecg_base_arithmetic, only: check_arithmetic
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_arithmetic
@@ -19,7 +17,6 @@ contains
     !> Fails in a build with -ffast-math.
     subroutine test_flags(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(error_t), allocatable :: failure
 
         call check_arithmetic(failure)

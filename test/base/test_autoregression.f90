@@ -1,12 +1,8 @@
 !> Autoregressive noise against its closed forms.
 module test_autoregression
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_autoregression
-    use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_autoregression
@@ -29,7 +25,6 @@ contains
     !> 267-298); higher orders add nothing.
     subroutine test_order_two(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: A = 0.6_dp, B = -0.3_dp, ROUNDING = 1e-7_dp
         type(autocovariances_t) :: sums
         type(autoregression_t) :: model
@@ -56,7 +51,6 @@ contains
     !> leave is e.
     subroutine test_moving_average(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: C = 0.8_dp
         type(autocovariances_t) :: sums
         type(autoregression_t) :: model
@@ -71,7 +65,6 @@ contains
     !> A series without noise: predictors of 0, no NaN.
     subroutine test_no_noise(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(autocovariances_t) :: sums
         type(autoregression_t) :: model
 
@@ -86,7 +79,6 @@ contains
     !> white.
     subroutine test_errors(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: VARIANCE = 4
         integer, parameter :: N = 7, ORDER = 3
         type(autocovariances_t) :: sums
@@ -114,7 +106,6 @@ contains
     !> Of two series the sums are those of the pairs in each.
     subroutine test_sums(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(autocovariances_t) :: sums
         type(random_stream_t) :: stream
         real(dp) :: x(6)
@@ -136,7 +127,6 @@ contains
     !> squares x^T R^-1 x that the others have alone, and the sums lack their covariance.
     subroutine test_missing(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: ROUNDING = 1e-7_dp
         integer, parameter :: N = 9, MISSING(*) = [3, 4, 9], THERE(*) = [1, 2, 5, 6, 7, 8]
         type(autocovariances_t) :: sums, with

@@ -1,10 +1,7 @@
 !> Fourier sums: equal to the sums written out, whatever the lengths.
 module test_fourier
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI
+    use vocabulary
     use gracecg_base_fourier, only: fourier_sums
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_fourier
@@ -25,7 +22,6 @@ contains
         real(dp), intent(in) :: x(0:)
         real(dp), intent(in) :: length
         integer, intent(in) :: j
-
         real(dp) :: angle
         integer :: k
 
@@ -39,7 +35,6 @@ contains
     !> Powers of two, primes, one sample, lengths that are not whole, frequencies from anywhere on.
     subroutine test_direct(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: SAMPLES(6) = [1, 2, 64, 101, 600, 777]
         real(dp), parameter :: LENGTHS(4) = [64.0_dp, 101.0_dp, 2400.0_dp, 3108.37_dp]
         real(dp), allocatable :: x(:)
@@ -60,7 +55,6 @@ contains
     !> Six hours at 10 Hz: tones of known amplitude, between and on the frequencies.
     subroutine test_long(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: N = 216000
         integer(i8), parameter :: TONES(3) = [100_i8, 40000_i8, 86399_i8]
         real(dp), allocatable :: x(:)
@@ -85,7 +79,6 @@ contains
     !> No samples: the sums are zero.
     subroutine test_empty(error)
         type(error_type), allocatable, intent(out) :: error
-
         complex(dp) :: sums(3)
 
         sums = 1

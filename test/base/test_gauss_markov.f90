@@ -1,9 +1,7 @@
 !> Gauss-Markov processes against their closed forms.
 module test_gauss_markov
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_gauss_markov
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_gauss_markov
@@ -23,7 +21,6 @@ contains
 
     subroutine test_stationary(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: OMEGA(3) = [0.05_dp, 0.7_dp, 40.0_dp], ZETA(4) = [1e-5_dp, 0.1_dp, 0.999999_dp, 1.0_dp]
         type(gauss_markov_t) :: process
         integer :: i, j
@@ -44,7 +41,6 @@ contains
     !> (Gelb 1974); for zeta = 1 sigma^2 exp(-w t) (1 + w t).
     subroutine test_autocovariance(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: W = 0.6_dp, H = 0.1_dp, SIGMA = 2
         real(dp), parameter :: ZETA(2) = [0.2_dp, 1.0_dp]
         type(gauss_markov_t) :: process
@@ -70,7 +66,6 @@ contains
 
     subroutine test_semigroup(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(gauss_markov_t) :: one, two
         real(dp) :: noise(2, 2)
 
@@ -85,7 +80,6 @@ contains
     !> Q_11 = 4 zeta (w h)^3 sigma^2/3 for a small w h: far below the rounding of P - Phi P Phi^T.
     subroutine test_slow(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(gauss_markov_t) :: process
 
         process = second_order_process(1.0_dp, 1e-5_dp, 1.0_dp, 0.1_dp)
@@ -95,7 +89,6 @@ contains
 
     subroutine test_superposition(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(gauss_markov_t) :: process
 
         process = superposed(superposed(no_process(), first_order_process(3.0_dp, 0.5_dp)), &

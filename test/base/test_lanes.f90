@@ -1,12 +1,8 @@
 !> The kernels over what lies side by side, against the same work done plainly.
 module test_lanes
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI
+    use vocabulary
     use gracecg_base_lanes, only: LANES, lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, total_of
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_lanes
@@ -47,7 +43,6 @@ contains
 
     subroutine test_multiples(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer :: n
 
         call check(error, all([(lanes_of(n), n=0, 17)] == [0, [(8, n=1, 8)], [(16, n=9, 16)], 24]))
@@ -59,7 +54,6 @@ contains
         logical, intent(in) :: kept(:), predicts
         real(dp), intent(in) :: output(:), gain(:, :), inverse_deviation(:), transition(:, :, :)
         real(dp), intent(inout) :: series(:, :)
-
         real(dp) :: state(size(output)), innovation
         integer :: i, k
 
@@ -77,7 +71,6 @@ contains
     !> Series in other places stay as they are; what is not kept may be anything, a NaN, too.
     subroutine test_filter(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: SAMPLES = 50, STATES = 10, COUNTS(4) = [1, 8, LANES, 2*LANES + 5]
         real(dp), dimension(STATES, SAMPLES) :: gain, on
         real(dp) :: inverse_deviation(SAMPLES), output(STATES), transition(STATES, STATES, SAMPLES)
@@ -106,7 +99,7 @@ contains
             call lanes_filter(places, kept, .true., output, gain, inverse_deviation, on, series)
             call check(error, close_to(pack(series, .true.), pack(plain, .true.)), 'predicted')
             call filter_plainly(places, kept, .false., output, gain, inverse_deviation, transition, plain)
-            series(2, 30) = ieee_value(1.0_dp, ieee_quiet_nan)
+            series(2, 30) = NAN
             call lanes_filter(places, kept, .false., output, gain, inverse_deviation, on, series)
             call check(error, close_to(pack(series, .true.), pack(plain, .true.)), 'left out')
         end do
@@ -114,7 +107,6 @@ contains
 
     subroutine test_pairs(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: SAMPLES = 40, STATES = 6, SERIES = LANES + 3
         logical, parameter :: PAIRED(STATES) = [.false., .true., .false., .true., .false., .false.]
         real(dp), dimension(STATES, SAMPLES) :: gain, below, on, above
@@ -150,7 +142,6 @@ contains
     !> White noise: samples by their deviations, but those left out.
     subroutine test_no_states(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: SAMPLES = 5
         logical, parameter :: KEPT(SAMPLES) = [.true., .true., .false., .true., .true.]
         real(dp), dimension(0, SAMPLES) :: gain, on
@@ -165,7 +156,6 @@ contains
 
     subroutine test_carry(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: STEPS = 7, PAIRS = 2*LANES
         real(dp), parameter :: INTERVAL = 0.1_dp
         real(dp) :: omega(3, 0:2*STEPS), a(3, 3, 0:2*STEPS), b(3, 3, 0:2*STEPS), f(PAIRS, 3, 0:2*STEPS)
@@ -213,7 +203,6 @@ contains
     !> changes.
     subroutine test_sines(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: MANY = 512
         real(dp), parameter :: NEAR = 6e-16_dp
         real(dp), dimension(LANES) :: turns, sines, cosines, again, other
@@ -245,7 +234,6 @@ contains
     !> in pairs.
     subroutine test_total(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp) :: x(LANES)
         integer :: i
 

@@ -1,13 +1,10 @@
 !> The parallel loop: every piece once, the same results with any number of threads, and the failure of the
 !> first piece that fails.
 module test_parallel
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail
+    use vocabulary
+    use gracecg_base_error, only: fail
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
-    use gracecg_base_text, only: integer_text
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_parallel
@@ -50,7 +47,6 @@ contains
         class(sums_t), intent(inout) :: self
         integer, intent(in) :: i
         type(error_t), allocatable, intent(out) :: error
-
         integer :: k
 
         self%times_done(i) = self%times_done(i) + 1
@@ -71,19 +67,17 @@ contains
 
     subroutine test_once(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(error_t), allocatable :: failure
 
         sums = new_sums(1000, [integer ::])
         call run_parallel(sums, 1000, 4, failure)
-        call check(error, .not. allocated(failure), 'failed')
+        call check_passes(error, failure)
         call check(error, all(sums%times_done == 1), 'not every piece once')
     end subroutine test_once
 
     subroutine test_threads(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: one, other
         type(error_t), allocatable :: failure
         integer :: threads
@@ -101,7 +95,6 @@ contains
     !> That with the lowest number, whichever fails first in time; all pieces before it are done.
     subroutine test_failure(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(error_t), allocatable :: failure
         integer :: threads, attempt
@@ -110,8 +103,7 @@ contains
             do attempt = 1, 20
                 sums = new_sums(64, [63, 17, 18, 19, 20, 40])
                 call run_parallel(sums, 64, threads, failure)
-                call check(error, allocated(failure), 'no failure')
-                if (allocated(error)) return
+                if (unmet(error, allocated(failure), 'no failure')) return
                 call check(error, failure%message, 'piece 17')
                 call check(error, all(sums%times_done(:17) == 1) .and. all(sums%times_done <= 1), &
                            'a piece before the failure was not done once')
@@ -121,13 +113,12 @@ contains
 
     subroutine test_nothing(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(error_t), allocatable :: failure
 
         sums = new_sums(0, [integer ::])
         call run_parallel(sums, 0, 2, failure)
-        call check(error, .not. allocated(failure), 'failed')
+        call check_passes(error, failure)
     end subroutine test_nothing
 
     subroutine listen(self, text)
@@ -148,7 +139,6 @@ contains
     !> What was begun is ended, what was not is not, and the failure says how many are done.
     subroutine test_stop(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t), target :: sums
         type(listener_t) :: listener
         type(error_t), allocatable :: failure
@@ -159,8 +149,7 @@ contains
             listener%sums => sums
             listener%patience = 20
             call run_parallel(sums, 500, threads, failure, listener)
-            call check(error, allocated(failure), 'did not stop')
-            if (allocated(error)) return
+            if (unmet(error, allocated(failure), 'did not stop')) return
             call check(error, sum(sums%times_done) >= 20 .and. sum(sums%times_done) < 20 + threads, &
                        integer_text(sum(sums%times_done)))
             call check(error, failure%message, 'stopped: '//integer_text(sum(sums%times_done))//' of 500 are done')
@@ -170,7 +159,6 @@ contains
     !> Pieces, parts of a larger work, and percentages; many pieces are shown a few times only.
     subroutine test_line(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(sums_t) :: sums
         type(listener_t) :: listener
         type(error_t), allocatable :: failure
@@ -195,6 +183,6 @@ contains
         call run_parallel(sums, 2000, 2, failure, listener)
         call check(error, listener%told < 200, integer_text(listener%told))
         call tell(listener, 'sums')
-        call check(error, index(listener%latest, '2000/2000 sums, 50 %') > 0, listener%latest)
+        call check_says(error, listener%latest, '2000/2000 sums, 50 %')
     end subroutine test_line
 end module test_parallel

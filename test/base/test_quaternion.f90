@@ -1,11 +1,8 @@
 !> Identities of the attitude quaternions.
 module test_quaternion
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI
-    use gracecg_base_vectors, only: identity, unit, cross, cross_matrix, inverse_3x3
+    use vocabulary
+    use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_quaternion

@@ -1,12 +1,9 @@
 !> The random numbers: published vectors, independence of streams, distributions.
 module test_random
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI
+    use vocabulary
     use gracecg_base_lanes, only: LANES
-    use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32
+    use gracecg_base_random, only: philox_4x32
     use statistics, only: Z_999, mean, correlation, chi_square_limits, ljung_box
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_random
@@ -113,7 +110,6 @@ contains
 
         subroutine expect(counter, key, answer)
             integer(i8), intent(in) :: counter(4), key(2), answer(4)
-
             integer(i8) :: word(LANES, 4)
 
             call philox_4x32(counter, key, word)

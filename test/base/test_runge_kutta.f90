@@ -1,12 +1,9 @@
 !> The Runge-Kutta-Fehlberg integrator: order, exactness, error estimate.
 module test_runge_kutta
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI
+    use vocabulary
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_base_table_rkf78
     use controlled_systems, only: power_t, kepler_t
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_runge_kutta

@@ -1,14 +1,9 @@
 !> The power spectrum: conservation of power, lines, the level of known noise, gaps.
 module test_spectrum
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_base_spectrum
     use statistics, only: Z_999
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_spectrum
@@ -76,7 +71,6 @@ contains
     !> its frequency; in white noise of variance 1 a single line has the mean 2.
     subroutine test_strongest(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: SPACING = 1/240.0_dp, TONE = 20*SPACING
         integer, parameter :: SERIES = 2000
         type(random_stream_t) :: stream
@@ -120,8 +114,7 @@ contains
         do trial = 1, 3
             corner = merge(0.1_dp, 0.0_dp, trial == 1)
             noise = coloured_noise(noise_spectrum_t(1e-18_dp, corner, TWO_SIDED), H, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             stream = new_stream(99, 1, 1, trial, 1)
             allocate (x(N))
             call noise%generate(stream, x)
@@ -149,8 +142,7 @@ contains
             call power_spectrum([(i, i=1, 64)], x(first:first + 63), H, WHOLE, HANN, unused, part)
             total = total + part/4
         end do
-        call check(error, size(frequency), 33)
-        if (allocated(error)) return
+        if (unmet(error, size(frequency), 33)) return
         call check(error, maxval(abs(density - total)), 0.0_dp, thr=1e-14_dp*maxval(total))
     end subroutine test_segments
 
@@ -162,13 +154,10 @@ contains
 
         frequency = [(k/60.0_dp, k=0, 300)]
         call band_means(frequency, frequency, 1/3.0_dp, f, d)
-        call check(error, maxval(abs(f - d)) < 1e-14_dp .and. all(f(2:) > f(:size(f) - 1)))
-        if (allocated(error)) return
+        if (unmet(error, maxval(abs(f - d)) < 1e-14_dp .and. all(f(2:) > f(:size(f) - 1)))) return
         call check(error, f(1), frequency(2), thr=1e-15_dp)
-        call check(error, all(f(2:)/f(:size(f) - 1) < 2.001_dp), 'a band is missing')
-        if (allocated(error)) return
-        call check(error, size(f), 20)
-        if (allocated(error)) return
+        if (unmet(error, all(f(2:)/f(:size(f) - 1) < 2.001_dp), 'a band is missing')) return
+        if (unmet(error, size(f), 20)) return
         call band_means(frequency, 0*frequency + 7, 1/3.0_dp, f, d)
         call check(error, maxval(abs(d - 7)), 0.0_dp, thr=1e-14_dp)
     end subroutine test_bands

@@ -1,10 +1,7 @@
 !> The median, and the tail of the chi-square distribution.
 module test_statistics
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_base_statistics, only: median_of, chi_square_tail
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_statistics
@@ -31,7 +28,6 @@ contains
     !> As many lie below it as above it.
     subroutine test_many(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(random_stream_t) :: stream
         real(dp) :: values(1001), median
 

@@ -1,10 +1,8 @@
 !> Text helpers: strict numbers, and numbers as text that read back exactly.
 module test_text
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_text
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_text
@@ -39,8 +37,7 @@ contains
         type(string_t), allocatable :: pieces(:)
 
         pieces = split('a,, b ,', ',')
-        call check(error, size(pieces), 4)
-        if (allocated(error)) return
+        if (unmet(error, size(pieces), 4)) return
         call check(error, pieces(1)%text == 'a' .and. len(pieces(2)%text) == 0 .and. &
                    pieces(3)%text == ' b ' .and. len(pieces(4)%text) == 0)
         call check(error, size(split('', ',')), 1)
@@ -51,8 +48,7 @@ contains
         type(string_t), allocatable :: words(:)
 
         words = split_words('  one'//achar(9)//' two  t')
-        call check(error, size(words), 3)
-        if (allocated(error)) return
+        if (unmet(error, size(words), 3)) return
         call check(error, words(1)%text//'|'//words(2)%text//'|'//words(3)%text, 'one|two|t')
         call check(error, size(split_words('  ')) + size(split_words('')), 0)
     end subroutine test_split_words
@@ -114,10 +110,8 @@ contains
 
         call parse_integer(' -2147483647 ', value, ok)
         call check(error, ok .and. value == -2147483647)
-        if (allocated(error)) return
         call parse_integer('+007', value, ok)
         call check(error, ok .and. value == 7)
-        if (allocated(error)) return
         call parse_integer('9223372036854775807', long, ok)
         call check(error, ok .and. long == huge(long))
     end subroutine test_integer_accepted

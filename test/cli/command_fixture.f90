@@ -1,14 +1,13 @@
 !> Commands run in this process, with what they say captured.
 module command_fixture
+    use vocabulary
     use gracecg_base_text, only: split_words
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE
+    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_level1_commands, only: level1_commands
-    use testdrive, only: error_type
-    use fixture, only: check
     implicit none
     private
-    public :: run, succeeds, refused
+    public :: run, succeeds, refused, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
 
 contains
 
@@ -17,7 +16,6 @@ contains
         character(*), intent(in) :: line
         integer, intent(out) :: status
         character(:), allocatable, intent(out) :: output, messages
-
         type(console_t) :: console
 
         console%captured = .true.
@@ -28,37 +26,38 @@ contains
         if (allocated(console%messages)) messages = console%messages
     end subroutine run
 
-    !> The line must succeed and say nothing on standard error. After a failed check nothing is run.
-    subroutine succeeds(error, line, output)
+    !> The line must succeed and, unless the messages are asked for, say nothing on standard error. After a failed check nothing
+    !> is run.
+    subroutine succeeds(error, line, output, messages)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: line
         character(:), allocatable, intent(out) :: output
-
-        character(:), allocatable :: messages
+        character(:), allocatable, intent(out), optional :: messages
+        character(:), allocatable :: said
         integer :: status
 
         output = ''
-        if (allocated(error)) return
-        call run(line, status, output, messages)
-        call check(error, status, STATUS_DONE, line//': '//messages)
-        call check(error, messages, '', line)
+        said = ''
+        if (.not. allocated(error)) then
+            call run(line, status, output, said)
+            call check(error, status, STATUS_DONE, line//': '//said)
+            if (.not. present(messages)) call check(error, said, '', line)
+        end if
+        if (present(messages)) messages = said
     end subroutine succeeds
 
     !> The line must end with a status, write no result and say every one of the parts.
     subroutine refused(error, line, expected_status, parts)
         type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: line, parts(:)
+        character(*), intent(in) :: line, parts
         integer, intent(in) :: expected_status
-
         character(:), allocatable :: output, messages
-        integer :: status, i
+        integer :: status
 
         if (allocated(error)) return
         call run(line, status, output, messages)
         call check(error, status, expected_status, line//': '//messages)
         call check(error, output, '', line)
-        do i = 1, size(parts)
-            call check(error, index(messages, trim(parts(i))) > 0, '"'//trim(parts(i))//'" is not in the message: '//messages)
-        end do
+        call check_says(error, messages, trim(parts))
     end subroutine refused
 end module command_fixture

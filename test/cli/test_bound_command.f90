@@ -1,16 +1,10 @@
 !> `gracecg bound`, and what `estimate` and `montecarlo` say of `optimal`.
 module test_bound_command
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t, split
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
+    use vocabulary
+    use calibrations
+    use gracecg_base_text, only: split
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails
-    use testdrive, only: new_unittest, unittest_type, error_type
+    use command_fixture
     implicit none
     private
     public :: collect_bound_command
@@ -32,17 +26,15 @@ contains
 
     subroutine test_csv(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(string_t), allocatable :: rows(:), fields(:)
         type(case_t) :: case
         type(case_bound_t) :: bound
         type(error_t), allocatable :: failure
         character(:), allocatable :: output, messages
         real(dp) :: values(7)
-        integer :: status, i
+        integer :: i
 
-        call run('bound front-3 back-1 --format csv', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'bound front-3 back-1 --format csv', output, messages)
         rows = split(output, LF)
         call check(error, rows(1)%text, &
                    'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,'// &
@@ -52,7 +44,7 @@ contains
         do i = 1, 7
             read (fields(i + 1)%text, *) values(i)
         end do
-        call report_case('back-1', case, failure)
+        call take_case('back-1', case)
         call bound_of_case(case, estimation_options_t(), bound, failure)
         call check(error, maxval(abs(values(1:3) - 1e3_dp*bound%sigma)) < 1e-12_dp)
         call check(error, norm2(values(5:7)), 1.0_dp, thr=1e-12_dp)
@@ -63,28 +55,24 @@ contains
 
     subroutine test_text(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: FLAG = 'estimate_scale_factors = ', NO = '.false.'
         character(:), allocatable :: output, messages, case_text
         integer :: status, first
 
-        call run('bound front-1', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
-        call check_fails(error, output, [character(24) :: 'front-1', 'Cramer-Rao', 'scale factors', 'rod gain', &
-                                         'magnetometer bias', 'inertia', 'unmodelled torque', 'worst direction'])
+        call succeeds(error, 'bound front-1', output, messages)
+        call check_fails(error, output, &
+                         'front-1 ... Cramer-Rao ... scale factors ... rod gain ... magnetometer bias ... inertia ... '// &
+                         'unmodelled torque ... worst direction')
         call check(error, index(output, 'estimated, too') == 0)
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, FLAG) + len(FLAG)
-        call make_file(error, 'scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
-        call run('bound '//FOLDER//'scaled.nml', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
-        call check_fails(error, output, [character(58) :: 'a-priori sigmas of scale factors, which are estimated, too', &
-                                         'adds by rod gain'])
+        call make_file('scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
+        call succeeds(error, 'bound '//FOLDER//'scaled.nml', output, messages)
+        call check_fails(error, output, 'a-priori sigmas of scale factors, which are estimated, too ... adds by rod gain')
     end subroutine test_text
 
     subroutine test_wrong(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: output, messages, case_text
         integer :: status, first, last
 
@@ -93,41 +81,31 @@ contains
         call run('cases show front-1', status, case_text, messages)
         first = index(case_text, 'noise_level')
         last = first + index(case_text(first:), LF) - 2
-        call make_file(error, 'negative.nml', case_text(:first - 1)//'noise_level = -1e-20, 1e-18, 1e-20'// &
+        call make_file('negative.nml', case_text(:first - 1)//'noise_level = -1e-20, 1e-18, 1e-20'// &
                        case_text(last + 1:))
         call run('bound '//FOLDER//'negative.nml', status, output, messages)
         call check(error, status, STATUS_FAILED)
-        call check_fails(error, messages, [character(12) :: 'negative.nml', 'noise_level', '-1'])
+        call check_fails(error, messages, 'negative.nml ... noise_level ... -1')
         call run('montecarlo --without sunlight', status, output, messages)
         call check(error, status, STATUS_MISUSED)
-        call check_fails(error, messages, [character(13) :: '--without', 'sunlight', 'scale-factors'])
+        call check_fails(error, messages, '--without ... sunlight ... scale-factors')
     end subroutine test_wrong
 
     subroutine test_files(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: output, messages
-        integer :: status
 
-        call make_folder(error)
-        call run('simulate front-1 --out '//FOLDER//'optimal-run', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
-        call run('estimate '//FOLDER//'optimal-run --algorithm optimal', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
-        call check_fails(error, output, [character(18) :: 'optimal', 'variance factor', 'noise level', 'torque_x', &
-                                         'wave_sin'])
-        call check_fails(error, messages, ['a wave of period'])
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'optimal-run', output, messages)
+        call succeeds(error, 'estimate '//FOLDER//'optimal-run --algorithm optimal', output, messages)
+        call check_fails(error, output, 'optimal ... variance factor ... noise level ... torque_x ... wave_sin')
+        call check_fails(error, messages, 'a wave of period')
     end subroutine test_files
 
     subroutine test_montecarlo(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(:), allocatable :: output, messages
-        integer :: status
 
-        call run('montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', status, output, &
-                 messages)
-        call check(error, status, STATUS_DONE, messages)
-        call check_fails(error, output, [character(29) :: 'switched off here: systematic', 'own covariances'])
+        call succeeds(error, 'montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', output, messages)
+        call check_fails(error, output, 'switched off here: systematic ... own covariances')
     end subroutine test_montecarlo
 end module test_bound_command

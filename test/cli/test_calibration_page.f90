@@ -1,19 +1,12 @@
 !> What the page of one calibration is made of: complete, honest about what is missing, and handed to Python. Instead of
 !> Python test/fixtures/page_maker.sh makes the page here: it is a copy of the JSON. The pages: python/tests/test_pages.py.
 module test_calibration_page
-    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t
+    use vocabulary
+    use calibrations
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
     use gracecg_files_json, only: read_json_numbers
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED
-    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_cli_page_program, only: page_folder, RESULT_FILE, PYTHON_VARIABLE
-    use command_fixture, only: run
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_file, read_content, check_passes
+    use command_fixture
     implicit none
     private
     public :: collect_calibration_page
@@ -21,14 +14,6 @@ module test_calibration_page
     character(*), parameter :: RUN_1 = FOLDER//'page-run'
     character(9), parameter :: MEMBERS(7) = [character(9) :: 'inputs', 'samples', 'manoeuvre', 'verdict', 'fit', 'tables', &
                                              'results']
-
-    interface
-        integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: name(*), value(*)
-            integer(c_int), value :: overwrite
-        end function c_setenv
-    end interface
 
 contains
 
@@ -49,50 +34,24 @@ contains
                     new_unittest('refused-fit', test_refused)]
     end subroutine collect_calibration_page
 
-    !> The line must succeed.
-    subroutine succeeds(error, line, output, messages)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: line
-        character(:), allocatable, intent(out) :: output, messages
-
-        integer :: status
-
-        output = ''
-        messages = ''
-        if (allocated(error)) return
-        call run(line, status, output, messages)
-        call check(error, status, STATUS_DONE, line//': '//messages)
-    end subroutine succeeds
-
     !> An observation set of front-3 in a folder.
     subroutine observe(error, name)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name
-
         character(:), allocatable :: output, messages
 
         call succeeds(error, 'simulate front-3 --out '//name, output, messages)
     end subroutine observe
 
-    subroutine has(error, html, part)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: html, part
-
-        if (allocated(error)) return
-        call check(error, index(html, part) > 0, '"'//part//'" is not on the page')
-    end subroutine has
-
     subroutine has_not(error, html, part)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: html, part
 
-        if (allocated(error)) return
         call check(error, index(html, part), 0, '"'//part//'" is on the page')
     end subroutine has_not
 
     integer function count_of(text, part) result(n)
         character(*), intent(in) :: text, part
-
         integer :: from, step
 
         n = 0
@@ -121,17 +80,16 @@ contains
 
         call observe(error, RUN_1)
         do i = 1, size(ESTIMATOR_NAMES)
-            if (allocated(error)) return
             name = trim(ESTIMATOR_NAMES(i))
             call succeeds(error, 'estimate '//RUN_1//' --algorithm '//name//' --format json --report '//FOLDER// &
                           'page.html', output, messages)
             call read_content(error, FOLDER//'page.html', json)
             do k = 1, size(MEMBERS)
-                call has(error, json, '"'//trim(MEMBERS(k))//'": ')
+                call check_says(error, json, '"'//trim(MEMBERS(k))//'": ')
             end do
-            call has(error, json, '"algorithm": "'//name//'"')
-            call has(error, json, '"observations": "'//RUN_1//'"')
-            call has(error, json, 'moments_of_inertia = 70.23, 345.14, 388.84')
+            call check_says(error, json, '"algorithm": "'//name//'"')
+            call check_says(error, json, '"observations": "'//RUN_1//'"')
+            call check_says(error, json, 'moments_of_inertia = 70.23, 345.14, 388.84')
             call has_not(error, json, 'NaN')
             call has_not(error, json, '***')
             call check(error, output == json)
@@ -158,7 +116,7 @@ contains
         call take('fit.ellipsoid.semi_axes_m', axes)
         if (allocated(error)) return
         call check(error, size(residuals) == 600 .and. size(moment) == 600 .and. size(spectrum) == 300)
-        call has(error, output, '3.351E-09')
+        call check_says(error, output, '3.351E-09')
         call check(error, norm2(residuals)/sqrt(600.0_dp), 3.351e-9_dp, thr=1e-12_dp)
         power = sum(spectrum**2)*frequency(1)
         call check(error, power/(norm2(residuals)**2/600), 1.0_dp, thr=0.1_dp)
@@ -170,10 +128,8 @@ contains
         subroutine take(path, values)
             character(*), intent(in) :: path
             real(dp), allocatable, intent(out) :: values(:)
-
             logical :: ok
 
-            if (allocated(error)) return
             call read_json_numbers(json, path, values, ok)
             call check(error, ok, path)
         end subroutine take
@@ -202,16 +158,15 @@ contains
         character(60), parameter :: SAID(2) = [character(60) :: 'tools/setup.sh pages', 'ended with status 1: (no message)']
         character(:), allocatable :: output, messages
         character(4096) :: usual
-        integer(c_int) :: set
         integer :: status, i
 
         call observe(error, RUN_1)
         call get_environment_variable(PYTHON_VARIABLE, usual)
         do i = 1, size(PYTHONS)
-            if (.not. allocated(error)) call make_file(error, 'bare.html', 'an older page')
-            set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(PYTHONS(i))//c_null_char, 1_c_int)
+            if (.not. allocated(error)) call make_file('bare.html', 'an older page')
+            call set_variable(PYTHON_VARIABLE, trim(PYTHONS(i)))
             call run('estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', status, output, messages)
-            set = c_setenv(PYTHON_VARIABLE//c_null_char, trim(usual)//c_null_char, 1_c_int)
+            call set_variable(PYTHON_VARIABLE, trim(usual))
             call check(error, status == STATUS_FAILED .and. index(output, 'CG offset') > 0 .and. &
                        index(messages, trim(SAID(i))) > 0 .and. count_of(messages, new_line('a')) == 1, messages)
             call check(error, file_exists(FOLDER//'bare_files/result.json') .and. .not. file_exists(FOLDER//'bare.html'))
@@ -228,10 +183,10 @@ contains
         call succeeds(error, 'estimate '//FOLDER//'page-lost --algorithm assest-fde --report '//FOLDER//'lost.html', &
                       output, messages)
         if (allocated(error)) return
-        call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs') > 0, messages)
+        call check_says(error, messages, 'warning: magnetometer: no samples for 60 epochs')
         call read_content(error, FOLDER//'lost.html', html)
-        call has(error, html, 'magnetometer: no samples for 60 epochs')
-        call has(error, html, '"remarks": [')
+        call check_says(error, html, 'magnetometer: no samples for 60 epochs')
+        call check_says(error, html, '"remarks": [')
     end subroutine test_warnings
 
     !> The status is 1, and the page says that the offset is not to be used.
@@ -239,25 +194,24 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: KEY = 'guess_angular_velocity = '
         character(:), allocatable :: knowledge, html, output, messages
-        integer :: status, place
+        integer :: status
 
         call observe(error, FOLDER//'page-astray')
         call read_content(error, FOLDER//'page-astray/options.nml', knowledge)
         if (allocated(error)) return
-        place = index(knowledge, KEY) + len(KEY)
-        call make_file(error, 'page-astray/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
+        call make_file('page-astray/options.nml', replaced(knowledge, KEY, KEY//'0.5, 0.4, 0.7 ! '))
         call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --options '//FOLDER// &
                  'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
-        call check(error, index(messages, 'did not converge') > 0, messages)
+        call check_says(error, messages, 'did not converge')
         call read_content(error, FOLDER//'astray.html', html)
-        call has(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
+        call check_says(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
         call has_not(error, html, '"offset_m"')
-        call has(error, html, '"tables": ')
-        call has(error, html, '"options_file": "'//FOLDER//'page-astray/options.nml"')
-        call has(error, html, '&estimation')
-        call has(error, html, 'not converged in 20 iterations')
+        call check_says(error, html, '"tables": ')
+        call check_says(error, html, '"options_file": "'//FOLDER//'page-astray/options.nml"')
+        call check_says(error, html, '&estimation')
+        call check_says(error, html, 'not converged in 20 iterations')
         call has_not(error, html, 'move the centre of mass')
     end subroutine test_no_convergence
 
@@ -271,12 +225,11 @@ contains
         call observe(error, RUN_1)
         call run('estimate '//RUN_1//' --algorithm assest-fde --report build/no-such-folder/x.html', status, output, &
                  messages)
-        call check(error, status == STATUS_FAILED .and. output == '' .and. &
-                   index(messages, 'build/no-such-folder/x.html: cannot be written: there is no folder') > 0, messages)
-        if (allocated(error)) return
+        if (unmet(error, status == STATUS_FAILED .and. output == '' .and. &
+                  index(messages, 'build/no-such-folder/x.html: cannot be written: there is no folder') > 0, messages)) return
         call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER, status, output, messages)
         call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'is a folder') > 0, messages)
-        if (.not. allocated(error)) call make_file(error, 'blocked_files', 'in the way')
+        if (.not. allocated(error)) call make_file('blocked_files', 'in the way')
         call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER//'blocked.html', status, output, messages)
         call check(error, status == STATUS_FAILED .and. index(messages, 'blocked_files: cannot make this folder') > 0, &
                    messages)
@@ -307,7 +260,7 @@ contains
             call check(error, status == STATUS_FAILED .and. index(messages, 'would destroy it; name another file') > 0, messages)
             do k = 1, size(INPUTS)
                 if (.not. allocated(failure)) call read_text_file(RUN_2//'/'//trim(INPUTS(k)), after, failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
                 call check(error, after%text == before(k)%text, trim(OUTPUTS(i))//' has changed '//INPUTS(k))
             end do
         end do
@@ -326,18 +279,16 @@ contains
                  messages)
         call check(error, status == 0, messages)
         call read_text_file(FOLDER//'page-bad/accelerometer.csv', samples, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call make_file(error, 'page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
+        if (failed(error, failure)) return
+        call make_file('page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
                        samples%text(samples%last(20) + 1:))
         call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
                  messages)
-        call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
-                   .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)
-        if (allocated(error)) return
+        if (unmet(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
+                  .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)) return
         call read_content(error, FOLDER//'bad.html', html)
-        call has(error, html, '"refusal": "')
-        call has(error, html, 'accelerometer.csv:20')
+        call check_says(error, html, '"refusal": "')
+        call check_says(error, html, 'accelerometer.csv:20')
         call has_not(error, html, '"samples"')
         call has_not(error, html, '"tables"')
     end subroutine test_corrupted
@@ -348,27 +299,22 @@ contains
         character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-fde', 'ascfest', 'optimal', 'sequential']
         character(*), parameter :: KEY = 'amplitude = '
         character(:), allocatable :: text, html, output, messages
-        integer :: status, place, i
+        integer :: status, i
 
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'page-refused', output, messages)
         if (allocated(error)) return
         call read_content(error, FOLDER//'page-refused/setup.nml', text)
-        place = index(text, KEY//'30')
-        do while (place > 0)        ! the rods fired with more than twice what the setup says
-            text = text(:place - 1)//KEY//'14'//text(place + len(KEY//'30'):)
-            place = index(text, KEY//'30')
-        end do
-        call make_file(error, 'page-refused/setup.nml', text)
+        text = replaced(text, KEY//'30', KEY//'14', every=.true.)   ! the rods fired with more than twice what the setup says
+        call make_file('page-refused/setup.nml', text)
         do i = 1, size(ALGORITHMS)
-            if (allocated(error)) return
             call run('estimate '//FOLDER//'page-refused --algorithm '//trim(ALGORITHMS(i))//' --report '//FOLDER// &
                      'refused.html', status, output, messages)
             call check(error, status == STATUS_FAILED .and. output == '' .and. &
                        index(messages, 'did the rods fire') > 0, trim(ALGORITHMS(i))//': '//messages)
             call read_content(error, FOLDER//'refused.html', html)
-            call has(error, html, 'did the rods fire as the setup says?')
-            call has(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
-            call has(error, html, '"residuals": {')
+            call check_says(error, html, 'did the rods fire as the setup says?')
+            call check_says(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
+            call check_says(error, html, '"residuals": {')
             call has_not(error, html, '"offset_m"')
         end do
     end subroutine test_refused

@@ -1,16 +1,12 @@
 !> gracecg report: the numbers that the page is made of (test/fixtures/page_maker.sh stands for Python).
 !> tools/check_report.py looks at the page.
 module test_report
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_text, only: real_text, share_text, pick_text
     use gracecg_files_file, only: file_exists, make_directory, remove_file
     use gracecg_studies_table_report_rms, only: RMS_VALUES
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use gracecg_cli_campaign_tables, only: percent_text
-    use command_fixture, only: run, refused
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, make_file, read_content, check_passes
+    use command_fixture
     implicit none
     private
     public :: collect_report
@@ -40,7 +36,6 @@ contains
         subroutine same(found, expected)
             character(*), intent(in) :: found, expected
 
-            if (allocated(error)) return
             call check(error, found == expected .and. len(found) == len(expected), found//' is not '//expected)
         end subroutine same
     end subroutine test_numbers
@@ -48,14 +43,13 @@ contains
     subroutine test_wrong_usage(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call make_file(error, 'in-the-way', 'a file')
-        call refused(error, 'report', STATUS_MISUSED, ['--out'])
-        call refused(error, 'report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, ['--runs'])
-        call refused(error, 'report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, ['--threads'])
-        call refused(error, 'report --out '//FOLDER//'in-the-way', STATUS_FAILED, ['a file of that name is in the way'])
-        call refused(error, 'report --out /proc/gracecg', STATUS_FAILED, ['/proc/gracecg'])
-        if (allocated(error)) return
-        call check(error,.not. file_exists(FOLDER//'page/index.html'))
+        call make_file('in-the-way', 'a file')
+        call refused(error, 'report', STATUS_MISUSED, '--out')
+        call refused(error, 'report --out '//FOLDER//'page --runs 14', STATUS_MISUSED, '--runs')
+        call refused(error, 'report --out '//FOLDER//'page --threads 0', STATUS_MISUSED, '--threads')
+        call refused(error, 'report --out '//FOLDER//'in-the-way', STATUS_FAILED, 'a file of that name is in the way')
+        call refused(error, 'report --out /proc/gracecg', STATUS_FAILED, '/proc/gracecg')
+        call check(error, .not. file_exists(FOLDER//'page/index.html'))
     end subroutine test_wrong_usage
 
     !> A report that fails on its way leaves no page and no result.json of an earlier one beside its new tables.
@@ -67,12 +61,12 @@ contains
         integer :: status
 
         call make_directory(PATH//'com_budget.csv', failure)        ! in the way of the second table
-        call check_passes(error, message_of(failure))
-        call make_file(error, 'stopped-report/index.html', 'a page of before')
-        call make_file(error, 'stopped-report/result.json', '{}')
+        call check_passes(error, failure)
+        call make_file('stopped-report/index.html', 'a page of before')
+        call make_file('stopped-report/result.json', '{}')
         call run('report --runs 15 --out '//FOLDER//'stopped-report', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
-        call check(error, index(messages, 'com_budget.csv') > 0, messages)
+        call check_says(error, messages, 'com_budget.csv')
         call check(error, file_exists(PATH//'cases.csv') .and. .not. file_exists(PATH//'index.html') .and. &
                    .not. file_exists(PATH//'result.json'))
     end subroutine test_stopped
@@ -108,22 +102,19 @@ contains
         real(dp) :: value
         integer :: status, i
 
-        call make_folder(error)
         path = FOLDER//'report/'
         call remove_file(path//'index.html')
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)
         call check(error, status == STATUS_DONE .and. index(messages, 'warning') == 0, messages)   ! but lines of progress
         call read_content(error, path//'index.html', page)      ! which is result.json here
-        call check(error, index(page, '"allowed": 71') > 0, page)
+        call check_says(error, page, '"allowed": 71')
         do i = 1, size(FILES, 2)
-            if (allocated(error)) return
             call read_content(error, path//trim(FILES(1, i)), file)
             call check(error, index(file, trim(FILES(2, i))) == 1 .and. &
                                                    index(page, '"'//trim(FILES(1, i))//'"') > 0, trim(FILES(1, i)))
         end do
         call read_content(error, path//'montecarlo.csv', file)
         do i = 1, size(RMS_VALUES)
-            if (allocated(error)) return
             value = RMS_VALUES(i)
             if (abs(value - 0.01112_dp) < 1e-9_dp) value = 0.1112_dp
             call check(error, index(file, ','//real_text(value)//new_line('a')) > 0, 'published value '//real_text(value))

@@ -1,21 +1,15 @@
 !> `simulate` and `estimate` on the command line: what they write, and what an estimate says of itself.
 module test_run_commands
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t, split, parse_real
+    use gracecg_base_text, only: split, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory, remove_file
     use gracecg_files_table, only: read_csv, table_file_t
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
-    use gracecg_cli_command_line, only: STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use command_fixture, only: run, succeeds, refused
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, check_fails, FOLDER, make_file, read_content, check_passes
+    use command_fixture
     implicit none
     private
     public :: collect_run_commands
-
-    integer, parameter :: W = 70
 
 contains
 
@@ -46,8 +40,7 @@ contains
 
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run1 --seed 5', output)
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
-        call check(error, index(output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ') > 0, output)
-        if (allocated(error)) return
+        call check_says(error, output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ')
         call read_csv(FOLDER//'run1/truth.csv', COLUMNS, rows, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run1/truth.csv', COLUMNS, truth_1, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', COLUMNS, truth_2, failure)
@@ -56,7 +49,7 @@ contains
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'run2/accelerometer.csv', ACCELEROMETER, noisy_2, failure)
         if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, rows%comments(1)%text == 'gracecg '//VERSION//' simulate' .and. &
                    rows%comments(2)%text == 'case front-3, seed 5, run 1')
         call check(error, size(truth_1, 1) == 601 .and. size(noisy_1, 1) == 600)
@@ -73,8 +66,8 @@ contains
         type(error_t), allocatable :: failure
 
         call make_directory(BLOCKED//'/options.nml', failure)
-        call check_passes(error, message_of(failure))
-        call refused(error, 'simulate front-3 --out '//BLOCKED, STATUS_FAILED, [character(11) :: 'options.nml', 'is a folder'])
+        call check_passes(error, failure)
+        call refused(error, 'simulate front-3 --out '//BLOCKED, STATUS_FAILED, 'options.nml ... is a folder')
         call check(error, .not. any([file_exists(BLOCKED//'/truth.csv'), file_exists(BLOCKED//'/setup.nml'), &
                                      file_exists(BLOCKED//'/accelerometer.csv')]))
     end subroutine test_blocked_options
@@ -95,16 +88,14 @@ contains
         call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde --format csv', output)
         if (allocated(error)) return
         text = text_file_of(output, 'output')
-        call check(error, index(text%line(1), &
-                   'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
-                   'converged,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,alpha_x_m_s3,') == 1, &
-                   text%line(1))
-        if (allocated(error)) return
+        if (unmet(error, index(text%line(1), &
+                  'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
+                  'converged,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,alpha_x_m_s3,') == 1, &
+                  text%line(1))) return
         fields = split(text%line(2), ',')
         call check(error, size(fields) == 46 .and. size(split(text%line(1), ',')) == 46 .and. &
                    fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '', text%line(2))
         do axis = 1, 3
-            if (allocated(error)) return
             call parse_real(fields(1 + axis)%text, value, ok)
             call parse_real(fields(4 + axis)%text, sigma, ok)
             call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. &
@@ -116,23 +107,20 @@ contains
         first = findloc([(index(text%line(axis), ', assest-fde: CG offset') > 0, axis=1, 10)], .true., 1)
         call check(error, first > 1 .and. index(text%line(1), 'trim: ') == 1, text%line(1))
         do axis = 1, 3
-            if (allocated(error)) return
             line = text%line(first + axis)
             read (line(4:16), *) sigma
             call parse_real(fields(1 + axis)%text, value, ok)
             call check(error, abs(sigma - value) < 1e-5_dp, line)
         end do
-        call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
-                     [character(W) :: 'none: no such folder'])
+        call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, 'none: no such folder')
         call estimate_without_stars()
         if (allocated(error)) return
         call remove_file(FOLDER//'run3/magnetometer.csv')
-        call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', output, messages)
         call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs'), 1, messages)
         call remove_file(FOLDER//'run3/orbit.csv')
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
-                     [character(W) :: 'run3/magnetometer.csv: no such file'])
+                     'run3/magnetometer.csv: no such file')
 
     contains
 
@@ -148,7 +136,7 @@ contains
             if (allocated(error)) return
             call remove_file(FOLDER//'run4/star_camera.csv')
             call refused(error, 'estimate '//FOLDER//'run4 --algorithm assest-fde', STATUS_FAILED, &
-                         [character(W) :: 'run4/star_camera.csv: no such file'])
+                         'run4/star_camera.csv: no such file')
             call read_text_file(FOLDER//'run4/truth.csv', truth, failure)
             names = split(truth%line(1), ',')
             values = split(truth%line(2), ',')
@@ -157,11 +145,10 @@ contains
                 if (index(names(i)%text, '_rad_s') > 0 .and. index(names(i)%text, 'wd') == 0) rates = rates//' '//values(i)%text
             end do
             call read_text_file(FOLDER//'run4/setup.nml', setup, failure)
-            call make_file(error, 'run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
+            call make_file('run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
                            ' sigma = 3*1e-8 /'//new_line('a'))
             call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
-            call check(error, status == STATUS_NOT_TO_BE_USED .and. index(messages, 'from other means') > 0, messages)
-            if (allocated(error)) return
+            if (unmet(error, status == STATUS_NOT_TO_BE_USED .and. index(messages, 'from other means') > 0, messages)) return
             text = text_file_of(output, 'output')
             fields = split(text%line(2), ',')
             do axis = 1, 3
@@ -176,8 +163,7 @@ contains
                 length = length + len_trim(fields(i)%text)
             end do
             call check(error, length, 0, text%line(2))
-            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, &
-                         [character(W) :: 'ASSEST alone can do without'])
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, 'ASSEST alone can do without')
         end subroutine estimate_without_stars
     end subroutine test_estimate
 
@@ -194,18 +180,14 @@ contains
         character(:), allocatable :: output, messages
         real(dp), allocatable :: table(:, :)
         real(dp) :: value
-        integer :: status, i
+        integer :: i
         logical :: ok
 
         call succeeds(error, 'simulate back-3 --out '//FOLDER//'run6', output)
-        call run('estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, status, &
-                 output, messages)
-        call check(error, status, STATUS_DONE, messages)
-        if (allocated(error)) return
+        call succeeds(error, 'estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, output, messages)
         call read_csv(FILE, COLUMNS, table, failure)
-        call check_passes(error, message_of(failure))
-        call check(error, size(table, 1), 601)
-        if (allocated(error)) return
+        call check_passes(error, failure)
+        if (unmet(error, size(table, 1), 601)) return
         text = text_file_of(output, 'output')
         fields = split(text%line(2), ',')
         do i = 2, 7
@@ -214,12 +196,12 @@ contains
         end do
         call remove_file(FILE)
         call refused(error, 'estimate '//FOLDER//'run6 --algorithm optimal --running '//FILE, STATUS_MISUSED, &
-                     [character(W) :: '--running: optimal estimates from all samples at once'])
+                     '--running: optimal estimates from all samples at once')
         call refused(error, 'estimate '//FOLDER//'none --algorithm sequential --running '//FILE, STATUS_FAILED, &
-                     [character(W) :: 'none: no such folder'])
+                     'none: no such folder')
         call check(error, .not. file_exists(FILE), 'no file is left by a failure')
-        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', &
-                     STATUS_FAILED, [character(W) :: 'there is no folder'])
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', STATUS_FAILED, &
+                     'there is no folder')
     end subroutine test_running
 
     !> A hopeless initial guess: the result is shown, marked as not converged, and the status is 1.
@@ -227,14 +209,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: KEY = 'guess_angular_velocity = '
         character(:), allocatable :: knowledge, output, messages
-        integer :: status, place
+        integer :: status
 
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
         if (allocated(error)) return
         call read_content(error, FOLDER//'lost/options.nml', knowledge)
         if (allocated(error)) return
-        place = index(knowledge, KEY) + len(KEY)
-        call make_file(error, 'lost/options.nml', knowledge(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge(place:))
+        call make_file('lost/options.nml', replaced(knowledge, KEY, KEY//'0.5, 0.4, 0.7 ! '))
         call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv --options '//FOLDER// &
                  'lost/options.nml', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
@@ -255,15 +236,14 @@ contains
         if (allocated(error)) return
         call read_content(error, FOLDER//'old/setup.nml', setup)
         call read_content(error, FOLDER//'old/options.nml', options)
-        call make_file(error, 'old/setup.nml', setup//options)
-        call run('estimate '//FOLDER//'old --algorithm ascfest --format csv', status, output, messages)
-        call check(error, status, STATUS_DONE, messages)
+        call make_file('old/setup.nml', setup//options)
+        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv', output, messages)
         call check(error, output == told .and. output /= untold, 'the groups of the setup count')
-        call make_file(error, 'old/empty.nml', '&estimation /')
+        call make_file('old/empty.nml', '&estimation /')
         call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &
                  status, output, messages)
         call check(error, output == untold, '--options takes their place')
-        call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', &
-                     STATUS_FAILED, [character(W) :: 'old/none.nml'])
+        call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', STATUS_FAILED, &
+                     'old/none.nml')
     end subroutine test_options_in_setup
 end module test_run_commands

@@ -1,32 +1,21 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, split_words
-    use gracecg_files_file, only: text_file_t, text_file_of, read_text_file, file_exists, make_directory
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
+    use vocabulary
+    use calibrations
+    use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, observe, disturbance_at
+    use gracecg_simulation_simulator, only: disturbance_at
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_simulation_switches, only: new_switched_simulator
     use gracecg_studies_error_sources, only: study_switches, STUDY_NAMES
     use gracecg_studies_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
     use gracecg_estimation_report_options, only: report_options
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset
-    use gracecg_cli_console, only: console_t
-    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_MISUSED
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, FOLDER, make_folder, check_passes
+    use command_fixture
     implicit none
     private
     public :: collect_studies
-
 
 contains
 
@@ -43,50 +32,32 @@ contains
                     new_unittest('trim-within-sigma', test_trim), &
                     new_unittest('trim-with-its-own-threshold', test_chosen_threshold), &
                     new_unittest('trim-without-noise', test_exact_trim), &
-                    new_unittest('examples', test_examples), &
                     new_unittest('merge-on-the-command-line', test_merge), &
                     new_unittest('hardly-observable', test_hardly_observable), &
                     new_unittest('wrong-usage', test_wrong_usage)]
     end subroutine collect_studies
 
-    subroutine prepare(error, name, study, simulator)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine prepare(name, study, simulator)
         character(*), intent(in) :: name            !! Of the case
         character(*), intent(in) :: study           !! Of STUDY_NAMES
         type(simulator_t), intent(out) :: simulator
-
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
-        if (.not. allocated(failure)) call new_switched_simulator(case, study_switches(study), simulator, &
-                                                                  failure)
-        call check_passes(error, message_of(failure))
+        call take_case(name, case)
+        call make_simulator(case, study_switches(study), simulator)
     end subroutine prepare
-
-    pure function first_runs(n) result(runs)
-        integer, intent(in) :: n
-        integer :: runs(n)
-        integer :: i
-
-        runs = [(i, i=1, n)]
-    end function first_runs
 
     !> A source that is off changes its own instrument and no other.
     subroutine test_switches(error)
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: all_noise, off
-        type(error_t), allocatable :: failure
         logical :: same(3)
         integer :: i, k
 
         do i = 1, size(STUDY_NAMES)
-            call prepare(error, 'front-1', STUDY_NAMES(i), simulator)
-            if (allocated(error)) return
-            call observe(simulator, 1, 1, off, failure, only_used_head=.true.)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call prepare('front-1', STUDY_NAMES(i), simulator)
+            call make_observations(simulator, 1, 1, off, only_used_head=.true.)
             if (i == 1) all_noise = off
             same = [all(abs(off%acceleration - all_noise%acceleration) <= 0), &
                     all(abs(off%quaternion - all_noise%quaternion) <= 0), &
@@ -115,9 +86,8 @@ contains
         real(dp) :: before(3, 0:600), after(3, 0:600), difference(3, 0:600)
         integer :: k, i
 
-        call prepare(error, 'front-1', 'all-noise', curved)
-        if (.not. allocated(error)) call prepare(error, 'front-1', 'linear-ng', straight)
-        if (allocated(error)) return
+        call prepare('front-1', 'all-noise', curved)
+        call prepare('front-1', 'linear-ng', straight)
         do k = 0, 600
             a = disturbance_at(curved%case, curved%arc, density_wave_t(), k)
             before(:, k) = a%non_gravitational
@@ -146,11 +116,9 @@ contains
         integer :: i
 
         do i = 1, size(STUDY_NAMES)
-            call prepare(error, 'front-1', STUDY_NAMES(i), simulator)
-            if (allocated(error)) return
+            call prepare('front-1', STUDY_NAMES(i), simulator)
             call predict_errors(simulator, 'ascfest', estimation_options_t(), prediction, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             rms(:, i) = prediction%rms/MILLIMETRE
             call check(error, all(rms(:, i) < 1.1_dp*AXIS_LIMIT), STUDY_NAMES(i))
             call check(error, all(rms(:, i) < 1.001_dp*rms(:, 1)), STUDY_NAMES(i))
@@ -167,16 +135,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(error_t), allocatable :: failure
         type(field_model_t) :: model
         real(dp) :: errors(3, 60), drawn(3, 100)
         integer :: run, i
 
-        call prepare(error, 'front-2', 'all-noise', simulator)
-        if (allocated(error)) return
-        call observe(simulator, 1, 1, observations, failure, only_used_head=.true.)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call prepare('front-2', 'all-noise', simulator)
+        call make_observations(simulator, 1, 1, observations, only_used_head=.true.)
         do run = 1, 100
             call model%alter(simulator, 1_i8, run, observations)
             do i = 1, 60
@@ -199,26 +163,23 @@ contains
         type(error_statistics_t) :: statistics
         type(error_t), allocatable :: failure
         real(dp) :: rms(3)
+        integer :: i
 
-        call prepare(error, 'front-2', 'all-noise', simulator)
-        if (allocated(error)) return
+        call prepare('front-2', 'all-noise', simulator)
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(rms < 1.03_dp*prediction%rms), 'case 2')
 
-        call prepare(error, 'front-3', 'all-noise', simulator)
-        if (allocated(error)) return
+        call prepare('front-3', 'all-noise', simulator)
         call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, first_runs(100), 2, &
-                                                           results, failure, field_model_t())
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, [(i, i=1, 100)], 2, &
+                                 results, failure, field_model_t())
+        if (failed(error, failure)) return
         call check(error, all(rms(2:3) < 1.03_dp*prediction%rms(2:3)), 'case 3')
         call check(error, rms(1) > 1.2_dp*prediction%rms(1), 'x feels the field')
         statistics = statistics_of(results%offset, simulator%case%satellite%offset)
@@ -234,12 +195,10 @@ contains
         type(error_t), allocatable :: failure
         integer :: n
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         settings%threshold = 0.15_dp*MILLIMETRE
-        if (.not. allocated(failure)) &
-            call trim_offset(case, 'assest-fde', estimation_options_t(), settings, rounds, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call trim_offset(case, 'assest-fde', estimation_options_t(), settings, rounds, failure)
+        if (failed(error, failure)) return
         n = size(rounds)
         call check(error, n > 1 .and. n < settings%rounds)
         call check(error, all(abs(rounds(n)%estimate) < settings%threshold))
@@ -256,21 +215,18 @@ contains
         type(trim_round_t), allocatable :: rounds(:)
         type(error_t), allocatable :: failure
         character(:), allocatable :: output, messages
-        integer :: status, n
+        integer :: n
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         settings%by_sigma = .true.
-        if (.not. allocated(failure)) &
-            call trim_offset(case, 'assest-fde', report_options('front-3'), settings, rounds, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call trim_offset(case, 'assest-fde', report_options('front-3'), settings, rounds, failure)
+        if (failed(error, failure)) return
         n = size(rounds)
         call check(error, n > 1 .and. all(abs(rounds(n)%estimate) < 3*rounds(n)%sigma))
         call check(error, any(abs(rounds(n - 1)%estimate) >= 3*rounds(n - 1)%sigma))
-        call run('trim front-3', status, output, messages)
-        call check(error, status, STATUS_DONE)
+        call succeeds(error, 'trim front-3', output, messages)
         call check(error, index(output, 'three times the sigma of each axis') > 0 .and. index(messages, 'warning') == 0, output)
-        call check(error, index(output, 'x: converged') > 0 .and. index(output, 'z: converged') > 0, output)
+        call check_says(error, output, 'x: converged ... z: converged')
     end subroutine test_chosen_threshold
 
     !> Without noise, density wave and balancing error only what scale factors and unmodelled torques
@@ -282,7 +238,7 @@ contains
         type(trim_round_t), allocatable :: rounds(:)
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         case%satellite%accelerometer%noise%level = 0
         case%satellite%star_camera%catalogue_noise = 0
         case%satellite%star_camera%measurement_noise = 0
@@ -290,52 +246,13 @@ contains
         case%density_wave%amplitude = 0
         settings%threshold = 0.01_dp*MILLIMETRE
         settings%balance_error = 0
-        if (.not. allocated(failure)) &
-            call trim_offset(case, 'ascrest', estimation_options_t(), settings, rounds, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(rounds), 2)
-        if (allocated(error)) return
+        call trim_offset(case, 'ascrest', estimation_options_t(), settings, rounds, failure)
+        if (failed(error, failure)) return
+        if (unmet(error, size(rounds), 2)) return
         call check(error, maxval(abs(rounds(2)%offset - (rounds(1)%offset - rounds(1)%estimate))), 0.0_dp, &
                    thr=1e-18_dp)
         call check(error, norm2(rounds(2)%offset) < 0.03_dp*norm2(rounds(1)%offset))
     end subroutine test_exact_trim
-
-    !> Runs a line of words, files below the folder of the tests.
-    subroutine run(line, status, output, messages)
-        character(*), intent(in) :: line
-        integer, intent(out) :: status
-        character(:), allocatable, intent(out) :: output, messages
-
-        type(console_t) :: console
-        type(string_t), allocatable :: words(:)
-        integer :: i
-
-        console%captured = .true.
-        words = split_words(line)
-        do i = 1, size(words)
-            if (index(words(i)%text, '.csv') > 0) words(i)%text = FOLDER//words(i)%text
-        end do
-        call run_command_line(words, console, status)
-        output = ''
-        messages = ''
-        if (allocated(console%output)) output = console%output
-        if (allocated(console%messages)) messages = console%messages
-    end subroutine run
-
-    !> The line must succeed and say nothing on standard error.
-    subroutine succeeds(error, line, output)
-        type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: line
-        character(:), allocatable, intent(out) :: output
-
-        character(:), allocatable :: messages
-        integer :: status
-
-        call run(line, status, output, messages)
-        call check(error, status, STATUS_DONE, line//': '//messages)
-        call check(error, messages, '', line)
-    end subroutine succeeds
 
     !> Names of different length keep all their letters in the file.
     subroutine test_back_labels(error)
@@ -344,62 +261,29 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 '// &
-                                                  '--out loss.csv', output)
+        call succeeds(error, 'magnetometer-loss back-2 back-3 --runs 1 --out '//FOLDER//'loss.csv', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'loss.csv', file, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, index(file%line(2), 'back-2,ascfest,measured,x,1,'), 1, file%line(2))
         call check(error, index(file%line(25), 'back-3,ascrest,model,z,1,'), 1, file%line(25))
     end subroutine test_back_labels
-
-    !> The example of every help works as printed.
-    subroutine test_examples(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(5) = [character(17) :: 'merge', 'errors', 'magnetometer-loss', &
-                                                  'trim', 'reliability']
-        type(text_file_t) :: help
-        character(:), allocatable :: output, line
-        integer :: i, k
-        logical :: in_example
-
-        call make_folder(error)
-        do i = 1, size(COMMANDS)
-            if (allocated(error)) return
-            call succeeds(error, trim(COMMANDS(i))//' --help', output)
-            if (allocated(error)) return
-            help = text_file_of(output, 'help')
-            in_example = .false.
-            do k = 1, help%line_count()
-                line = trim(adjustl(help%line(k)))
-                if (in_example) call succeeds(error, line(len('gracecg ') + 1:), output)
-                if (allocated(error)) return
-                in_example = in_example .or. line == 'example:'
-            end do
-            call check(error, in_example, trim(COMMANDS(i))//': no example')
-        end do
-    end subroutine test_examples
 
     !> All but the comment lines; a missing shard is said.
     subroutine test_merge(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: CAMPAIGN = 'montecarlo --cases back-3 --algorithms ascfest --runs 4'
         character(:), allocatable :: output, messages
-        integer :: status
 
-        call make_folder(error)
-        if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --out t.csv --runs-out r.csv', output)
-        if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --shard 1/2 --runs-out r1.csv', output)
-        if (.not. allocated(error)) call succeeds(error, CAMPAIGN//' --shard 2/2 --runs-out r2.csv', output)
-        if (.not. allocated(error)) call succeeds(error, 'merge r2.csv r1.csv --out tm.csv --runs-out rm.csv', &
-                                                  output)
+        call succeeds(error, CAMPAIGN//' --out '//FOLDER//'t.csv --runs-out '//FOLDER//'r.csv', output)
+        call succeeds(error, CAMPAIGN//' --shard 1/2 --runs-out '//FOLDER//'r1.csv', output)
+        call succeeds(error, CAMPAIGN//' --shard 2/2 --runs-out '//FOLDER//'r2.csv', output)
+        call succeeds(error, 'merge '//FOLDER//'r2.csv '//FOLDER//'r1.csv --out '//FOLDER//'tm.csv --runs-out '//FOLDER// &
+                      'rm.csv', output)
         call check(error, without_comments('t.csv'), without_comments('tm.csv'))
         call check(error, without_comments('r.csv'), without_comments('rm.csv'))
-        call run('merge r2.csv', status, output, messages)
-        call check(error, status, STATUS_DONE)
-        call check(error, index(messages, '2 of 4 estimates are missing') > 0, messages)
+        call succeeds(error, 'merge '//FOLDER//'r2.csv', output, messages)
+        call check_says(error, messages, '2 of 4 estimates are missing')
     end subroutine test_merge
 
     function without_comments(name) result(text)
@@ -421,11 +305,9 @@ contains
     subroutine test_hardly_observable(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
-        integer :: status
 
-        call run('trim front-2 --rounds 2 --threshold-mm 0.1', status, output, messages)
-        call check(error, status, STATUS_DONE)
-        call check(error, index(output, 'x: not converged') > 0 .and. index(output, 'y: converged') > 0, output)
+        call succeeds(error, 'trim front-2 --rounds 2 --threshold-mm 0.1', output, messages)
+        call check_says(error, output, 'x: not converged ... y: converged')
         call check(error, index(messages, 'below the sigma of x') > 0 .and. &
                    index(messages, 'sigma of y') == 0, messages)
     end subroutine test_hardly_observable
@@ -433,29 +315,16 @@ contains
     subroutine test_wrong_usage(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call misused('montecarlo --shard 0/2', '"0/2" is not K/N')
-        call misused('montecarlo --shard 3/2', '"3/2" is not K/N')
-        call misused('montecarlo --shard 2', '"2" is not K/N')
-        call misused('montecarlo --algorithms ascrest,ascfest,ascrest', '"ascrest" is twice in the list')
-        call misused('montecarlo --cases front-1,front-1', '"front-1" is twice in the list')
-        call misused('montecarlo --out a.csv --runs-out a.csv', 'name the same file')
-        call misused('merge b.csv --out a.csv --runs-out a.csv', 'name the same file')
-        call misused('montecarlo --runs 3 --shard 4/5', 'shard 4/5 of 3 runs has none')
-        call misused('merge', 'FILE')
-        call misused('errors --runs 0', '--runs')
-        call misused('trim --threshold-mm 0', '--threshold-mm')
-
-    contains
-
-        subroutine misused(line, part)
-            character(*), intent(in) :: line, part
-            character(:), allocatable :: output, messages
-            integer :: status
-
-            if (allocated(error)) return
-            call run(line, status, output, messages)
-            call check(error, status, STATUS_MISUSED, line//': '//messages)
-            call check(error, index(messages, part) > 0, messages)
-        end subroutine misused
+        call refused(error, 'montecarlo --shard 0/2', STATUS_MISUSED, '"0/2" is not K/N')
+        call refused(error, 'montecarlo --shard 3/2', STATUS_MISUSED, '"3/2" is not K/N')
+        call refused(error, 'montecarlo --shard 2', STATUS_MISUSED, '"2" is not K/N')
+        call refused(error, 'montecarlo --algorithms ascrest,ascfest,ascrest', STATUS_MISUSED, '"ascrest" is twice in the list')
+        call refused(error, 'montecarlo --cases front-1,front-1', STATUS_MISUSED, '"front-1" is twice in the list')
+        call refused(error, 'montecarlo --out a.csv --runs-out a.csv', STATUS_MISUSED, 'name the same file')
+        call refused(error, 'merge b.csv --out a.csv --runs-out a.csv', STATUS_MISUSED, 'name the same file')
+        call refused(error, 'montecarlo --runs 3 --shard 4/5', STATUS_MISUSED, 'shard 4/5 of 3 runs has none')
+        call refused(error, 'merge', STATUS_MISUSED, 'FILE')
+        call refused(error, 'errors --runs 0', STATUS_MISUSED, '--runs')
+        call refused(error, 'trim --threshold-mm 0', STATUS_MISUSED, '--threshold-mm')
     end subroutine test_wrong_usage
 end module test_studies

@@ -1,15 +1,11 @@
 !> The geopotential: identities, independently computed values, and the reader of .gfc files.
 module test_geopotential
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc
     use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_geopotential
@@ -60,7 +56,7 @@ contains
         type(point_mass_gravity_t) :: point
         integer :: i
 
-        call make_egm96(0, 0, sphere, error)
+        call make_egm96(0, 0, sphere)
         do i = 1, size(PLACES, 2)
             call check_same(sphere, point, PLACES(:, i), 2e-15_dp, error)
         end do
@@ -94,7 +90,7 @@ contains
         type(geopotential_t) :: model
         real(dp) :: u, a(3)
 
-        call make_egm96(degree, degree, model, error)
+        call make_egm96(degree, degree, model)
         call model%potential(place, u)
         call check(error, u, potential, thr=1e-14_dp, rel=.true.)
         call model%acceleration(place, a)
@@ -113,7 +109,7 @@ contains
         c(:, 0) = [1.0_dp, 0.0_dp, -J2/sqrt(5.0_dp)]
         s = 0
         call new_geopotential('oblate', MU, RADIUS, c, s, 2, 0, model, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do i = 1, size(PLACES, 2)
             r = norm2(PLACES(:, i))
             ratio = (PLACES(3, i)/r)**2
@@ -138,8 +134,7 @@ contains
         allocate (c(0:N, 0:N), s(0:N, 0:N), source=0.0_dp)
         c(N, 0) = 0.5_dp
         call new_geopotential('zonal', MU, RADIUS, c, s, N, 0, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call model%potential([0.0_dp, 0.0_dp, R], u)
         call check(error, u, MU/R*(RADIUS/R)**N*c(N, 0)*sqrt(2.0_dp*N + 1), &
                    thr=1e-12_dp, rel=.true.)
@@ -147,8 +142,7 @@ contains
         c(N, 0) = 0
         s(N, N) = 0.25_dp
         call new_geopotential('sectorial', MU, RADIUS, c, s, N, N, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         sectorial = sqrt(2*product([((2*k + 1)/(2.0_dp*k), k=1, N)]))
         call model%potential(R*[cos(LONGITUDE), sin(LONGITUDE), 0.0_dp], u)
         call check(error, u, MU/R*(RADIUS/R)**N*s(N, N)*sectorial*sin(N*LONGITUDE), &
@@ -163,7 +157,7 @@ contains
         type(point_mass_gravity_t) :: point
         integer :: i
 
-        call make_egm96(70, 70, model, error)
+        call make_egm96(70, 70, model)
         do i = 1, size(PLACES, 2)
             if (.not. allocated(error)) call check_gradient(model, PLACES(:, i), error)
             if (.not. allocated(error)) call check_gradient(point, PLACES(:, i), error)
@@ -195,7 +189,7 @@ contains
         type(point_mass_gravity_t) :: point
         integer :: i
 
-        call make_egm96(70, 70, model, error)
+        call make_egm96(70, 70, model)
         do i = 1, size(PLACES, 2)
             if (.not. allocated(error)) call check_tensor(model, PLACES(:, i), error)
             if (.not. allocated(error)) call check_tensor(point, PLACES(:, i), error)
@@ -229,7 +223,7 @@ contains
         real(dp) :: tensor(3, 3)
         integer :: i
 
-        call make_egm96(70, 70, model, error)
+        call make_egm96(70, 70, model)
         do i = 1, size(PLACES, 2)
             call model%gradient_tensor(PLACES(:, i), tensor)
             call check(error, tensor(1, 1) + tensor(2, 2) + tensor(3, 3), 0.0_dp, &
@@ -246,7 +240,7 @@ contains
         type(point_mass_gravity_t) :: point
         integer :: i
 
-        call make_egm96(70, 67, model, error)
+        call make_egm96(70, 67, model)
         do i = 1, size(PLACES, 2)
             if (.not. allocated(error)) call compare(model, PLACES(:, i))
             if (.not. allocated(error)) call compare(point, PLACES(:, i))
@@ -280,7 +274,7 @@ contains
 
         places_of = reshape([(PLACES(:, modulo(i, size(PLACES, 2)) + 1)*(1 + 0.01_dp*i), i=1, MOST)], [3, MOST])
         do n = 0, MOST
-            call make_egm96(min(4*n, 70), 3*n, model, error)
+            call make_egm96(min(4*n, 70), 3*n, model)
             if (.not. allocated(error)) call compare(model, n)
             if (.not. allocated(error)) call compare(point, n)
             if (allocated(error)) return
@@ -334,16 +328,15 @@ contains
     subroutine test_no_number(error)
         type(error_type), allocatable, intent(out) :: error
         type(geopotential_t) :: model
-        real(dp) :: u, a(3), tensor(3, 3), nan
+        real(dp) :: u, a(3), tensor(3, 3)
         real(dp), dimension(3, size(PLACES, 2)) :: places_of, many, expected
         integer :: axis, i
 
-        nan = ieee_value(nan, ieee_quiet_nan)
-        call make_egm96(20, 20, model, error)
+        call make_egm96(20, 20, model)
         call model%accelerations(PLACES, expected)
         do axis = 1, 3
             places_of = PLACES
-            places_of(axis, 2) = nan
+            places_of(axis, 2) = NAN
             call model%all_derivatives(places_of(:, 2), u, a, tensor)
             call check(error, ieee_is_nan(u) .and. all(ieee_is_nan(a)) .and. all(ieee_is_nan(tensor)), 'a number at no place')
             call model%accelerations(places_of, many)
@@ -374,7 +367,7 @@ contains
         real(dp) :: tensor(3, 3), a(3), near(3), offset(3)
         integer :: i, pole
 
-        call make_egm96(70, 70, model, error)
+        call make_egm96(70, 70, model)
         do pole = 4, 5
             call model%gradient_tensor(PLACES(:, pole), tensor)
             call model%acceleration(PLACES(:, pole), a)
@@ -403,10 +396,9 @@ contains
             s_turned(:, m) = s(:, m)*cos(m*ANGLE) + c(:, m)*sin(m*ANGLE)
         end do
         call new_geopotential('a', MU, RADIUS, c, s, N, N, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call new_geopotential('b', MU, RADIUS, c_turned, s_turned, N, N, turned, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         back = rotation_z(ANGLE)
         do i = 1, size(PLACES, 2)
             call model%acceleration(matmul(back, PLACES(:, i)), a)
@@ -425,12 +417,11 @@ contains
 
         call lively_coefficients(c, s)
         call new_geopotential('a', 4e14_dp, 6.4e6_dp, c, s, N, M, cut, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         c(:, M + 1:) = 0
         s(:, M + 1:) = 0
         call new_geopotential('b', 4e14_dp, 6.4e6_dp, c, s, N, N, zeroed, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do i = 1, size(PLACES, 2)
             if (.not. allocated(error)) call check_same(cut, zeroed, PLACES(:, i), 1e-15_dp, error)
         end do
@@ -441,7 +432,7 @@ contains
         type(geopotential_t) :: model
         type(point_mass_gravity_t) :: point
 
-        call make_egm96(70, 70, model, error)
+        call make_egm96(70, 70, model)
         call check_same(model, point, [3e13_dp, -4e13_dp, 2e13_dp], 1e-14_dp, error)
     end subroutine test_far_away
 
@@ -452,24 +443,22 @@ contains
         real(dp) :: c(0:2, 0:2), s(0:2, 0:2)
 
         call egm96(71, 0, model, failure)
-        call check_fails(error, message_of(failure), &
-                         ['degree = 71 is outside the allowed range 0 to 70'])
+        call check_fails(error, failure, 'degree = 71 is outside the allowed range 0 to 70')
         call egm96(-1, 0, model, failure)
-        call check_fails(error, message_of(failure), ['degree = -1'])
+        call check_fails(error, failure, 'degree = -1')
         call egm96(20, 21, model, failure)
-        call check_fails(error, message_of(failure), &
-                         ['order = 21 is outside the allowed range 0 to 20'])
+        call check_fails(error, failure, 'order = 21 is outside the allowed range 0 to 20')
         c = 0
         s = 0
         call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 3, 0, model, failure)
-        call check_fails(error, message_of(failure), ['degree = 3'])
+        call check_fails(error, failure, 'degree = 3')
         call new_geopotential('x', 4e14_dp, 6e6_dp, c(:, :1), s(:, :1), 2, 2, model, failure)
-        call check_fails(error, message_of(failure), ['no coefficients up to order 2'])
+        call check_fails(error, failure, 'no coefficients up to order 2')
         call new_geopotential('x', -4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
-        call check_fails(error, message_of(failure), ['must be positive'])
+        call check_fails(error, failure, 'must be positive')
         s(2, 1) = ieee_value(s(2, 1), ieee_quiet_nan)
         call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
-        call check_fails(error, message_of(failure), ['not a finite number'])
+        call check_fails(error, failure, 'not a finite number')
     end subroutine test_bad_arguments
 
     !> Files with the figures of EGM96: head complete or not, lines in order or not.
@@ -479,16 +468,16 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call make_egm96(3, 3, embedded, error)
+        call make_egm96(3, 3, embedded)
         call read_gfc(FIXTURES//'valid.gfc', 3, 3, from_file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, from_file%name, 'EGM96-to-degree-3')
         do i = 1, size(PLACES, 2)
             call check_same(from_file, embedded, PLACES(:, i), 1e-15_dp, error)
         end do
-        call make_egm96(2, 1, embedded, error)
+        call make_egm96(2, 1, embedded)
         call read_gfc(FIXTURES//'valid-without-end-of-head.gfc', 2, 1, from_file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check_same(from_file, embedded, PLACES(:, 1), 1e-15_dp, error)
     end subroutine test_gfc_file
 
@@ -530,21 +519,19 @@ contains
         type(error_t), allocatable :: failure
         integer :: n
 
-        if (allocated(error)) return
         n = 3
         if (present(degree)) n = degree
         call read_gfc(FIXTURES//name//'.gfc', n, n, model, failure)
-        call check_fails(error, message_of(failure), [part])
+        call check_fails(error, failure, part)
     end subroutine refuse
 
-    subroutine make_egm96(degree, order, model, error)
+    subroutine make_egm96(degree, order, model)
         integer, intent(in) :: degree, order
         type(geopotential_t), intent(out) :: model
-        type(error_type), allocatable, intent(inout) :: error
         type(error_t), allocatable :: failure
 
         call egm96(degree, order, model, failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
     end subroutine make_egm96
 
     !> Coefficients of arbitrary size and sign, around a central term.

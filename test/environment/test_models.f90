@@ -1,10 +1,9 @@
 !> The models of the environment by name: list, factory and case file agree, and a model of one's own
 !> needs nothing but its own file.
 module test_models
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, EARTH_RADIUS_EGM96
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: identity
+    use vocabulary
+    use calibrations
+    use gracecg_base_constants, only: EARTH_RADIUS_EGM96
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_environment_geopotential, only: gravity_model_t, geopotential_t, new_geopotential
     use gracecg_environment_gravity_models, only: new_gravity_model, GRAVITY_MODELS
@@ -15,17 +14,12 @@ module test_models
     use gracecg_environment_density_models, only: new_density_model, density_settings_t, DENSITY_MODELS
     use gracecg_environment_wind, only: wind_model_t
     use gracecg_environment_wind_models, only: new_wind_model, WIND_MODELS
-    use gracecg_simulation_case, only: case_t, case_from_text, case_text
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_case, only: case_from_text, case_text
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_models
-
-    integer, parameter :: W = 60    !! Length of the parts of a message
 
     !> U = mu/r - mu R^2 J2 (3 sin^2(latitude) - 1)/(2 r^3): the example of docs/development.md.
     type, extends(gravity_model_t) :: j2_gravity_t
@@ -95,24 +89,20 @@ contains
         type(error_t), allocatable :: failure
 
         call new_gravity_model('egm69', 4, 4, '', gravity, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'gravity model', '"egm69"', &
-                         'egm96, point-mass, file', 'did you mean "egm96"'])
+        call check_fails(error, failure, 'gravity model ... "egm69" ... egm96, point-mass, file ... did you mean "egm96"')
         call new_geomagnetic_model('igrf15', 1989.0_dp, '', field, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'geomagnetic field', '"igrf15"', &
-                         'igrf95, igrf14, file', 'did you mean "igrf'])
+        call check_fails(error, failure, 'geomagnetic field ... "igrf15" ... igrf95, igrf14, file ... did you mean "igrf')
         call new_density_model('dtm7', epoch(), density_settings_t(), density, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'density model', '"dtm7"', &
-                         'dtm77, dtm78, dtm94, exponential', 'did you mean "dtm77"'])
+        call check_fails(error, failure, &
+                         'density model ... "dtm7" ... dtm77, dtm78, dtm94, exponential ... did you mean "dtm77"')
         call new_wind_model('hwm39', 0.0_dp, 0.0_dp, '', wind, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'wind model', '"hwm39"', &
-                         'hwm93, constant, file', 'did you mean "hwm93"'])
-        call check(error, .not. (allocated(gravity) .or. allocated(field) .or. allocated(density) .or. &
-                                 allocated(wind)))
-        if (allocated(error)) return
+        call check_fails(error, failure, 'wind model ... "hwm39" ... hwm93, constant, file ... did you mean "hwm93"')
+        if (unmet(error, .not. (allocated(gravity) .or. allocated(field) .or. allocated(density) .or. &
+                                allocated(wind)))) return
         call new_gravity_model('file', 4, 4, 'missing.gfc', gravity, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'missing.gfc', 'no such file'])
+        call check_fails(error, failure, 'missing.gfc ... no such file')
         call new_geomagnetic_model('igrf95', 2020.0_dp, '', field, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'igrf95', '1985 to 2000'])
+        call check_fails(error, failure, 'igrf95 ... 1985 to 2000')
     end subroutine test_unknown
 
     !> Given indices need no date; the embedded table knows the report's; others are refused.
@@ -122,15 +112,15 @@ contains
         type(error_t), allocatable :: failure
 
         call indices(space_weather_source_t('given', 80.0_dp, 90.0_dp, 3.0_dp), given)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, maxval(abs(given - [80, 90, 3])), 0.0_dp)
         call indices(space_weather_source_t(), table)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(table(:2) > 150) .and. table(3) >= 0)
         call indices(space_weather_source_t('file', file='missing.txt'), table)
-        call check_fails(error, message_of(failure), [character(W) :: 'missing.txt'])
+        call check_fails(error, failure, 'missing.txt')
         call indices(space_weather_source_t('tabel'), table)
-        call check_fails(error, message_of(failure), [character(W) :: '"tabel"', 'table, given, file'])
+        call check_fails(error, failure, '"tabel" ... table, given, file')
 
     contains
 
@@ -155,7 +145,6 @@ contains
 
         subroutine check_names(key, names)
             character(*), intent(in) :: key, names(:)   !! Up to the value's first quote
-
             type(case_t) :: case
             type(satellite_dynamics_t) :: dynamics
             type(error_t), allocatable :: failure
@@ -163,17 +152,15 @@ contains
             integer :: i, first, last
 
             do i = 1, size(names)
-                if (allocated(error)) return
-                call find_case('front-1', case, failure)
-                if (.not. allocated(failure)) call case_text(case, text, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                call take_case('front-1', case)
+                call case_text(case, text, failure)
+                if (failed(error, failure)) return
                 first = index(text, ' '//key) + len(key)
                 last = first + index(text(first + 1:), '''')
                 text = text(:first)//trim(names(i))//text(last:)
                 call case_from_text(text, 'text', case, failure)
                 if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
             end do
         end subroutine check_names
     end subroutine test_case_names
@@ -193,8 +180,7 @@ contains
 
         c(:, 0) = [1.0_dp, 0.0_dp, -j2%j2/sqrt(5.0_dp)]
         call new_geopotential('J2', j2%mu, j2%radius, c, 0*c, 2, 0, harmonics, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call j2%acceleration(PLACE, a)
         call harmonics%acceleration(PLACE, b)
         call check(error, norm2(a - b)/norm2(b), 0.0_dp, thr=1e-14_dp)
@@ -205,10 +191,8 @@ contains
         call harmonics%gradient_tensor(PLACE, tensor_b)
         call check(error, maxval(abs(tensor - tensor_b))/maxval(abs(tensor_b)), 0.0_dp, thr=1e-13_dp)
 
-        call find_case('front-1', case, failure)
-        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call make_dynamics(case, dynamics)
         call dynamics%accelerations(0.0_dp, case%position, case%velocity, case%quaternion, acting(1))
         deallocate (dynamics%gravity)
         allocate (dynamics%gravity, source=j2)
@@ -221,7 +205,6 @@ contains
         class(j2_gravity_t), intent(in) :: self
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: a(3)
-
         real(dp) :: r, factor, sine_squared
 
         r = norm2(position)
@@ -234,7 +217,6 @@ contains
         class(j2_gravity_t), intent(in) :: self
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: u
-
         real(dp) :: r
 
         r = norm2(position)
@@ -246,7 +228,6 @@ contains
         class(j2_gravity_t), intent(in) :: self
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: tensor(3, 3)
-
         real(dp) :: r, u(3), pole(3), unit(3, 3), k
         integer :: i, j
 

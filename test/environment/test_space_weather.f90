@@ -1,11 +1,8 @@
 !> Solar flux and geomagnetic activity by time, and the reader of such tables.
 module test_space_weather
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_environment_time, only: utc_t, parse_utc, utc_plus
     use gracecg_environment_space_weather
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_space_weather
@@ -34,7 +31,6 @@ contains
         type(space_weather_t), intent(in) :: table
         character(*), intent(in) :: time
         real(dp), intent(in) :: f107, f107_mean, kp
-
         type(utc_t) :: utc
         type(error_t), allocatable :: failure
         real(dp) :: found(3)
@@ -43,7 +39,7 @@ contains
         if (.not. allocated(failure)) then
             call table%indices_at(utc, found(1), found(2), found(3), failure)
         end if
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(found - [f107, f107_mean, kp]) < 1e-12_dp), time)
     end subroutine check_indices
 
@@ -58,7 +54,6 @@ contains
     !> 2000-01-04 closes with Kp 4-, the next day's are 40 33 33 33 23 30 37 40 tenths.
     subroutine test_intervals(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(space_weather_t) :: table
 
         table = embedded_space_weather()
@@ -72,7 +67,6 @@ contains
     !> The mean of a day against the daily values of the 40 days before to the 40 after it.
     subroutine test_mean(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: DAYS = 366
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
@@ -85,7 +79,7 @@ contains
         do i = 2, DAYS
             call table%indices_at(utc_plus(first, (i - 1)*86400.0_dp), flux(i - 1), means(i), kp, &
                                   failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end do
         do i = 41, DAYS - 41
             call check(error, sum(flux(i - 40:i + 40))/81, means(i), thr=0.0501_dp)
@@ -99,25 +93,20 @@ contains
     !> has no day before.
     subroutine test_outside(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: TIMES(*) = ['1988-12-01', '1989-03-01', '1999-12-31', &
                                                '2000-01-01', '2001-01-01', '1975-06-01']
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         type(utc_t) :: utc
-        character(60) :: parts(4)
         real(dp) :: found(3)
         integer :: i
 
-        parts(4) = "space_weather = 'given'"
-        parts(2) = '1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31'
-        parts(3) = 'f107, f107_mean and kp'
         table = embedded_space_weather()
         do i = 1, size(TIMES)
             call parse_utc(TIMES(i), utc, failure)
             call table%indices_at(utc, found(1), found(2), found(3), failure)
-            parts(1) = TIMES(i)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, TIMES(i)//' ... 1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31 ... '// &
+                             "f107, f107_mean and kp ... space_weather = 'given'")
         end do
         call table%indices_at(utc_t(47528, -1.0_dp), found(1), found(2), found(3), failure)
         call check(error, allocated(failure))
@@ -125,14 +114,13 @@ contains
 
     subroutine test_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         type(utc_t) :: utc
         real(dp) :: found(3)
 
         call read_space_weather(FIXTURES//'.csv', table, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check_indices(error, table, '2001-03-31T06:00:00', 256.9_dp, 186.7_dp, 9.0_dp)
         if (allocated(error)) return
         call parse_utc('2001-04-02', utc, failure)
@@ -142,39 +130,35 @@ contains
 
     subroutine test_crlf(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
 
         call read_space_weather(FIXTURES//'_crlf.csv', table, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check_indices(error, table, '2001-03-31T01:00:00', 256.9_dp, 186.7_dp, 4.0_dp)
     end subroutine test_crlf
 
     !> Rows of SW-All.csv; the last day has no mean yet, and the month's prediction no Kp.
     subroutine test_celestrak(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         type(utc_t) :: utc
         real(dp) :: found(3)
 
         call read_space_weather(FIXTURES//'_celestrak.csv', table, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check_indices(error, table, '2026-03-02T05:00:00', 147.0_dp, 140.3_dp, 1.3_dp)
         if (allocated(error)) return
         call parse_utc('2026-03-04', utc, failure)
         call table%indices_at(utc, found(1), found(2), found(3), failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'no 81-day mean of F10.7 for 2026-03-04', &
-                                                      '2026-02-28 to 2026-03-04'])
+        call check_fails(error, failure, 'no 81-day mean of F10.7 for 2026-03-04 ... 2026-02-28 to 2026-03-04')
     end subroutine test_celestrak
 
     !> The figures of the embedded table in the layout of GFZ: the same indices, and means that agree with the
     !> published ones to their rounding, with a day's flux missing too.
     subroutine test_gfz(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(space_weather_t) :: table, gap, embedded
         type(error_t), allocatable :: failure
         type(utc_t) :: utc
@@ -184,25 +168,23 @@ contains
         embedded = embedded_space_weather()
         call read_space_weather(FIXTURES//'_gfz.txt', table, failure)
         if (.not. allocated(failure)) call read_space_weather(FIXTURES//'_gfz_gap.txt', gap, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call parse_utc('1989-01-10T04:00:00', utc, failure)
         do i = 0, 9
             call embedded%indices_at(utc_plus(utc, 86400.0_dp*i), a(1), a(2), a(3), failure)
             call table%indices_at(utc_plus(utc, 86400.0_dp*i), b(1), b(2), b(3), failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, all(abs(a - b) < [1e-12_dp, 0.0501_dp, 1e-12_dp]))
             call gap%indices_at(utc_plus(utc, 86400.0_dp*i), c(1), c(2), c(3), failure)
             call check(error, .not. allocated(failure) .and. abs(c(2) - b(2)) < 1 .and. abs(c(2) - b(2)) > 1e-3_dp)
         end do
         call table%indices_at(utc_plus(utc, 864000.0_dp), b(1), b(2), b(3), failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'no 81-day mean', '1988-12-01 to 1989-02-28'])
+        call check_fails(error, failure, 'no 81-day mean ... 1988-12-01 to 1989-02-28')
     end subroutine test_gfz
 
     !> Each with a word that its message must hold.
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(24), parameter :: BAD(2, 13) = reshape([character(24) :: &
             '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
@@ -223,7 +205,7 @@ contains
 
         do i = 1, size(BAD, 2)
             call read_space_weather(FIXTURES//trim(BAD(1, i)), table, failure)
-            call check_fails(error, message_of(failure), BAD(:, i))
+            call check_fails(error, failure, joined(BAD(:, i)))
         end do
     end subroutine test_corrupted
 end module test_space_weather

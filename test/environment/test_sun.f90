@@ -1,12 +1,8 @@
 !> The Sun against the JPL ephemeris DE421, and the Earth's shadow.
 module test_sun
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, ARCSECOND, ASTRONOMICAL_UNIT, SOLAR_RADIUS, &
-        WGS84_SEMI_MAJOR_AXIS
-    use gracecg_base_vectors, only: cross
+    use vocabulary
+    use gracecg_base_constants, only: ASTRONOMICAL_UNIT, SOLAR_RADIUS, WGS84_SEMI_MAJOR_AXIS
     use gracecg_environment_sun, only: sun_position, conical_shadow
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_sun
@@ -51,7 +47,6 @@ contains
     subroutine check_position(error, julian_date, expected, error_arcseconds, error_distance)
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: julian_date, expected(3), error_arcseconds, error_distance
-
         real(dp) :: position(3), angle
 
         position = sun_position((julian_date - 2451545)/36525)

@@ -1,15 +1,11 @@
 !> Density models: published numbers, the physics they claim, and smoothness.
 module test_thermosphere
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan, ieee_is_finite
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, PI
-    use gracecg_base_error, only: error_t, message_of
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_is_finite
+    use vocabulary
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         density_wave_t
     use gracecg_environment_dtm, only: dtm_t, new_dtm
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_thermosphere
@@ -77,7 +73,6 @@ contains
         character(*), intent(in) :: edition
         real(dp), intent(in) :: points(:, :)        ! (14, points)
         type(error_type), allocatable, intent(inout) :: error
-
         type(dtm_t) :: model
         type(error_t), allocatable :: failure
         type(atmosphere_state_t) :: state
@@ -87,8 +82,7 @@ contains
         do i = 1, size(points, 2)
             associate (p => points(:, i))
                 call new_dtm(edition, p(2), p(3), p(4), model, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 state = state_at(model, p(5)*1e3_dp, p(7)*DEGREE, p(6), p(1))
                 if (edition == 'dtm77') then        ! its listing has O2, that of DTM-94 hydrogen
                     gases = [state%n_he, state%n_o, state%n_n2, state%n_o2]
@@ -106,7 +100,6 @@ contains
     !> temperature and exospheric temperature K, He, O, N2, O2 in 1/cm^3 and density kg/m^3.
     subroutine test_listing(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: POINTS(14, 7) = reshape([ &
             1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 466.0_dp, 17.25_dp, 0.0_dp, &
             1316.017985_dp, 1317.268040_dp, 3.54655558e6_dp, 1.34187879e8_dp, 1.05648954e7_dp, &
@@ -136,7 +129,6 @@ contains
     !> height km, local time h, latitude deg, then density kg/m^3 and scale height rho/|d rho/dz| m.
     subroutine test_cnes(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: POINTS(9, 7) = reshape([ &
             1.0_dp, 185.7_dp, 210.6_dp, 2.66_dp, 466.0_dp, 17.25_dp, 0.0_dp, 4.52604458e-12_dp, 7.49393637e4_dp, &
             1.0_dp, 185.7_dp, 210.6_dp, 2.66_dp, 466.0_dp, 4.50_dp, 10.0_dp, 2.49564111e-12_dp, 6.16057513e4_dp, &
@@ -155,8 +147,7 @@ contains
         do i = 1, size(POINTS, 2)
             associate (p => POINTS(:, i))
                 call new_dtm('dtm78', p(2), p(3), p(4), model, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 rho = [(density_at(model, p(5)*1e3_dp + k*STEP, p(7)*DEGREE, p(6), p(1)), k=0, 2)]
                 call check(error, rho(1)/p(8), 1.0_dp, thr=1e-8_dp)
                 call check(error, rho(1)*2*STEP/(3*rho(1) - 4*rho(2) + rho(3))/p(9), 1.0_dp, thr=1e-5_dp)
@@ -172,7 +163,6 @@ contains
     !> density kg/m^3.
     subroutine test_dtm94(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: POINTS(14, 7) = reshape([ &
             1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 466.0_dp, 17.25_dp, 0.0_dp, &
             1.35180714780e+03_dp, 1.35979155052e+03_dp, 1.53727606763e+04_dp, 2.09415660051e+06_dp, &
@@ -201,7 +191,6 @@ contains
         type(atmosphere_state_t) :: state
 
         call compare('dtm94', POINTS, error)
-        if (allocated(error)) return
         associate (p => POINTS(:, 4))
             call new_dtm('dtm94', p(2), p(3), p(4), model, failure)
             state = state_at(model, p(5)*1e3_dp, p(7)*DEGREE, p(6), p(1))
@@ -214,7 +203,6 @@ contains
     !> The temperature rises by 14.348 K/km at 120 km wherever it is, and every gas rests in its own weight.
     subroutine test_dtm94_profile(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: MASS(5) = [1e-3_dp, 4e-3_dp, 16e-3_dp, 28e-3_dp, 32e-3_dp]    ! kg/mol
         real(dp), parameter :: ALPHA(5) = [-0.38_dp, -0.38_dp, 0.0_dp, 0.0_dp, 0.0_dp], STEP = 20.0_dp   ! m
         type(dtm_t) :: model
@@ -252,7 +240,6 @@ contains
     !> 45 deg. The other editions know the one of three hours alone.
     subroutine test_dtm94_kp(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(dtm_t) :: late, model(3)
         type(error_t), allocatable :: failure
         integer :: i
@@ -260,7 +247,7 @@ contains
         call new_dtm('dtm94', 150.0_dp, 150.0_dp, 1.0_dp, late, failure, 5.0_dp)
         do i = 1, 3
             call new_dtm('dtm94', 150.0_dp, 150.0_dp, 2.0_dp*i - 1, model(i), failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, density_at(late, 460e3_dp, (3 - i)*PI/4, 3.0_dp, 10.0_dp)/ &
                        density_at(model(i), 460e3_dp, (3 - i)*PI/4, 3.0_dp, 10.0_dp), 1.0_dp, thr=1e-12_dp)
         end do
@@ -269,12 +256,11 @@ contains
         call check(error, density_at(late, 460e3_dp, 0.0_dp, 3.0_dp, 10.0_dp), &
                    density_at(model(1), 460e3_dp, 0.0_dp, 3.0_dp, 10.0_dp), thr=0.0_dp)
         call new_dtm('dtm95', 150.0_dp, 150.0_dp, 1.0_dp, late, failure)
-        call check_fails(error, message_of(failure), ['dtm94'])
+        call check_fails(error, failure, 'dtm94')
     end subroutine test_dtm94_kp
 
     subroutine test_mass(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: ATOMIC_MASS_UNIT = 1.6605e-27_dp     ! kg; the model's is 1.6603
         type(dtm_t) :: model
         type(atmosphere_state_t) :: s
@@ -293,7 +279,6 @@ contains
     !> differences.
     subroutine test_equilibrium(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: MASS(4) = [4e-3_dp, 16e-3_dp, 28e-3_dp, 32e-3_dp]    ! kg/mol
         real(dp), parameter :: ALPHA(4) = [-0.38_dp, 0.0_dp, 0.0_dp, 0.0_dp]
         real(dp), parameter :: STEP = 20.0_dp   ! m
@@ -321,7 +306,6 @@ contains
     !> atomic oxygen at 1300 K: R T/(M g) = 79 km; with the others between 50 and 80 km).
     subroutine test_scale_height(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(dtm_t) :: model
         real(dp) :: scale_height, previous, density
         integer :: i
@@ -340,7 +324,6 @@ contains
 
     subroutine test_cyclic(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(dtm_t) :: model
         integer :: i
 
@@ -357,7 +340,6 @@ contains
 
     subroutine test_year(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(dtm_t) :: model
         integer :: i
 
@@ -373,7 +355,6 @@ contains
     !> with the same slope before and after.
     subroutine test_poles(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: STEP = 1e-5_dp   ! rad
         type(dtm_t) :: model
         real(dp) :: at_pole, before, after, latitude, slope
@@ -439,7 +420,6 @@ contains
     !> Extreme activity, everywhere, all year: densities positive, temperatures of a thermosphere.
     subroutine test_finite(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: INDICES(3, 4) = reshape([ &
             60.0_dp, 60.0_dp, 0.0_dp, 60.0_dp, 60.0_dp, 9.0_dp, &
             400.0_dp, 250.0_dp, 9.0_dp, 250.0_dp, 250.0_dp, 0.0_dp], [3, 4])
@@ -450,8 +430,7 @@ contains
 
         do i = 1, size(INDICES, 2)
             call new_dtm('dtm77', INDICES(1, i), INDICES(2, i), INDICES(3, i), model, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             do latitude = -90, 90, 15
                 do hour = 0, 21, 3
                     do day = 0, 365, 73
@@ -468,7 +447,6 @@ contains
     !> The caller learns the limit; below it the state is that of the limit, never NaN.
     subroutine test_below(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(dtm_t) :: model
 
         model = epoch_model()
@@ -480,37 +458,32 @@ contains
     !> An input that is not a number gives a density that is not a number, for each input.
     subroutine test_nan(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(dtm_t) :: model
-        real(dp) :: nan
 
         model = epoch_model()
-        nan = ieee_value(nan, ieee_quiet_nan)
-        call check(error, all(ieee_is_nan([density_at(model, nan, 0.4_dp, 14.0_dp, 1.0_dp), &
-                                           density_at(model, 466e3_dp, nan, 14.0_dp, 1.0_dp), &
-                                           density_at(model, 466e3_dp, 0.4_dp, nan, 1.0_dp), &
-                                           density_at(model, 466e3_dp, 0.4_dp, 14.0_dp, nan)])))
+        call check(error, all(ieee_is_nan([density_at(model, NAN, 0.4_dp, 14.0_dp, 1.0_dp), &
+                                           density_at(model, 466e3_dp, NAN, 14.0_dp, 1.0_dp), &
+                                           density_at(model, 466e3_dp, 0.4_dp, NAN, 1.0_dp), &
+                                           density_at(model, 466e3_dp, 0.4_dp, 14.0_dp, NAN)])))
     end subroutine test_nan
 
     !> Each with a word that its message must hold.
     subroutine test_indices(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(12), parameter :: WORDS(7) = [character(12) :: 'f107 = 0', 'f107 = NaN', &
             'f107_mean = ', 'f107_mean = ', 'kp = 27', 'kp = NaN', 'too far']
-        real(dp) :: nan, indices(3, 7)
+        real(dp) :: indices(3, 7)
         type(dtm_t) :: model
         type(error_t), allocatable :: failure
         integer :: i
 
-        nan = ieee_value(nan, ieee_quiet_nan)
-        indices = reshape([0.0_dp, 150.0_dp, 2.0_dp, nan, 150.0_dp, 2.0_dp, &
-                           150.0_dp, 501.0_dp, 2.0_dp, 150.0_dp, nan, 2.0_dp, &
-                           150.0_dp, 150.0_dp, 27.0_dp, 150.0_dp, 150.0_dp, nan, &
+        indices = reshape([0.0_dp, 150.0_dp, 2.0_dp, NAN, 150.0_dp, 2.0_dp, &
+                           150.0_dp, 501.0_dp, 2.0_dp, 150.0_dp, NAN, 2.0_dp, &
+                           150.0_dp, 150.0_dp, 27.0_dp, 150.0_dp, 150.0_dp, NAN, &
                            50.0_dp, 450.0_dp, 2.0_dp], [3, 7])
         do i = 1, size(WORDS)
             call new_dtm('dtm77', indices(1, i), indices(2, i), indices(3, i), model, failure)
-            call check_fails(error, message_of(failure), WORDS(i:i))
+            call check_fails(error, failure, WORDS(i))
         end do
     end subroutine test_indices
 
@@ -518,7 +491,6 @@ contains
     !> pressure = n k T falls by its own weight, d ln p/dh = -m g/(k T) at the reference height.
     subroutine test_exponential(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: BOLTZMANN = 1.380649e-23_dp      ! J/K
         type(exponential_density_t) :: model
         type(error_t), allocatable :: failure
@@ -526,8 +498,7 @@ contains
         real(dp) :: gravity
 
         call new_exponential_density(4e-12_dp, 466e3_dp, 70e3_dp, model, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         s = state_at(model, 466e3_dp, 0.4_dp, 14.0_dp, 1.0_dp)
         call check(error, s%density, 4e-12_dp)
         call check(error, density_at(model, 536e3_dp, -1.0_dp, 3.0_dp, 200.0_dp), &
@@ -540,16 +511,13 @@ contains
 
     subroutine test_exponential_refused(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(exponential_density_t) :: model
         type(error_t), allocatable :: failure
 
         call new_exponential_density(-4e-12_dp, 466e3_dp, 70e3_dp, model, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call new_exponential_density(4e-12_dp, -1.0_dp, 70e3_dp, model, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
+        if (unmet(error, allocated(failure))) return
         call new_exponential_density(4e-12_dp, 466e3_dp, 0.0_dp, model, failure)
         call check(error, allocated(failure))
     end subroutine test_exponential_refused
@@ -557,7 +525,6 @@ contains
     !> Zero, crest and trough where a sine has them; no wave unless one is asked for.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(density_wave_t) :: wave
 
         call check(error, wave%relative_change(3.0_dp), 0.0_dp)

@@ -1,11 +1,7 @@
 !> Horizontal wind: the embedded table, its interpolation, and the reader of such tables.
 module test_wind
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_environment_wind
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_wind
@@ -47,7 +43,6 @@ contains
     !> interpolation is within 3 m/s.
     subroutine test_hwm93(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: GRID(4, 2) = reshape([ &
             45.0_dp, 0.0_dp, 1.7906_dp, -62.1103_dp, &
             -60.0_dp, 10.0_dp, -174.5056_dp, -62.4998_dp], [4, 2])
@@ -71,7 +66,6 @@ contains
 
     subroutine test_cyclic(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(tabulated_wind_t) :: wind
         real(dp) :: t
         integer :: i
@@ -89,7 +83,6 @@ contains
     !> Continuous where cells meet, linear within them, up to the poles.
     subroutine test_linear(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: H = 1e-8_dp
         type(tabulated_wind_t) :: wind
         real(dp) :: middle(2)
@@ -110,7 +103,6 @@ contains
     !> Grid points, between two of them, over midnight, and a pole.
     subroutine test_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: EXPECTED(4, 5) = reshape([ &
             0.0_dp, 6.0_dp, -20.0_dp, 6.0_dp, &
             45.0_dp, 6.0_dp, -4.0_dp, 8.0_dp, &
@@ -122,8 +114,7 @@ contains
         integer :: i
 
         call read_wind(FIXTURES//'.txt', wind, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         do i = 1, size(EXPECTED, 2)
             call check(error, all(abs(wind_at(wind, EXPECTED(1, i), EXPECTED(2, i)) - &
                                          EXPECTED(3:4, i)) < 1e-12_dp))
@@ -133,7 +124,6 @@ contains
     !> Each with a word that its message must hold.
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(36), parameter :: BAD(2, 10) = reshape([character(36) :: &
             '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
@@ -151,7 +141,7 @@ contains
 
         do i = 1, size(BAD, 2)
             call read_wind(FIXTURES//trim(BAD(1, i)), wind, failure)
-            call check_fails(error, message_of(failure), BAD(:, i))
+            call check_fails(error, failure, joined(BAD(:, i)))
         end do
     end subroutine test_corrupted
 end module test_wind

@@ -1,24 +1,15 @@
 !> The reduced state and the combined problems: partials against differences, and the agreement of the
 !> four estimators.
 module test_algorithms
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross_matrix, identity
+    use vocabulary
+    use calibrations
+    use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
         rotation_angle_between
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
     use gracecg_estimation_report_problem, only: report_problem_t, prepare_problem, small_angles, small_rotation
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use test_estimators, only: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_algorithms
@@ -73,7 +64,6 @@ contains
         !> The angle between both, rad.
         pure real(dp) function difference(angles)
             real(dp), intent(in) :: angles(3)
-
             real(dp) :: printed(4)
 
             printed = quaternion_product([angles/2, 1.0_dp]/sqrt(1 + norm2(angles)**2/4), normalised(Q_0))
@@ -110,11 +100,9 @@ contains
         real(dp) :: change(6), angles(3, 2), found(3), transition(3, 6)
         integer :: i, side, n
 
-        call example(observations, error)
-        if (allocated(error)) return
+        call example(observations)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         n = fit%steps
         call fit%integrate(normalised(Q_0), OMEGA_0, nominal)
@@ -161,7 +149,6 @@ contains
     subroutine check_partials(error, reduced)
         type(error_type), allocatable, intent(inout) :: error
         logical, intent(in) :: reduced
-
         type(report_problem_t) :: nominal, changed
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
@@ -171,14 +158,12 @@ contains
         real(dp) :: step
         integer :: i, side, n
 
-        call example(observations, error, interval=0.5_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.5_dp)
         options%guess_quaternion = normalised(Q_0)
         options%guess_angular_velocity = OMEGA_0
         options%guess_offset = OFFSET
         call preprocess(observations, options, data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call prepare_problem(observations%knowledge, options, data, reduced, nominal)
         call nominal%choose(attitude=.true., offset=.true.)
         nominal%offset_state(4:6) = DRIFT
@@ -188,12 +173,10 @@ contains
                   weights(nominal%observations))
         unused = partials
         call nominal%linearise(partials, residuals(:, 1), weights, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(residuals(:nominal%attitude_observations, 1))) < 1e-12_dp)
         call check(error, maxval(abs(residuals(nominal%attitude_observations + 1:, 1))) < 1e-15_dp)
         do i = 1, n
-            if (allocated(error)) return
             step = 1e-4_dp*nominal%scales(i)
             do side = 1, 2
                 changed = nominal
@@ -224,7 +207,6 @@ contains
         type(report_problem_t), intent(inout) :: problem
         integer, intent(in) :: parameter
         real(dp), intent(in) :: amount
-
         real(dp) :: zeta(3)
         integer :: n
 
@@ -247,24 +229,18 @@ contains
     subroutine test_long_arc(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         type(estimation_options_t) :: options
         integer :: a
 
         options%test_beliefs = .false.          ! other torques change over five minutes: told, and not the matter here
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%duration = 300
         case%satellite%rods%activations%stop = 300
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
+        call make_observations(case, 3, 1, observations, only_used_head=.true.)
         do a = 1, size(REPORT_ESTIMATORS)
-            if (.not. allocated(failure)) &
-                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (estimate_fails(error, trim(REPORT_ESTIMATORS(a)), observations, options, solution)) return
             call check(error, solution%converged, REPORT_ESTIMATORS(a))
         end do
     end subroutine test_long_arc
@@ -273,25 +249,16 @@ contains
     !> same offset.
     subroutine test_agreement(error)
         type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: first, other
-        type(error_t), allocatable :: failure
         integer :: i, a
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, failure)
-            if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-            if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
-            if (.not. allocated(failure)) &
-                call estimate_offset(REPORT_ESTIMATORS(1), observations, estimation_options_t(), first, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call make_observations(REPORT_CASE_NAMES(i), 3, 1, observations, only_used_head=.true.)
+            if (estimate_fails(error, REPORT_ESTIMATORS(1), observations, estimation_options_t(), first)) return
             do a = 2, size(REPORT_ESTIMATORS)
-                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), other, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (estimate_fails(error, trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), &
+                                   other)) return
                 call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a))
                 call check(error, maxval(abs(other%offset - first%offset)), 0.0_dp, &
                            REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a), thr=1e-9_dp)

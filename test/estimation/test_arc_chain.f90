@@ -1,10 +1,8 @@
 !> Long runs in arcs: an arc that is cut out is the run that begins there, the chain is the joint estimate of its arcs,
 !> and what cannot be estimated is left out or refused.
 module test_arc_chain
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_plus, sidereal_angle, parse_utc
@@ -12,20 +10,14 @@ module test_arc_chain
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, dipole_moment, moves_rods, begin_rods_at, &
         new_torque_rods
     use gracecg_observations_arc_of_run, only: arc_of_run
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
-    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
+    use gracecg_estimation_options, only: WAVE_NONE
     implicit none
     private
     public :: collect_arc_chain
 
-    integer, parameter :: W = 60
     real(dp), parameter :: ARC = 20     !! s
 
 contains
@@ -45,16 +37,13 @@ contains
     end subroutine collect_arc_chain
 
     !> Front 3 without a density wave.
-    subroutine open_case(simulator, options, error, duration)
+    subroutine open_case(simulator, options, duration)
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: duration      !! With rods that act all the time, s
-
         type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
+        call take_calibration('front-3', calibration)
         associate (case => calibration%case)
             case%density_wave%amplitude = 0
             case%density_wave_random = .false.
@@ -64,9 +53,8 @@ contains
                 case%limits%pointing = 3
                 case%limits%rate = 1
             end if
-            call new_simulator(case, simulator, failure)
+            call make_simulator(case, simulator)
         end associate
-        call check_passes(error, message_of(failure))
         options%optimal%density_wave = WAVE_NONE
         options%covariance = .false.
     end subroutine open_case
@@ -75,20 +63,16 @@ contains
     !> manoeuvre, the Earth's angle and the density wave of that time.
     subroutine test_arc(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: FROM = 16, LATER = 160        ! s, epochs
         type(calibration_t) :: calibration
         type(simulator_t) :: whole, part
         type(observation_set_t) :: run, cut, begun
         type(density_wave_t) :: wave
-        type(error_t), allocatable :: failure
         integer :: n
 
-        call find_calibration('front-3', calibration, failure)
+        call take_calibration('front-3', calibration)
         calibration%case%duration = 40
-        call new_simulator(calibration%case, whole, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call make_simulator(calibration%case, whole)
         wave = density_wave_t(0.003_dp, 12.0_dp, 0.7_dp)
         call observe_without_noise(whole, wave, run)
         call arc_of_run(run, run%knowledge, real(FROM, dp), calibration%case%duration, cut)
@@ -106,15 +90,12 @@ contains
                 acts%stop = acts%stop - FROM
             end associate
         end associate
-        call new_simulator(calibration%case, part, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call make_simulator(calibration%case, part)
         wave%phase = wave%phase + TWO_PI*FROM/wave%period
         call observe_without_noise(part, wave, begun)
 
-        call check(error, size(cut%accelerometer_time) == size(begun%accelerometer_time) .and. &
-                   size(cut%star_camera_time) == size(begun%star_camera_time), 'samples')
-        if (allocated(error)) return
+        if (unmet(error, size(cut%accelerometer_time) == size(begun%accelerometer_time) .and. &
+                  size(cut%star_camera_time) == size(begun%star_camera_time), 'samples')) return
         call check(error, all(abs(cut%accelerometer_time - begun%accelerometer_time) < 1e-12_dp) .and. &
                    all(abs(cut%star_camera_time - begun%star_camera_time) < 1e-12_dp), 'time tags')
         call check(error, all(abs(cut%acceleration - begun%acceleration) < 1e-15_dp), 'accelerations')
@@ -134,7 +115,6 @@ contains
     !> between samples and where a wave begins and ends.
     subroutine test_rods(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FROM(4) = [0.0_dp, 7.3_dp, 12.0_dp, 31.77_dp], LENGTH = 25
         type(torque_rods_t) :: rods, cut
         type(moment_series_t) :: series
@@ -145,8 +125,7 @@ contains
         call new_torque_rods(rods, [rod_activation_t(axis=2, amplitude=10, frequency=0.13_dp, phase=0.4_dp, start=9, stop=33), &
                                     rod_activation_t(axis=3, amplitude=7, frequency=0.05_dp, start=30, stop=50, taper=3.0_dp)], &
                              failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         rods%delay = [0.0_dp, 0.3_dp, 1.7_dp]
         call check(error, moves_rods(rods, 60.0_dp))
         cut = rods
@@ -156,7 +135,7 @@ contains
             if (measured == 1) then
                 call new_moment_series(series, [(0.5_dp*i, i=0, 130)], &
                                        reshape([([0.1_dp*i, 8*sin(0.3_dp*i), cos(0.11_dp*i)], i=0, 130)], [3, 131]), failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
                 rods%measured = series
             end if
             do k = 1, size(FROM)
@@ -177,7 +156,6 @@ contains
     !> The Earth stands as in the run, on the last day of 1998, too, which had a leap second: UT1 did not jump.
     subroutine test_earth(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FROM = 7200, T = 33
         type(observation_set_t) :: run, cut
         type(earth_orientation_t) :: earth, of_arc
@@ -192,8 +170,7 @@ contains
             knowledge%earth_parameters%ut1_minus_utc = -0.28_dp
             call new_earth_orientation('iau', knowledge%epoch, 0.0_dp, knowledge%earth_parameters, earth, failure)
         end associate
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call arc_of_run(run, run%knowledge, FROM, FROM + 100, cut)
         associate (knowledge => cut%knowledge)
             call check(error, knowledge%earth_parameters%ut1_minus_utc, 0.72_dp, thr=1e-12_dp)
@@ -204,53 +181,56 @@ contains
         call check(error, all(abs(earth%from_inertial(FROM + T) - of_arc%from_inertial(T)) < 1e-8_dp))
     end subroutine test_earth
 
+    !> The chain of arcs of 20 s, which must succeed; is there an error now, so that a test cannot go on?
+    logical function chain_fails(error, observations, options, chain)
+        type(error_type), allocatable, intent(inout) :: error
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(arc_chain_t), intent(out) :: chain
+        type(error_t), allocatable :: failure
+
+        call estimate_chain(observations, options, joint_options_t(), ARC, 2, chain, failure)
+        chain_fails = failed(error, failure)
+    end function chain_fails
+
     !> The chain of a run of 60 s is the joint estimate of its three arcs, linearised anew at it; on one thread and on two.
     subroutine test_chain(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, part
         type(arc_chain_t) :: chain, again
         type(joint_run_t) :: runs(3)
-        type(joint_options_t) :: joint
         type(joint_solution_t) :: anew
         type(error_t), allocatable :: failure
         real(dp) :: sigma(3)
         integer :: i
 
-        call open_case(simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
-        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)
-        if (allocated(error)) return
+        call open_case(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
+        if (chain_fails(error, observations, options, chain)) return
+        if (unmet(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)) return
         call check(error, maxval(abs(chain%arcs%to - [20, 40, 60])) + maxval(abs(chain%arcs%from - [0, 20, 40])) < 1e-9_dp)
         do i = 1, 3
-            if (allocated(error)) return
             call arc_of_run(observations, observations%knowledge, (i - 1)*ARC, i*ARC, part)
             call run_from_observations(part, options, runs(i), failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
         end do
         if (allocated(error)) return
-        call estimate_runs(runs, joint, anew, failure)
-        call check_passes(error, message_of(failure))
+        call estimate_runs(runs, joint_options_t(), anew, failure)
+        call check_passes(error, failure)
         do i = 1, 3
-            if (allocated(error)) return
             associate (matrix => runs(i)%information%matrix)
                 call check(error, maxval(abs(matrix - chain%arcs(i)%information%matrix)) < 1e-2_dp*maxval(abs(matrix)), &
                            'information')
             end associate
         end do
         if (allocated(error)) return
-        sigma = [(sqrt(anew%covariance(i, i)), i=1, 3)]
+        sigma = sigmas(anew%covariance)
         call check(error, all(abs(chain%solution%offset - anew%offset) < 0.02_dp*sigma), 'linearised anew')
         call check(error, all(abs(chain%solution%offset - simulator%case%satellite%offset) < 5*sigma) .and. &
                    chain%solution%consistent, 'offset')
-        call estimate_chain(observations, options, joint, ARC, 1, again, failure)
+        call estimate_chain(observations, options, joint_options_t(), ARC, 1, again, failure)
         call check(error, all(abs(again%solution%offset - chain%solution%offset) <= 0) .and. &
                    all(abs(again%solution%covariance - chain%solution%covariance) <= 0), 'threads')
     end subroutine test_chain
@@ -259,18 +239,15 @@ contains
     !> stays in the chain.
     subroutine test_left_out(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(arc_chain_t) :: chain
-        type(joint_options_t) :: joint
         type(error_t), allocatable :: failure
         logical, allocatable :: seen(:)
 
-        call open_case(simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         associate (acts => observations%knowledge%rods%activations)
             acts%stop = 40          ! the operator knows of no rods in the last arc
         end associate
@@ -279,55 +256,43 @@ contains
         observations%star_camera_head = pack(observations%star_camera_head, seen)
         observations%quaternion = reshape(pack(observations%quaternion, spread(seen, 1, 4)), [4, count(seen)])
         observations%star_camera_time = pack(observations%star_camera_time, seen)
-        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, count(chain%arcs%joined) == 2 .and. .not. chain%arcs(3)%joined .and. &
-                   .not. chain%arcs(3)%moves_rods .and. size(chain%solution%runs) == 2)
-        if (allocated(error)) return
+        if (chain_fails(error, observations, options, chain)) return
+        if (unmet(error, count(chain%arcs%joined) == 2 .and. .not. chain%arcs(3)%joined .and. &
+                  .not. chain%arcs(3)%moves_rods .and. size(chain%solution%runs) == 2)) return
         call check(error, index(chain%warnings(1)%text, 'the arc from 40 to 60 s is left out: ') == 1, chain%warnings(1)%text)
         if (allocated(error)) return
         ! with a manoeuvre in it, one arc of three is too much
         observations%knowledge%rods%activations%stop = 60
-        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: '1 of 3 arcs with a manoeuvre are refused', '40 to 60 s', &
-                                          'star camera'])
+        call estimate_chain(observations, options, joint_options_t(), ARC, 2, chain, failure)
+        call check_fails(error, failure, '1 of 3 arcs with a manoeuvre are refused ... 40 to 60 s ... star camera')
     end subroutine test_left_out
 
     !> One arc of twenty, in which accelerometer z shows half of its changes too much, is left out with the reason, and the
     !> offset is that of the others.
     subroutine test_apart(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: SPOILT = 12
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(arc_chain_t) :: chain
-        type(joint_options_t) :: joint
-        type(error_t), allocatable :: failure
         logical, allocatable :: touched(:)
         real(dp) :: mean
         integer :: i
 
-        call open_case(simulator, options, error, 20*ARC)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options, 20*ARC)
+        call make_observations(simulator, 3, 1, observations)
         touched = observations%accelerometer_time >= (SPOILT - 1)*ARC .and. observations%accelerometer_time < SPOILT*ARC
         associate (z => observations%acceleration(3, :))
             mean = sum(z, touched)/count(touched)
             where (touched) z = z + 0.5_dp*(z - mean)
         end associate
-        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(chain%arcs) == 20 .and. .not. chain%arcs(SPOILT)%joined .and. count(chain%arcs%joined) > 15)
-        if (allocated(error)) return
-        call check(error, any([(index(chain%warnings(i)%text, 'the arc from 220 to 240 s is left out: it disagrees') == 1, &
-                                i=1, size(chain%warnings))]), 'the reason')
-        if (allocated(error)) return
+        if (chain_fails(error, observations, options, chain)) return
+        if (unmet(error, size(chain%arcs) == 20 .and. .not. chain%arcs(SPOILT)%joined .and. count(chain%arcs%joined) > 15)) return
+        if (unmet(error, any([(index(chain%warnings(i)%text, 'the arc from 220 to 240 s is left out: it disagrees') == 1, &
+                               i=1, size(chain%warnings))]), 'the reason')) return
         call check(error, all(abs(chain%solution%offset - case_offset(simulator)) < &
-                              5*[(sqrt(chain%solution%covariance(i, i)), i=1, 3)] + 0.02_dp*abs(case_offset(simulator))), &
+                              5*sigmas(chain%solution%covariance) + 0.02_dp*abs(case_offset(simulator))), &
                    'the offset of the others')      ! the scale factors of the simulation are not those believed
     end subroutine test_apart
 
@@ -335,28 +300,22 @@ contains
     !> shadow, is left out for its residuals; those behind it, in the dark, are not.
     subroutine test_shadow(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: DARK = 3
         real(dp), parameter :: LIGHT(3) = [1e-8_dp, -5e-8_dp, -2e-8_dp]     ! m/s^2
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(arc_chain_t) :: chain
-        type(joint_options_t) :: joint
-        type(error_t), allocatable :: failure
         real(dp) :: part
         integer :: i
 
-        call open_case(simulator, options, error, 6*ARC)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call open_case(simulator, options, 6*ARC)
+        call make_observations(simulator, 3, 1, observations)
         do i = 1, size(observations%accelerometer_time)
             part = min(1.0_dp, max(0.0_dp, (observations%accelerometer_time(i) - (DARK - 1)*ARC - 4)/12))
             observations%acceleration(:, i) = observations%acceleration(:, i) - LIGHT*part**2*(3 - 2*part)
         end do
-        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (chain_fails(error, observations, options, chain)) return
         call check(error, all(chain%arcs%joined .eqv. [(i /= DARK, i=1, 6)]), 'arcs joined')
         call check(error, any([(index(chain%warnings(i)%text, 'the arc from 40 to 60 s is left out: its residuals') == 1, &
                                 i=1, size(chain%warnings))]), 'the reason')
@@ -371,31 +330,28 @@ contains
 
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, broken
         type(arc_chain_t) :: chain
-        type(joint_options_t) :: joint
         type(error_t), allocatable :: failure
 
-        call open_case(simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
-        call estimate_chain(observations, options, joint, 5.0_dp, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'arcs of 5 s', '10 s to 1'])
-        call estimate_chain(observations, options, joint, 2000.0_dp, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'arcs of 2000 s'])
+        call open_case(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
+        call estimate_chain(observations, options, joint_options_t(), 5.0_dp, 1, chain, failure)
+        call check_fails(error, failure, 'arcs of 5 s ... 10 s to 1')
+        call estimate_chain(observations, options, joint_options_t(), 2000.0_dp, 1, chain, failure)
+        call check_fails(error, failure, 'arcs of 2000 s')
         broken = observations
-        broken%acceleration(2, 400) = ieee_value(1.0_dp, ieee_quiet_nan)
-        call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'accelerometer', '40 s', 'NaN'])
+        broken%acceleration(2, 400) = NAN
+        call estimate_chain(broken, options, joint_options_t(), ARC, 1, chain, failure)
+        call check_fails(error, failure, 'accelerometer ... 40 s ... NaN')
         broken = observations
         broken%knowledge%rods%count = 0
-        call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'all torque rods are off'])
+        call estimate_chain(broken, options, joint_options_t(), ARC, 1, chain, failure)
+        call check_fails(error, failure, 'all torque rods are off')
         options%largest_offset = 1e-6_dp
-        call estimate_chain(observations, options, joint, ARC, 1, chain, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'no arc tells an offset', '0 to 20 s', 'largest_offset_mm'])
+        call estimate_chain(observations, options, joint_options_t(), ARC, 1, chain, failure)
+        call check_fails(error, failure, 'no arc tells an offset ... 0 to 20 s ... largest_offset_mm')
     end subroutine test_refused
 end module test_arc_chain

@@ -1,11 +1,8 @@
 !> The fitting dynamics and their state transition matrix.
 module test_attitude_fit
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
+    use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix, normalised, quaternion_rate
     use gracecg_estimation_attitude_fit
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_attitude_fit

@@ -1,30 +1,17 @@
 !> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
 module test_fit_diagnostics
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: inverse_3x3
+    use vocabulary
+    use calibrations
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics
     use gracecg_estimation_action, only: action_t, known_offset_t, decide, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_verdict, only: verdict_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use statistics, only: Z_999
-    use fixture, only: check, test_failed, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_fit_diagnostics
@@ -67,11 +54,9 @@ contains
 
         covariance = turned_covariance(axes)
         call error_ellipsoid(covariance, ellipsoid, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(ellipsoid%semi_axis - 1e-3_dp*[3, 2, 1])), 0.0_dp, thr=1e-15_dp)
         do k = 1, 3
-            if (allocated(error)) return
             call check(error, abs(dot_product(ellipsoid%direction(:, k), axes(:, k))), 1.0_dp, thr=1e-12_dp)
             associate (v => ellipsoid%direction(:, k))
                 call check(error, v(maxloc(abs(v), 1)) > 0, 'the largest component is not positive')
@@ -102,15 +87,13 @@ contains
         do axis = 1, 3
             noise = coloured_noise(noise_spectrum_t(LEVELS(axis), CORNERS(axis), TWO_SIDED), H, failure)
             call new_whitener(noise, epoch, whitener, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             total = total + information_by_axis(epoch, partials(axis, :, :), whitener)
             do j = 1, N
                 matrix(:, j) = noise%autocovariance(abs(epoch - epoch(j)))
             end do
             call solve_normal_equations(matrix, [(0.0_dp, i=1, N)], unused, weight, condition, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             rows = 0
             rows(:3, :) = partials(axis, :, :)
             rows(2*axis + 2, :) = 1
@@ -118,8 +101,7 @@ contains
             whole = whole + matmul(rows, matmul(weight, transpose(rows)))
         end do
         call solve_normal_equations(whole, [(0.0_dp, i=1, 9)], solved, inverse, condition, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         expected = inverse_3x3(inverse(:3, :3))
         call check(error, maxval(abs(total - expected)), 0.0_dp, thr=1e-8_dp*maxval(abs(expected)))
         ! white noise of variance 1: the partials without their straight line
@@ -130,21 +112,15 @@ contains
     end subroutine test_information
 
     !> One run of a case of the report.
-    subroutine simulate(name, quiet, observations, error)
+    subroutine simulate(name, quiet, observations)
         character(*), intent(in) :: name
         logical, intent(in) :: quiet        !! Without the density wave and scale factors
         type(observation_set_t), intent(out) :: observations
-        type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
-        type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         if (quiet) case%density_wave%amplitude = 0
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        call check_passes(error, message_of(failure))
+        call make_observations(case, 1, 1, observations)
     end subroutine simulate
 
     !> What every estimator has to put into the record: complete, and in agreement with its solution,
@@ -159,8 +135,7 @@ contains
         character(:), allocatable :: name
         integer :: i, n
 
-        call simulate('front-3', .false., observations, error)
-        if (allocated(error)) return
+        call simulate('front-3', .false., observations)
         n = size(observations%accelerometer_time)
         do i = 1, size(ESTIMATOR_NAMES)
             name = trim(ESTIMATOR_NAMES(i))
@@ -169,16 +144,14 @@ contains
                 call estimate_offset(name, observations, estimation_options_t(), solution, failure, record=record)
             if (.not. allocated(failure)) &
                 call diagnose(observations%knowledge, solution, record, diagnostics, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, maxval(abs(solution%offset - alone%offset)), 0.0_dp, name)
             call check(error, maxval(abs(solution%covariance - alone%covariance)), 0.0_dp, name, &
                        thr=1e-12_dp*maxval(abs(alone%covariance)))
-            call check(error, size(record%epoch) == n .and. all(shape(record%residual) == [3, n]) .and. &
-                       all(shape(record%partials) == [3, 3, n]) .and. &
-                       all(shape(record%angular_acceleration) == [3, n]) .and. &
-                       all(shape(record%covariance) == size(record%names)), name)
-            if (allocated(error)) return
+            if (unmet(error, size(record%epoch) == n .and. all(shape(record%residual) == [3, n]) .and. &
+                      all(shape(record%partials) == [3, 3, n]) .and. &
+                      all(shape(record%angular_acceleration) == [3, n]) .and. &
+                      all(shape(record%covariance) == size(record%names)), name)) return
             call check(error, all(record%names(:3) == [character(12) :: 'd_x', 'd_y', 'd_z']), name)
             call check(error, maxval(abs(norm2(record%residual, 2)/sqrt(real(n, dp))/solution%residual_rms - 1)), &
                        0.0_dp, name, thr=1e-10_dp)
@@ -198,7 +171,6 @@ contains
         type(fit_diagnostics_t), intent(in) :: diagnostics
         character(*), intent(in) :: name
         type(error_type), allocatable, intent(inout) :: error
-
         integer :: i
 
         call check(error, maxval(abs(sum(diagnostics%source_share, 2) - 1)), 0.0_dp, name, thr=1e-10_dp)
@@ -223,8 +195,7 @@ contains
 
         noise = coloured_noise(noise_spectrum_t(1e-18_dp, 0.1_dp, TWO_SIDED), H, failure)
         call new_whitener(noise, [(i, i=1, N)], whitener, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         power = 0
         do run = 1, RUNS
             stream = new_stream(7, 1, 1, run, 1)
@@ -256,13 +227,12 @@ contains
         real(dp) :: ratio
         integer :: k
 
-        call simulate('front-3', .true., observations, error)
+        call simulate('front-3', .true., observations)
         if (.not. allocated(error)) &
             call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure, &
                                  record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         ! in x the drag bends a little, which its whiteness tells
         call check(error, .not. any(d%residuals%peak_counts) .and. all(d%residuals(2:)%probability > 1e-3_dp) .and. &
                    all(abs(d%residuals%ratio - 1) < 4*d%residuals%ratio_sigma), 'noise alone')
@@ -272,8 +242,7 @@ contains
         record%residual(2, :) = (record%residual(2, :) + eoshift(record%residual(2, :), 1))/sqrt(2.0_dp)
         record%residual(1, :) = record%residual(1, :) + 3e-10_dp*[(sin(TWO_PI*k*H/12), k=1, N)]
         call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, d%residuals(3)%ratio, 2*ratio, thr=1e-10_dp)
         call check(error, d%residuals(2)%autocorrelation(1), 0.5_dp, thr=0.15_dp)
         call check(error, d%residuals(2)%probability < 1e-6_dp)
@@ -294,14 +263,12 @@ contains
         type(verdict_t) :: verdict
         type(error_t), allocatable :: failure
 
-        call simulate('front-3', .true., observations, error)
-        if (allocated(error)) return
+        call simulate('front-3', .true., observations)
         observations%knowledge%accelerometer_noise%level = 0
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('ascrest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, .not. any(d%residuals%noise_known) .and. d%bound_known .and. all(d%bound > 5e-6_dp) .and. &
                    all(d%bound < 5e-5_dp), 'bound')
         call check(error, maxval(abs(sum(d%information_share, 2) - 1)), 0.0_dp, thr=1e-12_dp)
@@ -318,10 +285,8 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         type(verdict_t), intent(in) :: verdict
         character(*), intent(in) :: subject, words
-
         integer :: i
 
-        if (allocated(error)) return
         do i = 1, size(verdict%findings)
             if (verdict%findings(i)%subject /= subject) cycle
             if (index(verdict%findings(i)%text, words) > 0) return
@@ -338,36 +303,34 @@ contains
         integer, intent(in) :: kind, trimmed, again
         character(*), intent(in) :: words
 
-        if (allocated(error)) return
         call check(error, action%kind, kind, action%text)
         if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], action%trimmed)), trimmed, action%text)
         if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], action%again)), again, action%text)
         if (.not. allocated(error)) call check(error, index(action%text, words) > 0, action%text)
     end subroutine advises
 
-    subroutine judged(name, quiet, tested, verdict, solution, error)
+    logical function judgement_fails(name, quiet, tested, verdict, solution, error)
         character(*), intent(in) :: name
         logical, intent(in) :: quiet
         logical, intent(in) :: tested       !! No belief is left untested: whatever it does is not too much
         type(verdict_t), intent(out) :: verdict
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(inout) :: error
-
         type(observation_set_t) :: observations
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: diagnostics
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
-        call simulate(name, quiet, observations, error)
-        if (allocated(error)) return
+        call simulate(name, quiet, observations)
         observations%knowledge%a_priori%signs_known = tested
         if (tested) options%wanted_accuracy = 1
         call estimate_offset('assest-fde', observations, options, solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, diagnostics, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) verdict = judge(observations%knowledge, solution, record, diagnostics)
-    end subroutine judged
+        judgement_fails = allocated(error)
+    end function judgement_fails
 
     !> Case 3 without the density wave: all good, and trim by the estimate, sign and all; but no trim while what a
     !> wrong belief could do unseen is more than is wanted, or nobody has confirmed the signs.
@@ -377,8 +340,7 @@ contains
         type(solution_t) :: solution
         type(action_t) :: action
 
-        call judged('front-3', .true., .true., verdict, solution, error)
-        if (allocated(error)) return
+        if (judgement_fails('front-3', .true., .true., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_GOOD)
         call says(error, verdict, 'Torque', 'times (sigma')
         call advises(error, verdict%action, TRIM_IT, 7, 0, 'trim: move the centre of mass by +0.')
@@ -389,8 +351,7 @@ contains
         solution%beliefs%wanted = 1e-6_dp
         call act_on(solution, 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'unseen could be')
-        if (.not. allocated(error)) call judged('front-3', .true., .false., verdict, solution, error)
-        if (allocated(error)) return
+        if (judgement_fails('front-3', .true., .false., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Contradicted', 'nothing')
         call says(error, verdict, 'Not testable here', 'sign of the accelerometer')
@@ -403,8 +364,7 @@ contains
         type(verdict_t) :: verdict
         type(solution_t) :: solution
 
-        call judged('front-2', .false., .true., verdict, solution, error)
-        if (allocated(error)) return
+        if (judgement_fails('front-2', .false., .true., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Accuracy', 'x is not determined')
         call says(error, verdict, 'Residuals x', '0.05 Hz')
@@ -421,12 +381,11 @@ contains
         type(verdict_t) :: verdict
         type(error_t), allocatable :: failure
 
-        call simulate('front-3', .true., observations, error)
+        call simulate('front-3', .true., observations)
         if (.not. allocated(error)) &
             call estimate_offset('ascfest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         solution%converged = .false.
         verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_BAD)
@@ -457,7 +416,7 @@ contains
         call decide(known_offset_t(value=[1e-5_dp, 4e-4_dp, 3e-5_dp], sigma=[2e-5_dp, 2e-4_dp, 2e-5_dp], signs_known=.true.), &
                     400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 2, 'leave x and z (within 3 sigma of 0); calibrate again for y')
-        call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=ieee_value(1.0_dp, ieee_quiet_nan), &
+        call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=NAN, &
                                    signs_known=.true.), 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'sigma of x NaN mm')
     end subroutine test_leave

@@ -1,29 +1,21 @@
 !> The live estimate: against `sequential` on the same samples, in what it leaves out and refuses, and in loops that it ends.
 module test_live_estimate
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of, number_text
-    use gracecg_base_vectors, only: inverse_3x3
+    use vocabulary
+    use calibrations
+    use gracecg_base_error, only: number_text
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_interpolation, only: interpolation_at, interpolated, cubic_interpolated
     use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
     use gracecg_estimation_offset_information, only: gather_information
-    use gracecg_estimation_options, only: estimation_options_t, STRAIGHT_LINE
-    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_options, only: STRAIGHT_LINE
     use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     use gracecg_planning_site, only: fly_moments
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_limits, only: attitude_motion_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, observe
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: observe
+    use gracecg_simulation_switches, only: error_switches_t
     use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
     use statistics, only: chi_square_limits
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_live_estimate
@@ -44,25 +36,22 @@ contains
     end subroutine collect_live_estimate
 
     !> A set of a case with straight drag and all errors of the instruments, and a live estimate that begins near its truth.
-    subroutine prepare(name, observations, live, error)
+    subroutine prepare(name, observations, live)
         character(*), intent(in) :: name
         type(observation_set_t), intent(out) :: observations
         type(live_estimate_t), intent(out) :: live
-        type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         case%density_wave%amplitude = 0
-        if (.not. allocated(failure)) &
-            call new_switched_simulator(case, error_switches_t(curved_force=.false.), simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call make_simulator(case, error_switches_t(curved_force=.false.), simulator)
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
                                      simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
     end subroutine prepare
 
     !> What an observation set has in interval k. Its magnetometer begins after a second: before, its first two samples are
@@ -100,14 +89,12 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(live_estimate_t), intent(inout) :: live
         type(error_type), allocatable, intent(inout) :: error
-
         type(error_t), allocatable :: failure
         integer :: k
 
         do k = 0, nint(observations%knowledge%duration/observations%knowledge%accelerometer_interval)
             call live%add(sample_of(observations, k), failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
         end do
     end subroutine feed
 
@@ -116,13 +103,11 @@ contains
     !> unseen, as the report's do, a sigma may differ by some per cent.
     subroutine test_sequential_estimate(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(7), parameter :: CASES(4) = ['front-1', 'front-3', 'back-1 ', 'back-2 ']
         type(observation_set_t) :: observations
         type(live_estimate_t) :: live
         type(estimation_options_t) :: options
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         integer, allocatable :: kept(:)
         real(dp) :: offset(3), covariance(3, 3), variance, sigma(3), off
         integer :: c, i
@@ -130,22 +115,19 @@ contains
         options%covariance = .false.
         options%sequential%acceleration = STRAIGHT_LINE
         do c = 1, size(CASES)
-            call prepare(trim(CASES(c)), observations, live, error)
-            if (allocated(error)) return
+            call prepare(trim(CASES(c)), observations, live)
             associate (time => observations%accelerometer_time)
                 kept = pack([(i, i=1, size(time))], time < 20 .or. time > 25)
             end associate
             observations%accelerometer_time = observations%accelerometer_time(kept)
             observations%acceleration = observations%acceleration(:, kept)
             call feed(observations, live, error)
-            call estimate_offset('sequential', observations, options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (estimate_fails(error, 'sequential', observations, options, solution)) return
             call live%now(offset, covariance, variance)
-            sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+            sigma = sigmas(solution%covariance)
             off = maxval(abs(offset - solution%offset)/sigma)
             call check(error, off < 0.2_dp, CASES(c)//': estimate, sigmas off: '//number_text(off))
-            off = maxval(abs([(sqrt(covariance(i, i)), i=1, 3)]/sigma - 1))
+            off = maxval(abs(sigmas(covariance)/sigma - 1))
             call check(error, off < 0.1_dp, CASES(c)//': sigma, off: '//number_text(off))
             call check(error, variance > 0.8_dp .and. variance < 1.2_dp, CASES(c)//': variance of the innovations')
             call check(error, live%edited, 0, 'edited')
@@ -155,14 +137,11 @@ contains
     !> A spike of each instrument is left out, and changes next to nothing.
     subroutine test_left_out(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(live_estimate_t) :: live, spiked
         real(dp) :: offset(3), covariance(3, 3), with(3), unused(3, 3)
-        integer :: i
 
-        call prepare('front-3', observations, live, error)
-        if (allocated(error)) return
+        call prepare('front-3', observations, live)
         spiked = live
         call feed(observations, live, error)
         associate (a => observations%acceleration(:, 300), q => observations%quaternion(:, 60))
@@ -174,32 +153,30 @@ contains
         call live%now(offset, covariance)
         call spiked%now(with, unused)
         call check(error, spiked%edited, 2, 'left out')
-        call check(error, maxval(abs(with - offset)/[(sqrt(covariance(i, i)), i=1, 3)]) < 0.2_dp, 'estimate')
+        call check(error, maxval(abs(with - offset)/sigmas(covariance)) < 0.2_dp, 'estimate')
     end subroutine test_left_out
 
     !> What cannot be taken is refused, and nothing of it is taken.
     subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(live_estimate_t) :: live, none
         type(live_sample_t) :: sample
         type(error_t), allocatable :: failure
         integer :: k
 
-        call prepare('front-3', observations, live, error)
-        if (allocated(error)) return
+        call prepare('front-3', observations, live)
         call none%add(sample_of(observations, 0), failure)
-        call check_fails(error, message_of(failure), ['has not begun'])
+        call check_fails(error, failure, 'has not begun')
         sample = sample_of(observations, 0)
         sample%has_field = .false.
         call refused('needs the field')
         call live%add(sample_of(observations, 0), failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         sample = sample_of(observations, 2)
         call refused('the next sample is that at 0.1')
         sample = sample_of(observations, 1)
-        sample%acceleration(2) = ieee_value(1.0_dp, ieee_quiet_nan)
+        sample%acceleration(2) = NAN
         call refused('not finite')
         sample = sample_of(observations, 1)
         sample%head = 3
@@ -213,12 +190,12 @@ contains
             sample%has_field = .false.
             if (k == 301) exit
             call live%add(sample, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end do
         call refused('silent since')
         observations%knowledge%accelerometer_noise(2)%level = 0
         call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], live, failure)
-        call check_fails(error, message_of(failure), ['noise_level'])
+        call check_fails(error, failure, 'noise_level')
 
     contains
 
@@ -226,7 +203,7 @@ contains
             character(*), intent(in) :: part
 
             call live%add(sample, failure)
-            call check_fails(error, message_of(failure), [part])
+            call check_fails(error, failure, part)
         end subroutine refused
     end subroutine test_refusals
 
@@ -234,7 +211,6 @@ contains
     !> allowed.
     subroutine test_plans(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FIELD(3) = [1e-5_dp, 5e-6_dp, 3e-5_dp], REST(3) = 0, TURNING(3) = [0.0_dp, -1.1e-3_dp, 0.0_dp]
         type(observation_set_t) :: observations
         type(live_estimate_t) :: unused
@@ -244,11 +220,9 @@ contains
         real(dp) :: covariance(3, 3), first(3), then(3), known(3, 3)
         integer :: axis, k, i
 
-        call prepare('front-3', observations, unused, error)
-        if (allocated(error)) return
+        call prepare('front-3', observations, unused)
         call begin_planning(observations%knowledge, 10.0_dp, 30.0_dp, planner, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         covariance = 0
         do k = 1, 3
             covariance(k, k) = 1
@@ -274,7 +248,6 @@ contains
         !> The worst standard deviation after a manoeuvre; all of these keep the limits.
         real(dp) function worst_after(manoeuvre) result(worst)
             integer, intent(in) :: manoeuvre
-
             real(dp), dimension(3, planner%arc%samples) :: rate, rate_change, turn
             real(dp) :: information(3, 3), after(3, 3)
             type(attitude_motion_t) :: motion
@@ -290,7 +263,6 @@ contains
     !> each.
     subroutine test_loops(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: LOOPS = 60
         type(case_t) :: case
         type(loop_settings_t) :: settings
@@ -303,11 +275,10 @@ contains
         total = 0
         settings%places = 12
         do c = 1, 2
-            call report_case(merge('front-3', 'back-1 ', c == 1), case, failure)
-            if (.not. allocated(failure)) call run_loops(case, settings, LOOPS, 1, results, failure)
+            call take_case(merge('front-3', 'back-1 ', c == 1), case)
+            call run_loops(case, settings, LOOPS, 1, results, failure)
             if (.not. allocated(failure)) call statistics_of_loops(results, statistics, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, statistics%stopped, LOOPS, 'stopped')
             call check(error, maxval(abs(statistics%bias)) < 4/sqrt(real(LOOPS, dp)), 'no bias')
             total = total + LOOPS*statistics%square

@@ -1,15 +1,12 @@
 !> Propagation of noise through a fit, against covariance matrices written out in full.
 module test_noise_propagation
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
+    use vocabulary
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_base_quaternion, only: normalised, quaternion_product, conjugate_quaternion, &
         quaternion_from_axis_angle
     use gracecg_estimation_interpolation, only: interpolation_t
     use gracecg_estimation_star_attitude, only: star_attitude_t
     use gracecg_estimation_noise_propagation
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_noise_propagation

@@ -1,9 +1,7 @@
 !> The accelerometer's observation model and its partials.
 module test_offset_model
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_estimation_offset_model, only: offset_matrix, offset_rate_partials
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_offset_model

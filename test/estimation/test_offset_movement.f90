@@ -1,8 +1,6 @@
 !> An offset that moves: jumps and drifts told from each other and from chance, of calibrations and of arcs.
 module test_offset_movement
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
     use gracecg_environment_time, only: utc_t, seconds_between
     use gracecg_estimation_information, only: information_t, no_information, squares_of
     use gracecg_estimation_offset_change, only: offset_change_t
@@ -10,8 +8,6 @@ module test_offset_movement
     use gracecg_estimation_offset_movement, only: movement_t, movement_of_arcs, chance_of_jump
     use gracecg_estimation_saved_estimate, only: dated_offset_t
     use statistics, only: chi_square_limits
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: movement_tests
@@ -32,7 +28,6 @@ contains
     !> Each is told, with its place; squares of the change and of d in the end have the mean of chi square.
     subroutine test_movement_of_arcs(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ARCS = 60, SAMPLES = 4, N = 5, RUNS = 100, NONE = 0, JUMP = 1, DRIFT = 2, BEFORE = 23
         real(dp), parameter :: TRUE(N) = [1.0_dp, -2.0_dp, 0.5_dp, 0.3_dp, -0.2_dp], CHANGE(3) = [0.0_dp, 2.0_dp, 0.0_dp]
         real(dp), parameter :: PRIOR(N) = [0.0_dp, 0.0_dp, 0.0_dp, 10.0_dp, 10.0_dp]
@@ -65,8 +60,7 @@ contains
                     arc(i)%rhs = matmul(rows, seen)
                 end do
                 call movement_of_arcs(arc, times, PRIOR, spread(0.0_dp, 1, N), found, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 select case (found%kind)
                 case ('none')
                     told(kind) = told(kind) + merge(1, 0, kind == NONE)
@@ -93,7 +87,6 @@ contains
     !> which is found, and at most 2.5 times as large.
     subroutine test_chance(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: PLACES = 99, RUNS = 20000
         real(dp), parameter :: LEVELS(2) = [14.0_dp, 18.0_dp]
         type(random_stream_t) :: stream
@@ -123,7 +116,6 @@ contains
     !> sigma of that count), a jump and a drift of 30 um (y: 8 sigma and more) are told by their names, where and by how much.
     subroutine test_movement(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: REVOLUTIONS = 16, RUNS = 200, NONE = 0, JUMP = 1, DRIFT = 2
         real(dp), parameter :: SIGMA(3) = [9e-6_dp, 3e-6_dp, 4e-6_dp], CHANGE(3) = [0.0_dp, 30e-6_dp, 0.0_dp]
         type(dated_offset_t) :: offsets(REVOLUTIONS)
@@ -154,8 +146,7 @@ contains
                     if (kind == DRIFT) offsets(i)%offset = offsets(i)%offset + CHANGE*(i - 1)/(REVOLUTIONS - 1.0_dp)
                 end do
                 call trace_offset(offsets, not_known, no_tanks, settings, history, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 associate (found => history%movement)
                     select case (found%kind)
                     case ('jump', 'either')

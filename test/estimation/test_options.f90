@@ -1,28 +1,19 @@
 !> How to estimate: what needs no telling, files of options, and options beside other settings.
 module test_options
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: setup_text, setup_from_text
-    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text
+    use gracecg_estimation_options, only: read_options, options_from_text, options_text
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
+    use gracecg_planning_calibration, only: find_calibration, calibration_text
     implicit none
     private
     public :: collect_options
 
     character(*), parameter :: LF = new_line('a')
-    integer, parameter :: W = 40
 
 contains
 
@@ -40,25 +31,20 @@ contains
                     new_unittest('case-with-options', test_case_with_options)]
     end subroutine collect_options
 
-    subroutine simulate(name, observations, simulator, error)
+    subroutine simulate(name, observations, simulator)
         character(*), intent(in) :: name            !! Of a built-in case
         type(observation_set_t), intent(out) :: observations
         type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
-
         type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
 
-        call find_calibration(name, calibration, failure)
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure)
-        call check_passes(error, message_of(failure))
+        call take_calibration(name, calibration)
+        call make_simulator(calibration%case, simulator)
+        call make_observations(simulator, 3, 1, observations)
     end subroutine simulate
 
     !> Within the noise of the samples; what the options give is taken as it is.
     subroutine test_guess(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -67,11 +53,9 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call simulate(REPORT_CASE_NAMES(i), observations, simulator, error)
-            if (allocated(error)) return
+            call simulate(REPORT_CASE_NAMES(i), observations, simulator)
             call preprocess(observations, estimation_options_t(), data, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             associate (case => simulator%case)
                 call check(error, rotation_angle_between(data%guess_quaternion, case%quaternion) < 1e-3_dp, 'attitude')
                 call check(error, norm2(data%guess_angular_velocity - case%angular_velocity) < 3e-4_dp, 'rate')
@@ -87,15 +71,13 @@ contains
     !> The first samples of the star camera are wrong by tens of degrees, and some have the other sign.
     subroutine test_wrong_samples(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(simulator_t) :: simulator
         type(fitting_data_t) :: data
         type(error_t), allocatable :: failure
         integer :: i
 
-        call simulate('front-2', observations, simulator, error)
-        if (allocated(error)) return
+        call simulate('front-2', observations, simulator)
         do i = 1, 6             ! of both heads
             observations%quaternion(:, i) = quaternion_product( &
                                             quaternion_from_axis_angle([0.6_dp, 0.0_dp, 0.8_dp], 20*i*DEGREE), &
@@ -103,8 +85,7 @@ contains
         end do
         observations%quaternion(:, 5::3) = -observations%quaternion(:, 5::3)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, rotation_angle_between(data%guess_quaternion, simulator%case%quaternion) < 2e-3_dp, 'attitude')
         call check(error, norm2(data%guess_angular_velocity - simulator%case%angular_velocity) < 3e-4_dp, 'rate')
     end subroutine test_wrong_samples
@@ -112,29 +93,26 @@ contains
     !> The report's first guesses and those of the samples lead to one estimate.
     subroutine test_no_telling(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(solution_t) :: told, untold
         type(error_t), allocatable :: failure
-        integer :: i, a, k
+        integer :: i, a
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call simulate(REPORT_CASE_NAMES(i), observations, simulator, error)
-            if (allocated(error)) return
+            call simulate(REPORT_CASE_NAMES(i), observations, simulator)
             options = report_options(REPORT_CASE_NAMES(i))
             do a = 1, merge(size(ESTIMATOR_NAMES), size(REPORT_ESTIMATORS), i == 1)
                 call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, options, told, failure)
                 if (.not. allocated(failure)) &
                     call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), untold, &
                                          failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 call check(error, told%converged .and. untold%converged)
                 if (a <= size(REPORT_ESTIMATORS)) then  ! in x of case 2, hardly determined, rounding makes 1e-9 sigma
                     call check(error, all(abs(untold%offset - told%offset) < &
-                                          1e-8_dp*[(sqrt(told%covariance(k, k)), k=1, 3)]), &
+                                          1e-8_dp*sigmas(told%covariance)), &
                                REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
                 else        ! sequential ends when corrections are below 1e-3 sigma
                     call check(error, norm2(untold%offset - told%offset) < &
@@ -148,7 +126,6 @@ contains
 
     subroutine test_observations_stay(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations, before
         type(simulator_t) :: simulator
         type(solution_t) :: solution
@@ -156,13 +133,11 @@ contains
         character(:), allocatable :: text, text_before
         integer :: a
 
-        call simulate('back-3', observations, simulator, error)
-        if (allocated(error)) return
+        call simulate('back-3', observations, simulator)
         before = observations
         do a = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (estimate_fails(error, trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), &
+                               solution)) return
         end do
         call setup_text(observations%knowledge, text, failure)
         call setup_text(before%knowledge, text_before, failure)
@@ -172,15 +147,13 @@ contains
 
     subroutine test_round_trip(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(estimation_options_t) :: options, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, text_again
 
-        call make_file(error, 'options.nml', '&estimation /')
+        call make_file('options.nml', '&estimation /')
         call read_options(FOLDER//'options.nml', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call options_text(options, text, failure)
         call options_text(again, text_again, failure)
         call check(error, text == text_again, 'a group without keys')
@@ -192,8 +165,7 @@ contains
         options%sequential%edit_sigma = 6
         call options_text(options, text, failure)
         if (.not. allocated(failure)) call options_from_text(text, 'memory', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(abs(again%guess_offset - options%guess_offset) <= 0) .and. &
                    all(abs(again%accelerometer_weight - options%accelerometer_weight) <= 0) .and. &
                    abs(again%combined_star_camera_weight - 7.5_dp) <= 0 .and. again%optimal%noise == 'estimate' .and. &
@@ -207,32 +179,29 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call refused('&estimation'//LF//'    star_camera_weigth = 2'//LF//'/', &
-                     [character(W) :: 'options.nml:2', 'star_camera_weigth', 'star_camera_weight'])
-        call refused('&estimation star_camera_weight = -1 /', [character(W) :: 'options.nml:1', 'star_camera_weight'])
-        call refused('&estimation guess_quaternion = 0.1, 0, 0, 0.1 /', [character(W) :: 'guess_quaternion', 'unit'])
-        call refused(LF//'&optimall /', [character(W) :: 'options.nml:2', '&optimall', 'optimal'])
-        call refused('&optimal noise = ''guess'' /', [character(W) :: 'noise', 'estimate'])
-        call refused('&mass_properties mass = 3 /', [character(W) :: '&mass_properties', 'not known'])
+                     'options.nml:2 ... star_camera_weigth ... star_camera_weight')
+        call refused('&estimation star_camera_weight = -1 /', 'options.nml:1 ... star_camera_weight')
+        call refused('&estimation guess_quaternion = 0.1, 0, 0, 0.1 /', 'guess_quaternion ... unit')
+        call refused(LF//'&optimall /', 'options.nml:2 ... &optimall ... optimal')
+        call refused('&optimal noise = ''guess'' /', 'noise ... estimate')
+        call refused('&mass_properties mass = 3 /', '&mass_properties ... not known')
 
     contains
 
         subroutine refused(content, parts)
-            character(*), intent(in) :: content, parts(:)
-
+            character(*), intent(in) :: content, parts
             type(estimation_options_t) :: options
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
-            call make_file(error, 'options.nml', content)
+            call make_file('options.nml', content)
             call read_options(FOLDER//'options.nml', options, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_mistakes
 
     !> A setup may have options beside. What is misspelt there is refused.
     subroutine test_setup_with_options(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: GROUPS = LF//'&estimation guess_quaternion = 1, 0, 0, 0, accelerometer_weight = 3*2 /'// &
                                          LF//'&optimal noise = ''estimate'' /'//LF
         type(observation_set_t) :: observations
@@ -242,52 +211,44 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call simulate('front-3', observations, simulator, error)
-        if (allocated(error)) return
+        call simulate('front-3', observations, simulator)
         call setup_text(observations%knowledge, text, failure)
-        call check(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
-                   index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')
-        if (allocated(error)) return
+        if (unmet(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
+                  index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')) return
         call options_from_text(text, 'setup.nml', options, failure, beside=.true.)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         text = text//GROUPS
         call setup_from_text(text, 'setup.nml', knowledge, failure)
         if (.not. allocated(failure)) call options_from_text(text, 'setup.nml', options, failure, beside=.true.)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, options%optimal%noise == 'estimate' .and. all(abs(options%accelerometer_weight - 2) <= 0) .and. &
                    all(abs(options%guess_quaternion - [1, 0, 0, 0]) <= 0))
-        if (allocated(error)) return
         call options_from_text(text//'&sequential edit_sgma = 4 /', 'setup.nml', options, failure, beside=.true.)
-        call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', 'edit_sgma', 'edit_sigma'])
+        call check_fails(error, failure, 'setup.nml: ... edit_sgma ... edit_sigma')
         call setup_from_text(text//'&spurious /', 'setup.nml', knowledge, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', '&spurious'])
+        call check_fails(error, failure, 'setup.nml: ... &spurious')
     end subroutine test_setup_with_options
 
     !> A case file has its options beside it.
     subroutine test_case_with_options(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(calibration_t) :: calibration, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call find_calibration('back-1', calibration, failure)
+        call take_calibration('back-1', calibration)
         calibration%options%optimal%estimate_rod_gain = .true.
         calibration%options%star_camera_weight = 3
-        if (.not. allocated(failure)) call calibration_text(calibration, text, failure)
-        call make_file(error, 'options.nml', text)
+        call calibration_text(calibration, text, failure)
+        call make_file('options.nml', text)
         if (.not. allocated(failure)) call find_calibration(FOLDER//'options.nml', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, again%options%optimal%estimate_rod_gain .and. &
                    abs(again%options%star_camera_weight - 3) <= 0 .and. &
                    all(abs(again%options%guess_quaternion - calibration%options%guess_quaternion) <= 0))
-        if (allocated(error)) return
 
-        call make_file(error, 'options.nml', text//LF//'&optimall /')
+        call make_file('options.nml', text//LF//'&optimall /')
         call find_calibration(FOLDER//'options.nml', again, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'options.nml:', '&optimall', '"optimal"'])
+        call check_fails(error, failure, 'options.nml: ... &optimall ... "optimal"')
     end subroutine test_case_with_options
 end module test_options

@@ -1,17 +1,14 @@
 !> The physical calibration model: partials of every parameter against differences, torques against the
 !> dynamics of the simulation, conservation of angular momentum.
 module test_physical_model
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross, identity, cross_matrix
+    use vocabulary
+    use calibrations
+    use gracecg_base_vectors, only: cross_matrix
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
@@ -19,8 +16,6 @@ module test_physical_model
         turn_between, correct_state
     use gracecg_estimation_torque_shapes, only: take_moments
     use test_estimators, only: example, OMEGA_0, Q_0
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_physical_model, add_orbit
@@ -43,7 +38,6 @@ contains
     !> A circular orbit that the satellite of the example follows, every 5 s.
     subroutine add_orbit(observations)
         type(observation_set_t), intent(inout) :: observations
-
         real(dp), parameter :: RADIUS = 6838e3_dp, MOTION = 1.117e-3_dp
         integer :: i
 
@@ -56,22 +50,18 @@ contains
         end do
     end subroutine add_orbit
 
-    subroutine prepare(model, data, error, with_orbit)
+    subroutine prepare(model, data, with_orbit)
         type(physical_model_t), intent(out) :: model
         type(fitting_data_t), intent(out) :: data
-        type(error_type), allocatable, intent(inout) :: error
         logical, intent(in) :: with_orbit
-
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
         integer :: i
 
-        call example(observations, error, interval=0.2_dp)
-        if (allocated(error)) return
+        call example(observations, interval=0.2_dp)
         if (with_orbit) call add_orbit(observations)
         call preprocess(observations, estimation_options_t(), data, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call need(failure)
         call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
         model%wave_frequency = 1/13.0_dp
         model%jump = model%steps/3
@@ -125,7 +115,6 @@ contains
 
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(model_state_t) :: state, changed
         type(model_trajectory_t) :: trajectory, other
@@ -135,8 +124,7 @@ contains
         real(dp) :: change(PARAMETERS)
         integer :: p, i, side, n
 
-        call prepare(model, data, error, .true.)
-        if (allocated(error)) return
+        call prepare(model, data, .true.)
         state = general_state()
         n = size(data%accelerometer_epoch)
         allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2), of_channels(PARAMETERS, 3, n), shown(3, n, 2))
@@ -184,15 +172,13 @@ contains
     !> At the epoch, without rods: J d omega/dt + omega x J omega is the simulation's torque (2-23).
     subroutine test_gravity_torque(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(model_state_t) :: state
         type(model_trajectory_t) :: trajectory
         type(fitting_data_t) :: data
         real(dp) :: torque(3), expected(3), r
 
-        call prepare(model, data, error, .true.)
-        if (allocated(error)) return
+        call prepare(model, data, .true.)
         model%magnetic_torque = 0
         state%quaternion = normalised([0.3_dp, -0.5_dp, 0.2_dp, 0.7_dp])
         state%value(RATE) = OMEGA_0
@@ -209,15 +195,13 @@ contains
     !> Without torque R^T J omega does not change.
     subroutine test_momentum(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(model_state_t) :: state
         type(model_trajectory_t) :: trajectory
         type(fitting_data_t) :: data
         real(dp) :: first(3), last(3)
 
-        call prepare(model, data, error, .false.)
-        if (allocated(error)) return
+        call prepare(model, data, .false.)
         model%magnetic_torque = 0
         state%quaternion = normalised(Q_0)
         state%value(RATE) = [0.03_dp, -0.02_dp, 0.05_dp]
@@ -233,7 +217,6 @@ contains
 
     subroutine test_turns(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp) :: q(4), zeta(3), turned(3, 3)
         integer :: i
 
@@ -250,28 +233,23 @@ contains
 
     subroutine test_no_orbit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(physical_model_t) :: model
         type(fitting_data_t) :: data
         integer :: before
 
-        call prepare(model, data, error, .true.)
-        if (allocated(error)) return
+        call prepare(model, data, .true.)
         before = size(data%warnings)
         call check(error, all(model%rate_squared > 1.2e-6_dp .and. model%rate_squared < 1.3e-6_dp))
-        call prepare(model, data, error, .false.)
-        if (allocated(error)) return
+        call prepare(model, data, .false.)
         call check(error, all(abs(model%rate_squared) <= 0))
-        call check(error, size(data%warnings) == before + 1)
-        if (allocated(error)) return
-        call check(error, index(data%warnings(size(data%warnings))%text, 'no orbit') > 0)
+        if (unmet(error, size(data%warnings) == before + 1)) return
+        call check_says(error, data%warnings(size(data%warnings))%text, 'no orbit')
     end subroutine test_no_orbit
 
     !> Moments of 0.1 Hz, known every half second: their rates, by which rods leak, are those of the sine within 0.1 % of the
     !> largest one, at samples of 0.1 s and at means of 1 s.
     subroutine test_moment_rates(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: RATE = TWO_PI*0.1_dp, INTERVALS(2) = [0.1_dp, 1.0_dp], LENGTH = 60
         type(operator_knowledge_t) :: knowledge
         type(moment_series_t) :: series
@@ -282,7 +260,7 @@ contains
 
         times = [(k/2.0_dp, k=-10, 130)]
         call new_moment_series(series, times, spread(sin(RATE*times), 1, 3), failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
         call take_measured_moments(series, knowledge%rods)
         do i = 1, size(INTERVALS)
             model = physical_model_t(steps=nint(LENGTH/INTERVALS(i)), interval=INTERVALS(i), estimated=[LEAKAGE_RATE(1)])

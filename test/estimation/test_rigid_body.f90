@@ -1,13 +1,10 @@
 !> The rotation of a rigid body: order of the integration, conserved quantities, partials.
 module test_rigid_body
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross
+    use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_observations_parameters, only: RATES => RATE
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, integrate_trajectory
     use gracecg_estimation_rigid_body, only: rigid_body_t, new_rigid_body
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_rigid_body
@@ -31,7 +28,6 @@ contains
         integer, intent(in) :: steps
         real(dp), intent(in) :: rate(3)     !! At the epoch, rad/s
         type(model_trajectory_t), intent(out) :: flown
-
         type(physical_model_t) :: model
         type(model_state_t) :: state
 

@@ -1,26 +1,17 @@
 !> The estimator `sequential` on simulated calibrations. Systematic errors (scale factors, biases) are off
 !> but where said: they are not what filter and batch differ in.
 module test_sequential
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of, number_text
-    use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
+    use calibrations
+    use gracecg_base_error, only: number_text
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process
-    use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, STRAIGHT_LINE
+    use gracecg_estimation_options, only: sequential_options_t, STRAIGHT_LINE
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, observe
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: observe
+    use gracecg_simulation_switches, only: error_switches_t
     use statistics, only: chi_square_limits
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_sequential
@@ -48,18 +39,15 @@ contains
     end subroutine collect_sequential
 
     !> A case without systematic errors; its drag a straight line or as it is.
-    subroutine prepare(name, straight, simulator, error, wave)
+    subroutine prepare(name, straight, simulator, wave)
         character(*), intent(in) :: name
         logical, intent(in) :: straight
         type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: wave(2)       !! Relative amplitude and period (s) of the density wave
-
         type(case_t) :: case
         type(error_switches_t) :: switches
-        type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
+        call take_case(name, case)
         case%satellite%accelerometer%scale1 = 1
         case%satellite%accelerometer%scale2 = 0
         case%satellite%accelerometer%scale3 = 0
@@ -69,34 +57,28 @@ contains
         if (present(wave)) case%density_wave%amplitude = wave(1)
         if (present(wave)) case%density_wave%period = wave(2)
         switches%curved_force = .not. straight
-        if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call make_simulator(case, switches, simulator)
     end subroutine prepare
 
     !> One simulated set of a case with straight drag.
-    subroutine straight_set(name, run, observations, true_offset, error)
+    subroutine straight_set(name, run, observations, true_offset)
         character(*), intent(in) :: name
         integer, intent(in) :: run
         type(observation_set_t), intent(out) :: observations
         real(dp), intent(out) :: true_offset(3)
-        type(error_type), allocatable, intent(inout) :: error
-
         type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
 
-        call prepare(name, .true., simulator, error)
-        if (allocated(error)) return
-        call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+        call prepare(name, .true., simulator)
+        call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
         true_offset = simulator%case%satellite%offset
     end subroutine straight_set
 
-    subroutine solve(algorithm, observations, solution, error, options)
+    logical function solve_fails(algorithm, observations, solution, error, options)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(inout) :: error
         type(sequential_options_t), intent(in), optional :: options
-
         type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
 
@@ -109,15 +91,14 @@ contains
         else if (.not. solution%converged) then
             call test_failed(error, algorithm//' did not converge')
         end if
-    end subroutine solve
+        solve_fails = allocated(error)
+    end function solve_fails
 
     pure function sigma_of(solution) result(sigma)
         type(solution_t), intent(in) :: solution
         real(dp) :: sigma(3)
 
-        integer :: i
-
-        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+        sigma = sigmas(solution%covariance)
     end function sigma_of
 
     !> Error squared in units of the covariance: chi-square with 3 degrees of freedom.
@@ -134,7 +115,6 @@ contains
     !> adds more.
     subroutine test_tone(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: M = 4, N = 200
         real(dp), parameter :: INTERVAL = 0.1_dp, FREQUENCY = 0.23_dp   ! s, Hz
         type(gauss_markov_t) :: noise
@@ -171,7 +151,6 @@ contains
         subroutine weigh(process, value)
             type(gauss_markov_t), intent(in) :: process
             real(dp), intent(out) :: value
-
             integer :: k
 
             call prepare_filter(process, epoch, kept, filter)
@@ -190,27 +169,23 @@ contains
     !> Drag a straight line: estimate and sigma of the batch, in every case.
     subroutine test_straight(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: sequential, optimal, with, without
         real(dp) :: true_offset(3)
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call straight_set(trim(REPORT_CASE_NAMES(i)), 1, observations, true_offset, error)
-            if (.not. allocated(error)) call solve('optimal', observations, optimal, error)
-            if (.not. allocated(error)) call solve('sequential', observations, sequential, error)
-            if (allocated(error)) return
+            call straight_set(trim(REPORT_CASE_NAMES(i)), 1, observations, true_offset)
+            if (solve_fails('optimal', observations, optimal, error)) return
+            if (solve_fails('sequential', observations, sequential, error)) return
             call check(error, maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal)) < 0.02_dp, &
                        REPORT_CASE_NAMES(i)//': estimate, sigmas off: '// &
                        number_text(maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal))))
             call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma')
-            call solve('sequential', observations, with, error, sequential_options_t(estimate_within_limits=.false.))
-            if (.not. allocated(error)) &
-                call solve('sequential', observations, without, error, &
-                           sequential_options_t(STRAIGHT_LINE, estimate_within_limits=.false.))
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, with, error, sequential_options_t(estimate_within_limits=.false.))) return
+            if (solve_fails('sequential', observations, without, error, &
+                            sequential_options_t(STRAIGHT_LINE, estimate_within_limits=.false.))) return
             call check(error, maxval(abs(sigma_of(without)/sigma_of(with) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma, without a parabola')
             call check(error, maxval(sigma_of(without)/sigma_of(with)) < 1 - 1e-6_dp, &
@@ -222,27 +197,22 @@ contains
     !> the offset is moved by less than half a sigma.
     subroutine test_curved(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: PERIOD = 11.3_dp, AMPLITUDE = 0.006_dp, PARABOLA = 0.009_dp   ! of the drag
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: reference, solution
-        type(error_t), allocatable :: failure
         integer :: k
 
-        call prepare('front-3', .false., simulator, error)
-        if (allocated(error)) return
-        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
-        call solve('sequential', observations, reference, error)
-        if (allocated(error)) return
+        call prepare('front-3', .false., simulator)
+        call make_observations(simulator, SEED, 1, observations, only_used_head=.true.)
+        if (solve_fails('sequential', observations, reference, error)) return
         do k = 1, size(observations%accelerometer_time)
             associate (t => observations%accelerometer_time(k), drag => simulator%arc%loads(k)%drag)
                 observations%acceleration(:, k) = observations%acceleration(:, k) + &
                                                   drag*(AMPLITUDE*sin(TWO_PI*t/PERIOD) + PARABOLA*(t/30 - 1)**2)
             end associate
         end do
-        call solve('sequential', observations, solution, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, solution, error)) return
         call check(error, found_period(solution), PERIOD, thr=0.06_dp)
         call check(error, maxval(abs(solution%offset - reference%offset)/sigma_of(reference)) < 0.5_dp, 'estimate')
         call check(error, maxval(sigma_of(solution)/sigma_of(reference)) < 1.3_dp, 'sigma')
@@ -252,24 +222,20 @@ contains
     !> bend nor are instruments wrong, and the estimator knows it.
     subroutine test_honest(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 10
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: total, limits(2)
         integer :: i, run
 
         total = 0
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(trim(REPORT_CASE_NAMES(i)), .true., simulator, error)
-            if (allocated(error)) return
+            call prepare(trim(REPORT_CASE_NAMES(i)), .true., simulator)
             do run = 1, RUNS
-                call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
-                call solve('sequential', observations, solution, error, &
-                           sequential_options_t(estimate_within_limits=.false.))
-                if (allocated(error)) return
+                call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
+                if (solve_fails('sequential', observations, solution, error, &
+                           sequential_options_t(estimate_within_limits=.false.))) return
                 total = total + normalised_square(solution, simulator%case%satellite%offset)
             end do
         end do
@@ -283,31 +249,25 @@ contains
     !> the other would be 2.6 and 2.4 in runs 4 and 6.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 8
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution, batch
-        type(error_t), allocatable :: failure
         real(dp) :: followed, ignored, limits(2), ratio(3, 3)
         integer :: run
 
-        call prepare('front-1', .false., simulator, error, wave=[0.003_dp, 9.0_dp])
-        if (allocated(error)) return
+        call prepare('front-1', .false., simulator, wave=[0.003_dp, 9.0_dp])
         followed = 0
         ignored = 0
         do run = 1, RUNS
-            call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
-            call solve('sequential', observations, solution, error)
-            if (allocated(error)) return
+            call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
+            if (solve_fails('sequential', observations, solution, error)) return
             call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
             followed = followed + normalised_square(solution, simulator%case%satellite%offset)
-            call solve('optimal', observations, batch, error)
-            if (allocated(error)) return
+            if (solve_fails('optimal', observations, batch, error)) return
             ratio = matmul(inverse_3x3(batch%covariance), solution%covariance)
             call check(error, ratio(1, 1) + ratio(2, 2) + ratio(3, 3) > 2.95_dp, 'what is said of the errors')
-            call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))) return
             ignored = ignored + normalised_square(solution, simulator%case%satellite%offset)
         end do
         limits = chi_square_limits(3*RUNS)
@@ -318,7 +278,6 @@ contains
     !> The period that a solution says of axis x; 0 if none.
     real(dp) function found_period(solution) result(period)
         type(solution_t), intent(in) :: solution
-
         character(*), parameter :: BEGIN = 'a period of '
         integer :: i, at
 
@@ -339,7 +298,6 @@ contains
         integer, intent(in) :: run
         real(dp), intent(in) :: relative, period, damping
         type(observation_set_t), intent(inout) :: observations
-
         type(gauss_markov_t) :: process
         type(random_stream_t) :: stream
         real(dp) :: p(2), draws(2)
@@ -360,29 +318,24 @@ contains
     !> say so.
     subroutine test_wander(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 10
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: sequential, optimal, total, limits(2)
         integer :: run
 
-        call prepare('front-1', .false., simulator, error)
-        if (allocated(error)) return
+        call prepare('front-1', .false., simulator)
         sequential = 0
         optimal = 0
         total = 0
         do run = 1, RUNS
-            call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+            call make_observations(simulator, SEED, run, observations, only_used_head=.true.)
             call add_wander(simulator, run, 0.002_dp, 12.0_dp, 0.1_dp, observations)
-            call solve('sequential', observations, solution, error)
-            if (allocated(error)) return
+            if (solve_fails('sequential', observations, solution, error)) return
             sequential = sequential + (solution%offset(3) - simulator%case%satellite%offset(3))**2
             total = total + normalised_square(solution, simulator%case%satellite%offset)
-            call solve('optimal', observations, solution, error)
-            if (allocated(error)) return
+            if (solve_fails('optimal', observations, solution, error)) return
             optimal = optimal + (solution%offset(3) - simulator%case%satellite%offset(3))**2
         end do
         call check(error, sqrt(sequential) < 0.7_dp*sqrt(optimal), 'RMS of d_z against optimal')
@@ -393,16 +346,14 @@ contains
     !> Spikes of all sizes, at the ends and in a row; wrong quaternions. The estimate hardly changes.
     subroutine test_spikes(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: AT(8) = [1, 100, 200, 201, 202, 350, 351, 600]
         real(dp), parameter :: SIZES(8) = [1e-6_dp, 4e-9_dp, 1e-5_dp, -1e-6_dp, 1e-8_dp, 5e-9_dp, 5e-9_dp, -1e-7_dp]
         type(observation_set_t) :: observations
         type(solution_t) :: clean, spiked
         real(dp) :: true_offset(3)
 
-        call straight_set('front-3', 1, observations, true_offset, error)
-        if (.not. allocated(error)) call solve('sequential', observations, clean, error)
-        if (allocated(error)) return
+        call straight_set('front-3', 1, observations, true_offset)
+        if (solve_fails('sequential', observations, clean, error)) return
         call check(error, all(clean%edited == 0), 'nothing to edit in clean samples')
         observations%acceleration(1, AT) = observations%acceleration(1, AT) + SIZES
         observations%acceleration(2, 333) = 1e-4_dp
@@ -411,13 +362,11 @@ contains
             q(1) = q(1) + 3e-4_dp
             q = q/norm2(q)
         end associate
-        call solve('sequential', observations, spiked, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, spiked, error)) return
         call check(error, spiked%edited(1), 9, 'values of the accelerometer edited')
         call check(error, spiked%edited(2), 2, 'samples of the star camera edited')
         call check(error, maxval(abs(spiked%offset - clean%offset)/sigma_of(clean)) < 0.3_dp, 'estimate')
-        call check(error, size(spiked%warnings), 3, 'a warning of each')
-        if (allocated(error)) return
+        if (unmet(error, size(spiked%warnings), 3, 'a warning of each')) return
         associate (running => spiked%running)
             call check(error, running%edited_accelerometer(ubound(running%time, 1)) == 9 .and. &
                        running%edited_star_camera(ubound(running%time, 1)) == 2 .and. &
@@ -428,16 +377,14 @@ contains
     !> Ten seconds without accelerometer, six without star camera.
     subroutine test_gaps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: whole, with_gaps
         real(dp) :: true_offset(3)
         integer, allocatable :: kept(:)
         integer :: i
 
-        call straight_set('back-3', 4, observations, true_offset, error)
-        if (.not. allocated(error)) call solve('sequential', observations, whole, error)
-        if (allocated(error)) return
+        call straight_set('back-3', 4, observations, true_offset)
+        if (solve_fails('sequential', observations, whole, error)) return
         associate (times => observations%accelerometer_time)
             kept = pack([(i, i=1, size(times))], times < 20 .or. times > 30)
         end associate
@@ -449,8 +396,7 @@ contains
         observations%star_camera_time = observations%star_camera_time(kept)
         observations%star_camera_head = observations%star_camera_head(kept)
         observations%quaternion = observations%quaternion(:, kept)
-        call solve('sequential', observations, with_gaps, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, with_gaps, error)) return
         associate (loss => sigma_of(with_gaps)/sigma_of(whole))
             call check(error, all(loss > 1) .and. all(loss < 1.5_dp), 'sigmas')
         end associate
@@ -461,15 +407,13 @@ contains
     !> Ends with the estimate; the sigma never grows.
     subroutine test_running(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution, half
         real(dp) :: true_offset(3)
         integer :: n, k, stars
 
-        call straight_set('front-2', 1, observations, true_offset, error)
-        if (.not. allocated(error)) call solve('sequential', observations, solution, error)
-        if (allocated(error)) return
+        call straight_set('front-2', 1, observations, true_offset)
+        if (solve_fails('sequential', observations, solution, error)) return
         associate (running => solution%running)
             n = ubound(running%time, 1)
             call check(error, n, 600)
@@ -487,8 +431,7 @@ contains
         observations%star_camera_time = observations%star_camera_time(:stars)
         observations%star_camera_head = observations%star_camera_head(:stars)
         observations%quaternion = observations%quaternion(:, :stars)
-        call solve('sequential', observations, half, error)
-        if (allocated(error)) return
+        if (solve_fails('sequential', observations, half, error)) return
         associate (running => solution%running)
             call check(error, maxval(abs(running%offset(:, k) - half%offset)/sigma_of(half)) < 0.05_dp .and. &
                        maxval(abs(running%sigma(:, k)/sigma_of(half) - 1)) < 0.02_dp, 'half way')
@@ -497,43 +440,38 @@ contains
 
     subroutine test_no_noise_level(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: true_offset(3)
 
-        call straight_set('front-3', 1, observations, true_offset, error)
-        if (allocated(error)) return
+        call straight_set('front-3', 1, observations, true_offset)
         observations%knowledge%accelerometer_noise(2)%level = 0
         call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
-        call check(error, index(message_of(failure), 'noise_level of accelerometer axis y') > 0, message_of(failure))
-        if (allocated(error)) return
+        call check_says(error, message_of(failure), 'noise_level of accelerometer axis y')
         observations%knowledge%accelerometer_noise(2)%level = 1e-18_dp
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
-        call check(error, index(message_of(failure), 'noise_about_axes') > 0, message_of(failure))
+        call check_says(error, message_of(failure), 'noise_about_axes')
     end subroutine test_no_noise_level
 
     !> A satellite that hardly turns does not show its offset.
     subroutine test_rods_off(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         case%satellite%rods%count = 0
-        if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
-                                                                  simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call make_simulator(case, error_switches_t(curved_force=.false.), simulator)
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
         if (.not. allocated(failure)) &
             call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         if (allocated(failure)) then
-            call check(error, index(failure%message, 'do not determine the offset') > 0, failure%message)
+            call check_says(error, failure%message, 'do not determine the offset')
         else
             call check(error, maxval(sigma_of(solution)) > 1e-3_dp, 'the sigma says that nothing is known')
         end if
@@ -542,21 +480,15 @@ contains
     !> A straight line asked for, and a wave in the drag: the sigmas are enlarged, with a warning.
     subroutine test_misfit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
 
-        call prepare('front-1', .false., simulator, error, wave=[0.01_dp, 15.0_dp])
-        if (allocated(error)) return
-        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
-        call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
-        if (allocated(error)) return
+        call prepare('front-1', .false., simulator, wave=[0.01_dp, 15.0_dp])
+        call make_observations(simulator, SEED, 1, observations, only_used_head=.true.)
+        if (solve_fails('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))) return
         call check(error, solution%variance_factor > 2, 'variance of the innovations')
-        call check(error, size(solution%warnings) == 1)
-        if (allocated(error)) return
-        call check(error, index(solution%warnings(1)%text, 'the innovations have a variance of') > 0, &
-                   solution%warnings(1)%text)
+        if (unmet(error, size(solution%warnings) == 1)) return
+        call check_says(error, solution%warnings(1)%text, 'the innovations have a variance of')
     end subroutine test_misfit
 end module test_sequential

@@ -1,10 +1,7 @@
 !> The first screening for spikes.
 module test_spike_screen
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
     use gracecg_estimation_spike_screen
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_spike_screen
@@ -32,7 +29,6 @@ contains
 
     subroutine test_spikes(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: AT(6) = [1, 80, 81, 82, 200, 300]
         real(dp) :: values(300)
         logical :: expected(300)
@@ -46,7 +42,6 @@ contains
 
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer :: i
 
         call check(error, .not. any(is_spike(wave_with_noise(), 1.0_dp, 12.0_dp)))

@@ -1,17 +1,12 @@
 !> Constants and smoothed processes of a series with coloured noise, against dense least squares and the dense Gaussian
 !> posterior.
 module test_square_root_information
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_gauss_markov
     use gracecg_estimation_square_root_information
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
     use gracecg_estimation_linearised_samples, only: filter_problem_t, whiten_axis, gather, smooth_axis
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_square_root_information
@@ -64,7 +59,6 @@ contains
         integer, intent(in) :: run
         real(dp), intent(out) :: observed(0:STEPS)
         real(dp), intent(out), optional :: truth(:, 0:)
-
         type(random_stream_t) :: stream
         real(dp) :: p(process%n), draws(process%n), e(1)
         integer :: k
@@ -93,7 +87,6 @@ contains
         integer, intent(in) :: last
         real(dp), intent(out) :: whitened(M + 1, 0:STEPS), log_variance
         type(constants_t), intent(out) :: constants
-
         type(process_filter_t) :: filter
         real(dp) :: rows(M + 1, 0:STEPS)
         integer :: k
@@ -161,7 +154,6 @@ contains
     !> determinant.
     subroutine test_whitening(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp) :: dense(0:STEPS, 0:STEPS), identity_rows(STEPS + 1, STEPS + 1), whitened(STEPS + 1, STEPS + 1)
         real(dp), allocatable :: inverse(:, :)
         type(process_filter_t) :: filter
@@ -193,7 +185,6 @@ contains
         real(dp), intent(in) :: prior
         real(dp), allocatable, intent(out) :: inverse(:, :)
         real(dp), intent(out) :: log_determinant
-
         real(dp) :: total(size(used), size(used)), root(size(used), size(used)), unused(size(used)), condition
         type(error_t), allocatable :: failure
         integer :: i, j
@@ -223,7 +214,6 @@ contains
     !> samples and of those up to the 30th.
     subroutine test_posterior(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(constants_t) :: constants
         real(dp) :: observed(0:STEPS), dense(0:STEPS, 0:STEPS), whitened(M + 1, 0:STEPS), log_variance, log_determinant
         real(dp) :: normal(M, M), rhs(M), y(M), covariance(M, M), condition, root(M, M)
@@ -261,7 +251,6 @@ contains
     !> variance 1/[C^-1]_kk. Once with epochs that have no sample at all.
     subroutine test_deletion(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: PRIOR = 10
         type(filter_problem_t) :: problem, no_problem
         type(constants_t) :: constants

@@ -1,20 +1,13 @@
 !> What every estimator delivers: attitude, angular velocity, drift and bias with their standard deviations,
 !> against the scatter of many calibrations; and the history of the iterations.
 module test_state_sigmas
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_text, only: real_text
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, STATE, STATE_NAMES, STATE_OFFSET, &
         STATE_RATE, STATE_ATTITUDE, STATE_DRIFT, STATE_BIAS
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_state_sigmas
@@ -36,20 +29,18 @@ contains
     end subroutine collect_state_sigmas
 
     !> A case of the report without what is systematic: the wave of the density, errors of the magnetometer.
-    subroutine simulate(error, simulator, options)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine simulate(simulator, options)
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-
         type(calibration_t) :: calibration
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
-        if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
+        call take_calibration('front-3', calibration)
+        call switch_off(switches, 'systematic', failure)
         if (.not. allocated(failure)) call switch_off(switches, 'magnetometer-noise', failure)
         if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
         options = calibration%options
         options%optimal%estimate_within_limits = .false.        ! only noise is drawn
         options%sequential%estimate_within_limits = .false.
@@ -57,26 +48,20 @@ contains
 
     subroutine test_scatter(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: found(STATE, RUNS), sigma(STATE), mean(STATE), ratio, quaternion(4), q_found(4, RUNS), q_sigma(4)
         integer :: a, run, i
 
-        call simulate(error, simulator, options)
+        call simulate(simulator, options)
         do a = 1, size(ESTIMATOR_NAMES)
             sigma = 0
             q_sigma = 0
             do run = 1, RUNS
-                if (allocated(error)) return
-                call observe(simulator, 3, run, observations, failure)
-                if (.not. allocated(failure)) &
-                    call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                call make_observations(simulator, 3, run, observations)
+                if (estimate_fails(error, ESTIMATOR_NAMES(a), observations, options, solution)) return
                 if (run == 1) quaternion = solution%quaternion
                 found(STATE_OFFSET, run) = solution%offset
                 found(STATE_DRIFT, run) = solution%drift
@@ -115,22 +100,17 @@ contains
     !> Its first block is the covariance of the offset; it is symmetric, and no correlation exceeds 1.
     subroutine test_covariance(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: sigma(STATE)
         integer :: a, i, k
 
-        call simulate(error, simulator, options)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call simulate(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         do a = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (estimate_fails(error, ESTIMATOR_NAMES(a), observations, options, solution)) return
             sigma = state_sigmas(solution)
             associate (p => solution%state_covariance)
                 call check(error, all(abs(p(:3, :3) - solution%covariance) <= 1e-12_dp*maxval(solution%covariance)) .and. &
@@ -150,7 +130,6 @@ contains
     !> with the estimate.
     subroutine test_history(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -158,34 +137,28 @@ contains
         type(error_t), allocatable :: failure
         integer :: a, i, last, place
 
-        call simulate(error, simulator, options)
-        if (allocated(error)) return
-        call observe(simulator, 3, 1, observations, failure)
+        call simulate(simulator, options)
+        call make_observations(simulator, 3, 1, observations)
         do a = 1, size(ESTIMATOR_NAMES)
             options%history = .false.
             call estimate_offset(ESTIMATOR_NAMES(a), observations, options, solution, failure)
             options%history = .true.
-            call estimate_offset(ESTIMATOR_NAMES(a), observations, options, again, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
-            call check(error, .not. allocated(solution%history) .and. all(abs(solution%offset - again%offset) <= 0))
-            if (allocated(error)) return
+            if (estimate_fails(error, ESTIMATOR_NAMES(a), observations, options, again)) return
+            if (unmet(error, .not. allocated(solution%history) .and. all(abs(solution%offset - again%offset) <= 0))) return
             last = size(again%history)
             call check(error, last >= 2 .and. again%history(1)%number == 1, ESTIMATOR_NAMES(a))
             do i = 1, last
                 associate (it => again%history(i))
-                    call check(error, size(it%names) == size(it%correction) .and. &
-                               size(it%state_names) == size(it%state) .and. &
-                               size(it%residual_names) == size(it%residual_rms) .and. all(it%residual_rms > 0), &
-                               ESTIMATOR_NAMES(a))
-                    if (allocated(error)) return
+                    if (unmet(error, size(it%names) == size(it%correction) .and. &
+                              size(it%state_names) == size(it%state) .and. &
+                              size(it%residual_names) == size(it%residual_rms) .and. all(it%residual_rms > 0), &
+                              ESTIMATOR_NAMES(a))) return
                 end associate
             end do
             associate (it => again%history(last))
                 do i = 1, 3
                     place = findloc(it%state_names, STATE_NAMES(STATE_OFFSET(i)), 1)
                     call check(error, place > 0, ESTIMATOR_NAMES(a))
-                    if (allocated(error)) return
                     call check(error, it%state(place), again%offset(i), thr=1e-7_dp, rel=.false.)
                 end do
             end associate

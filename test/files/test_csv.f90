@@ -1,14 +1,10 @@
 !> CSV files: one corrupted file for each failure, and exact round trips.
 module test_csv
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
+    use vocabulary
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_table, only: read_csv, table_file_t
     use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
-    use gracecg_base_text, only: string_t
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_csv
@@ -35,8 +31,7 @@ contains
     end subroutine collect_csv
 
     !> Reads a file with the given content.
-    subroutine read_content(error, content, table, failure, comments)
-        type(error_type), allocatable, intent(inout) :: error
+    subroutine read_table(content, table, failure, comments)
         character(*), intent(in) :: content
         real(dp), allocatable, intent(out) :: table(:, :)
         type(error_t), allocatable, intent(out) :: failure
@@ -44,24 +39,22 @@ contains
         type(table_file_t) :: file
         type(error_t), allocatable :: other
 
-        call make_file(error, 'table.csv', content)
-        if (allocated(error)) return
+        call make_file('table.csv', content)
         call read_csv(PATH, COLUMNS, table, failure)
         if (present(comments)) call read_csv(PATH, COLUMNS, file, other)
         if (present(comments)) comments = file%comments
         call remove_file(PATH)
-    end subroutine read_content
+    end subroutine read_table
 
     !> The content must be refused with all of the parts in the message.
     subroutine check_refused(error, content, parts)
         type(error_type), allocatable, intent(inout) :: error
-        character(*), intent(in) :: content, parts(:)
+        character(*), intent(in) :: content, parts
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
-        call read_content(error, content, table, failure)
-        if (allocated(error)) return
-        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
+        call read_table(content, table, failure)
+        call check_fails(error, failure, PATH//' ... '//parts)
     end subroutine check_refused
 
     subroutine test_read(error)
@@ -70,10 +63,9 @@ contains
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: comments(:)
 
-        call read_content(error, '# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
+        call read_table('# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
                           LF//'0.1, 3 ,4'//LF//LF//'  '//LF, table, failure, comments)
-        if (allocated(error)) return
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(shape(table) == [2, 3]) .and. &
                    all(abs(table(1, :) - [0.0_dp, 1e-9_dp, -2.5e-3_dp]) <= 0) .and. &
                    all(abs(table(2, :) - [0.1_dp, 3.0_dp, 4.0_dp]) <= 0))
@@ -86,34 +78,28 @@ contains
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
-        call read_content(error, 'time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
-        if (allocated(error)) return
-        call check_passes(error, message_of(failure))
+        call read_table('time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
+        call check_passes(error, failure)
         call check(error, all(abs(table(:, 3) - [3.0_dp, 6.0_dp]) <= 0))
     end subroutine test_windows
 
     subroutine test_header_fails(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, [character(60) :: &
-                           ':2:', 'column 2 is "ay", expected "ax"', 'time_s,ax,ay', &
-                           '| time_s,ay,ax'])
-        call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, [character(60) :: &
-                           ':1:', '2 columns, expected 3'])
-        call check_refused(error, 'time_s,ax,ay,az'//LF//'1,2,3,4'//LF, [character(60) :: &
-                           ':1:', '4 columns, expected 3'])
-        call check_refused(error, '1,2,3'//LF, [character(60) :: ':1:', 'column 1 is "1"'])
+        call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, &
+                           ':2: ... column 2 is "ay", expected "ax" ... time_s,ax,ay ... | time_s,ay,ax')
+        call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, ':1: ... 2 columns, expected 3')
+        call check_refused(error, 'time_s,ax,ay,az'//LF//'1,2,3,4'//LF, ':1: ... 4 columns, expected 3')
+        call check_refused(error, '1,2,3'//LF, ':1: ... column 1 is "1"')
     end subroutine test_header_fails
 
     subroutine test_count_fails(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: BEGIN = 'time_s,ax,ay'//LF//'1,2,3'//LF
 
-        call check_refused(error, BEGIN//'4,5', [character(60) :: ':3:', '2 columns, expected 3', &
-                                                 '| 4,5'])
-        call check_refused(error, BEGIN//'4,5,6,7'//LF, [character(60) :: ':3:', &
-                                                         '4 columns, expected 3'])
-        call check_refused(error, BEGIN//'4,5,'//LF, [character(60) :: ':3:', 'column ay: ""'])
+        call check_refused(error, BEGIN//'4,5', ':3: ... 2 columns, expected 3 ... | 4,5')
+        call check_refused(error, BEGIN//'4,5,6,7'//LF, ':3: ... 4 columns, expected 3')
+        call check_refused(error, BEGIN//'4,5,'//LF, ':3: ... column ay: ""')
     end subroutine test_count_fails
 
     subroutine test_values_fail(error)
@@ -123,9 +109,8 @@ contains
         integer :: i
 
         do i = 1, size(BAD)
-            call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// &
-                               LF, [character(60) :: ':3:', 'column ax: "'//trim(BAD(i))//'"', &
-                                'not a finite number'])
+            call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// LF, &
+                               ':3: ... column ax: "'//trim(BAD(i))//'" ... not a finite number')
         end do
     end subroutine test_values_fail
 
@@ -134,20 +119,17 @@ contains
         real(dp), allocatable :: table(:, :)
         type(error_t), allocatable :: failure
 
-        call check_refused(error, '', [character(60) :: 'is empty', 'time_s,ax,ay'])
-        call check_refused(error, '# only'//LF//'# comments'//LF//LF, [character(60) :: 'is empty'])
-        call check_refused(error, 'time_s,ax,ay'//LF, [character(60) :: 'no row'])
-        if (allocated(error)) return
+        call check_refused(error, '', 'is empty ... time_s,ax,ay')
+        call check_refused(error, '# only'//LF//'# comments'//LF//LF, 'is empty')
+        call check_refused(error, 'time_s,ax,ay'//LF, 'no row')
         call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
-        call check_fails(error, message_of(failure), &
-                         [character(60) :: FOLDER//'missing.csv', 'no such file'])
+        call check_fails(error, failure, FOLDER//'missing.csv ... no such file')
     end subroutine test_empty_fails
 
     subroutine test_blank_fails(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, &
-                           [character(60) :: ':3:', '1 columns, expected 3'])
+        call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, ':3: ... 1 columns, expected 3')
     end subroutine test_blank_fails
 
     subroutine test_round_trip(error)
@@ -165,22 +147,20 @@ contains
             rows(i, :) = [0.1_dp*i, sin(1.0_dp*i)*10.0_dp**(-i), -exp(13.7_dp*i)]
         end do
         rows(1, :) = [tiny(1.0_dp), huge(1.0_dp), 0.0_dp]
-        call make_folder(error)
-        if (allocated(error)) return
         call writer%open(PATH, 'time_s,ax,ay', [character(8) :: 'seed 1', 'two'], failure)
         do i = 1, size(rows, 1)
             call writer%row(rows(i, :))
         end do
-        call check(error,.not. file_exists(PATH))
+        call check(error, .not. file_exists(PATH))
         call writer%commit(failure)
         if (allocated(error)) return
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, file_exists(PATH//'.meta.json'))
         call read_csv(PATH, COLUMNS, table, failure)
         call read_csv(PATH, COLUMNS, read_back, other)
         comments = read_back%comments
         call read_text_file(PATH, file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(table - rows) <= 0) .and. comments(2)%text == 'two')
         call check(error, index(file%text, ' ') == 0 .and. file%line(1) == 'time_s,ax,ay', 'the header comes first')
         call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)      ! what told of it is of the past
@@ -197,14 +177,11 @@ contains
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: fields(:)
 
-        call make_folder(error)
-        if (allocated(error)) return
         call writer%open(PATH, 'case,said,runs', [character(1) ::], failure)
         call writer%fields([string_t('a, b'), string_t('he said "x"'), string_t('15')])
         call writer%fields([string_t('"'), string_t(''), string_t(',')])
         call writer%commit(failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call read_csv(PATH, [character(4) :: 'case', 'said', 'runs'], rows, failure)
         call remove_file(PATH)
         call check(error, rows%text%line(2), '"a, b","he said ""x""",15')
@@ -216,34 +193,28 @@ contains
 
     subroutine test_writer_refuses(error)
         type(error_type), allocatable, intent(out) :: error
-        real(dp) :: nan, infinity
+        real(dp) :: infinity
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         infinity = ieee_value(infinity, ieee_positive_inf)
-        call check_row_refused(error, [1.0_dp, nan, nan], [character(60) :: 'row 2', 'column ax', &
-                                                           'NaN'])
-        call check_row_refused(error, [1.0_dp, 2.0_dp, infinity], &
-                               [character(60) :: 'row 2', 'column ay', 'Inf'])
-        call check_row_refused(error, [1.0_dp, 2.0_dp], [character(60) :: 'row 2', &
-                                                         '2 values, expected 3'])
+        call check_row_refused(error, [1.0_dp, nan, nan], 'row 2 ... column ax ... NaN')
+        call check_row_refused(error, [1.0_dp, 2.0_dp, infinity], 'row 2 ... column ay ... Inf')
+        call check_row_refused(error, [1.0_dp, 2.0_dp], 'row 2 ... 2 values, expected 3')
     end subroutine test_writer_refuses
 
     !> A bad row after a good one: the failure comes at commit, and there is no file.
     subroutine check_row_refused(error, row, parts)
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in) :: row(:)
-        character(*), intent(in) :: parts(:)
+        character(*), intent(in) :: parts
         type(csv_writer_t) :: writer
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
         call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%row(row)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%commit(failure)
-        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
-        call check(error,.not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
+        call check_fails(error, failure, PATH//' ... '//parts)
+        call check(error, .not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
     end subroutine check_row_refused
 end module test_csv

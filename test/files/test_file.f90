@@ -1,10 +1,8 @@
 !> Reading and writing files, and what can go wrong there.
 module test_file
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_files_file
     use gracecg_files_run_record, only: begin_record, end_record, note_file, UPDATED
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type, skip_test
     implicit none
     private
     public :: collect_file
@@ -60,11 +58,10 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_file(error, 'read.txt', 'first'//LF//'second')
-        if (allocated(error)) return
+        call make_file('read.txt', 'first'//LF//'second')
         call read_text_file(FOLDER//'read.txt  ', file, failure)
         call remove_file(FOLDER//'read.txt')
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, file%name//' '//file%line(2), FOLDER//'read.txt second')
     end subroutine test_read
 
@@ -75,11 +72,10 @@ contains
         type(error_t), allocatable :: failure
         integer, parameter :: N = 300000
 
-        call make_file(error, 'long.txt', repeat('0123456789'//LF, N))
-        if (allocated(error)) return
+        call make_file('long.txt', repeat('0123456789'//LF, N))
         call read_text_file(FOLDER//'long.txt', file, failure)
         call remove_file(FOLDER//'long.txt')
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, file%line_count(), N)
         call check(error, file%line(N), '0123456789')
     end subroutine test_read_long
@@ -90,17 +86,15 @@ contains
         type(error_t), allocatable :: failure
 
         call read_text_file(FOLDER//'missing.txt', file, failure)
-        call check_fails(error, message_of(failure), &
-                         [character(40) :: FOLDER//'missing.txt', 'no such file'])
+        call check_fails(error, failure, FOLDER//'missing.txt ... no such file')
         call read_text_file('build', file, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'build: is a folder'])
+        call check_fails(error, failure, 'build: is a folder')
         call read_text_file('', file, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'name of the file is empty'])
+        call check_fails(error, failure, 'name of the file is empty')
         if (allocated(error) .or. .not. file_exists('/proc/self/mem')) return
         ! A file that opens, but whose first byte cannot be read
         call read_text_file('/proc/self/mem', file, failure)
-        call check_fails(error, message_of(failure), &
-                         [character(40) :: '/proc/self/mem', 'cannot be read'])
+        call check_fails(error, failure, '/proc/self/mem ... cannot be read')
     end subroutine test_read_fails
 
     subroutine test_make_directory(error)
@@ -108,42 +102,37 @@ contains
         type(error_t), allocatable :: failure
 
         call make_directory(FOLDER//'deep/deeper//deepest/', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, directory_exists(FOLDER//'deep/deeper/deepest'))
         call make_directory(FOLDER//'deep', failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call make_directory('.', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call remove_file(FOLDER//'deep/deeper/deepest')
         call remove_file(FOLDER//'deep/deeper')
         call remove_file(FOLDER//'deep')
         if (allocated(error)) return
-        call check(error,.not. directory_exists(FOLDER//'deep'))
+        call check(error, .not. directory_exists(FOLDER//'deep'))
     end subroutine test_make_directory
 
     subroutine test_make_directory_fails(error)
         type(error_type), allocatable, intent(out) :: error
         type(error_t), allocatable :: failure
 
-        call make_file(error, 'in-the-way', 'x')
-        if (allocated(error)) return
+        call make_file('in-the-way', 'x')
         call make_directory(FOLDER//'in-the-way', failure)
-        call check_fails(error, message_of(failure), &
-                         [character(40) :: FOLDER//'in-the-way', 'a file of that name'])
+        call check_fails(error, failure, FOLDER//'in-the-way ... a file of that name')
         if (.not. allocated(error)) then
             call make_directory(FOLDER//'in-the-way/below', failure)
-            call check_fails(error, message_of(failure), &
-                             [character(40) :: FOLDER//'in-the-way', 'a file of that name'])
+            call check_fails(error, failure, FOLDER//'in-the-way ... a file of that name')
         end if
         call remove_file(FOLDER//'in-the-way')
         if (allocated(error)) return
         call make_directory('', failure)
-        call check_fails(error, message_of(failure), &
-                         [character(40) :: 'name of the folder is empty'])
+        call check_fails(error, failure, 'name of the folder is empty')
         ! Nobody may make a folder there
         call make_directory('/proc/gracecg', failure)
-        call check_fails(error, message_of(failure), [character(40) :: '/proc', 'permissions'])
+        call check_fails(error, failure, '/proc ... permissions')
     end subroutine test_make_directory_fails
 
     subroutine test_commit(error)
@@ -152,25 +141,22 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_file(error, 'out.txt', 'old')
-        if (allocated(error)) return
+        call make_file('out.txt', 'old')
         call output%open(FOLDER//'out.txt', failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call output%line('new')
         call output%line('')
         call read_text_file(FOLDER//'out.txt', file, failure)
         call check(error, file%text, 'old')
         call output%commit(failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call read_text_file(FOLDER//'out.txt', file, failure)
         call check(error, file%text, 'new'//LF//LF)
-        call check(error,.not. file_exists(FOLDER//'out.txt.part1'))
+        call check(error, .not. file_exists(FOLDER//'out.txt.part1'))
         call remove_file(FOLDER//'out.txt')
         if (allocated(error)) return
         call output%commit(failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'closed already'])
+        call check_fails(error, failure, 'closed already')
     end subroutine test_commit
 
     subroutine test_discard(error)
@@ -178,12 +164,10 @@ contains
         type(output_file_t) :: output
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
         call output%open(FOLDER//'discarded.txt', failure)
         call check(error, file_exists(FOLDER//'discarded.txt.part1'))
         call output%discard()
-        call check(error,.not. (file_exists(FOLDER//'discarded.txt') .or. &
+        call check(error, .not. (file_exists(FOLDER//'discarded.txt') .or. &
                                 file_exists(FOLDER//'discarded.txt.part1')))
     end subroutine test_discard
 
@@ -191,10 +175,8 @@ contains
     subroutine test_finaliser(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call make_folder(error)
-        if (allocated(error)) return
         call abandon()
-        call check(error,.not. (file_exists(FOLDER//'abandoned.txt') .or. &
+        call check(error, .not. (file_exists(FOLDER//'abandoned.txt') .or. &
                                 file_exists(FOLDER//'abandoned.txt.part1')))
 
     contains
@@ -215,20 +197,17 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
         call one%open(FOLDER//'shared.txt', failure)
         call two%open(FOLDER//'./shared.txt', failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'shared.txt', 'is writing this file', 'part1'])
+        call check_fails(error, failure, 'shared.txt ... is writing this file ... part1')
         call one%line('one')
         call one%commit(failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call read_text_file(FOLDER//'shared.txt', file, failure)
         call remove_file(FOLDER//'shared.txt')
         call check(error, file%text, 'one'//LF)
         call two%open(FOLDER//'shared.txt', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call two%discard()
     end subroutine test_two_writers
 
@@ -239,16 +218,15 @@ contains
         type(text_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call make_file(error, 'left.txt.part1', 'half of a line that is longer')
-        if (allocated(error)) return
+        call make_file('left.txt.part1', 'half of a line that is longer')
         call output%open(FOLDER//'left.txt', failure)
         call output%line('whole')
         call output%commit(failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call read_text_file(FOLDER//'left.txt', file, failure)
         call check(error, file%text, 'whole'//LF)
-        call check(error,.not. file_exists(FOLDER//'left.txt.part1'))
-        call make_file(error, 'other.txt', 'other')
+        call check(error, .not. file_exists(FOLDER//'left.txt.part1'))
+        call make_file('other.txt', 'other')
         call execute_command_line('ln -s other.txt '//FOLDER//'left.txt.part1')
         call output%open(FOLDER//'left.txt', failure)
         call output%line('more')
@@ -266,12 +244,11 @@ contains
         type(error_t), allocatable :: failure
         integer :: status
 
-        call make_file(error, 'private.txt', 'old')
-        if (allocated(error)) return
+        call make_file('private.txt', 'old')
         call execute_command_line('chmod 640 '//FOLDER//'private.txt')
         call output%open(FOLDER//'private.txt', failure)
         call output%commit(failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call execute_command_line('test -n "$(find '//FOLDER//'private.txt -perm 640)"', exitstat=status)
         call remove_file(FOLDER//'private.txt')
         call check(error, status, 0)
@@ -287,33 +264,32 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call make_file(error, 'in.txt', 'input')
-        if (allocated(error)) return
+        call make_file('in.txt', 'input')
         call execute_command_line('cd '//FOLDER//' && ln -f in.txt hard.txt && ln -sf in.txt soft.txt')
         call begin_record('test')
         call read_text_file(FOLDER//'in.txt', file, failure)
         do i = 1, size(NAMES)
             call output%open(FOLDER//NAMES(i), failure)
-            call check_fails(error, message_of(failure), [character(40) :: 'reads this file', 'name another file'])
             call check(error, index(message_of(failure), FOLDER//trim(NAMES(i))//': ') == 1)
+            call check_fails(error, failure, 'reads this file ... name another file')
             call check_writable(FOLDER//NAMES(i), failure)
-            call check_fails(error, message_of(failure), [character(40) :: 'reads this file'])
+            call check_fails(error, failure, 'reads this file')
         end do
         call begin_record('test')       ! the output is named first
         call check_writable(FOLDER//'soft.txt', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call read_text_file(FOLDER//'in.txt', file, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'soft.txt', 'in.txt', 'reads this file'])
+        call check_fails(error, failure, 'soft.txt ... in.txt ... reads this file')
         call stream%open(FOLDER//'hard.txt', failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'soft.txt', 'hard.txt', 'reads this file'])
+        call check_fails(error, failure, 'soft.txt ... hard.txt ... reads this file')
         call begin_record('test')       ! what is to be brought up to date
         call note_file(FOLDER//'in.txt', UPDATED)
         call check_writable(FOLDER//'in.txt', failure)
         call read_text_file(FOLDER//'in.txt', file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call end_record()
         call output%open(FOLDER//'in.txt', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call output%discard()
         do i = size(NAMES), 1, -1
             call remove_file(FOLDER//NAMES(i))
@@ -326,17 +302,15 @@ contains
         type(output_file_t) :: output
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
         call begin_record('test')
         call check_writable(FOLDER//'two.txt', failure)
         call check_writable(FOLDER//'./two.txt', failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'two.txt', 'two outputs'])
+        call check_fails(error, failure, 'two.txt ... two outputs')
         call output%open(FOLDER//'two.txt', failure)
         call output%commit(failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call output%open(FOLDER//'./two.txt', failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'two.txt', 'written this file already'])
+        call check_fails(error, failure, 'two.txt ... written this file already')
         call end_record()
         call remove_file(FOLDER//'two.txt')
     end subroutine test_two_outputs
@@ -347,15 +321,13 @@ contains
         type(error_t), allocatable :: failure
         integer :: status
 
-        call make_folder(error)
-        if (allocated(error)) return
         call begin_record('test')
         call check_writable(FOLDER//'kept.txt', failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call execute_command_line('flock -n '//FOLDER//'kept.txt.part1 true', exitstat=status)
         call check(error, status /= 0, 'another program may write it')
         call end_record()
-        call check(error,.not. (file_exists(FOLDER//'kept.txt') .or. file_exists(FOLDER//'kept.txt.part1')))
+        call check(error, .not. (file_exists(FOLDER//'kept.txt') .or. file_exists(FOLDER//'kept.txt.part1')))
     end subroutine test_kept
 
     !> Command line and inputs with their hashes: those of FNV-1a that Fowler, Noll and Vo publish.
@@ -368,9 +340,8 @@ contains
         character(6) :: bytes
         integer :: count
 
-        call make_file(error, 'a.txt', 'a')
-        call make_file(error, 'foobar.txt', 'foobar')
-        if (allocated(error)) return
+        call make_file('a.txt', 'a')
+        call make_file('foobar.txt', 'foobar')
         call begin_record('gracecg test a.txt', 'abc123')
         call read_text_file(FOLDER//'a.txt', file, failure)
         call stream%open(FOLDER//'foobar.txt', failure)
@@ -381,7 +352,7 @@ contains
         call output%commit(failure)
         call end_record()
         call read_text_file(FOLDER//'about.txt', file, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, index(file%line(1), '! gracecg ') == 1 .and. index(file%line(1), ' abc123: gracecg test a.txt') > 0)
         call check(error, file%line(2), '! inputs: '//FOLDER//'a.txt fnv1a AF63DC4C8601EC8C; '//FOLDER// &
                    'foobar.txt fnv1a 85944171F73967E8')
@@ -396,17 +367,14 @@ contains
         type(error_t), allocatable :: failure
 
         call output%open('build/no-such-folder/a.txt', failure)
-        call check_fails(error, message_of(failure), &
-                         [character(60) :: 'build/no-such-folder/a.txt', &
-                          'no folder build/no-such-folder'])
+        call check_fails(error, failure, 'build/no-such-folder/a.txt ... no folder build/no-such-folder')
         call output%open('build', failure)
-        call check_fails(error, message_of(failure), [character(60) :: 'build', 'is a folder'])
+        call check_fails(error, failure, 'build ... is a folder')
         call output%open('', failure)
-        call check_fails(error, message_of(failure), [character(60) :: 'empty'])
+        call check_fails(error, failure, 'empty')
         if (allocated(error) .or. .not. directory_exists('/proc')) return
         call output%open('/proc/gracecg.txt', failure)
-        call check_fails(error, message_of(failure), &
-                         [character(60) :: '/proc/gracecg.txt', 'permissions'])
+        call check_fails(error, failure, '/proc/gracecg.txt ... permissions')
     end subroutine test_open_fails
 
     subroutine test_rename_fails(error)
@@ -414,15 +382,12 @@ contains
         type(output_file_t) :: output
         type(error_t), allocatable :: failure
 
-        call make_folder(error)
-        if (allocated(error)) return
         call output%open(FOLDER//'taken', failure)
         call make_directory(FOLDER//'taken', failure)
         call output%commit(failure)
         call remove_file(FOLDER//'taken')
-        call check_fails(error, message_of(failure), &
-                         [character(60) :: FOLDER//'taken', 'could not be given its name'])
-        call check(error,.not. file_exists(FOLDER//'taken.part1'))
+        call check_fails(error, failure, FOLDER//'taken ... could not be given its name')
+        call check(error, .not. file_exists(FOLDER//'taken.part1'))
     end subroutine test_rename_fails
 
     !> /dev/full is a device on which every write fails.
@@ -436,11 +401,10 @@ contains
             return
         end if
         call output%open('/dev/full', failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call output%line('x')
         call output%commit(failure)
-        call check_fails(error, message_of(failure), [character(60) :: '/dev/full', 'free space'])
+        call check_fails(error, failure, '/dev/full ... free space')
         call check(error, file_exists('/dev/full'), 'the device is gone')
     end subroutine test_disk_full
 end module test_file

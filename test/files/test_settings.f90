@@ -1,14 +1,9 @@
 !> Settings: the syntax of namelist files; one description, written and read; units, ranges, and a message for every
 !> mistake.
 module test_settings
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_files_settings
     use gracecg_files_file, only: remove_file
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_settings
@@ -112,7 +107,7 @@ contains
         type(error_t), allocatable :: failure
 
         call read_text(text, record, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine take
 
     !> Each text (of a row the first; ^ ends a line) must be refused with a message that has the other parts.
@@ -125,7 +120,7 @@ contains
 
         do i = 1, size(cases, 2)
             call read_text(lines_of(cases(1, i)), record, failure)
-            call check_fails(error, message_of(failure), cases(2:, i))
+            call check_fails(error, failure, joined(cases(2:, i)))
         end do
     end subroutine refuse_all
 
@@ -174,12 +169,10 @@ contains
         record%bias = [1e-4_dp/3, -2e200_dp, 0.0_dp]
         record%name = 'it''s'
         record%stars = -6
-        call make_file(error, 'settings.nml', '')
-        if (allocated(error)) return
+        call make_file('settings.nml', '')
         call describe(settings, record)
         call settings%save(PLACE, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         open (newunit=unit, file=PLACE, status='old', action='read')
         read (unit, nml=satellite, iostat=status)
         close (unit, status='delete')
@@ -204,8 +197,7 @@ contains
         bias_nt = [0.0_dp, 0.0_dp, -1e-90_dp]
         name = 'it''s'
         limited = .false.
-        call make_file(error, 'settings.nml', '')
-        if (allocated(error)) return
+        call make_file('settings.nml', '')
         open (newunit=unit, file=PLACE, status='replace', action='write', delim='apostrophe')
         write (unit, nml=satellite)
         close (unit)
@@ -213,7 +205,7 @@ contains
         call remove_file(PLACE)
         if (.not. allocated(failure)) call describe(settings, record)
         if (.not. allocated(failure)) call settings%finish(failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, abs(record%mass - mass) <= 0 .and. all(abs(record%bias - bias_nt/1e9_dp) <= 0) .and. &
                    record%name == name .and. .not. record%limited)
     end subroutine test_reads_fortran
@@ -221,7 +213,6 @@ contains
     !> Every breach of the syntax, with the line where it is.
     subroutine test_syntax_errors(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(W), parameter :: CASES(4, 31) = reshape([character(W) :: &
             '', 'case.nml', 'no group', '', &
             '! only a comment', 'case.nml', 'no group', '', &
@@ -262,7 +253,6 @@ contains
     !> square of their number.
     subroutine test_endless(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: MANY = 500000, KEYS = 6000
         type(record_t) :: record
         type(error_t), allocatable :: failure
@@ -270,21 +260,20 @@ contains
         integer :: i
 
         call read_text('&a x = '//repeat('1,', MANY)//'1 /', record, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:1:', 'more than 1000 values'])
+        call check_fails(error, failure, 'case.nml:1: ... more than 1000 values')
         call read_text(repeat('&a /'//LF, MANY), record, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:5001:', 'more than 5000 groups and keys'])
+        call check_fails(error, failure, 'case.nml:5001: ... more than 5000 groups and keys')
         do i = 1, KEYS
             write (text(16*i - 15:16*i), '("k", i0.5, " = 1", a)') i, LF
         end do
         call read_text('&a'//LF//text//'/', record, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'more than 5000 groups and keys'])
+        call check_fails(error, failure, 'more than 5000 groups and keys')
     end subroutine test_endless
 
     !> Lines of 64 kB and of 10 MB: the time grows with the length and not with its square, which for a line 156 times as
     !> long would be hours. Messages show the beginning of such a line.
     subroutine test_long_lines(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: LENGTHS(2) = [64000, 10000000]
         character(6), parameter :: LINES(5) = [character(6) :: '&a x=''', '&a x=1', '&a !', '&a', '&a x=']
         character(4), parameter :: FILLING(5) = [character(4) :: '''''', ',', 'x', 'x', 'y=1,']
@@ -311,12 +300,11 @@ contains
             end do
         end do
         call settings%open_text('&a x='''//repeat('''''', len(value))//''' /', 'case.nml', failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call settings%group('a', '')
         call settings%text_value('x', value, '')
         call settings%finish(failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, verify(value, ''''), 0)
     end subroutine test_long_lines
 
@@ -329,7 +317,7 @@ contains
         record = record_t(432.123456789012345_dp, [1e-9_dp/3, -2e-8_dp, 0.0_dp], -1.234567_dp, 33, &
                           .false., 'none', 'it''s', 2, [30.0_dp, -0.1_dp, 0.0_dp])
         call write_text(record, text, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call take(error, text, again)
         if (allocated(error)) return
         call check(error, again%mass == record%mass .and. again%stars == 33 .and. &
@@ -352,7 +340,7 @@ contains
         record%angle = 45*DEGREE
         record%rods = 1
         call write_text(record, text, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, text, &
                    '! The satellite'//LF//'&satellite'//LF//'    mass = 420  ! kg'//LF// &
                    '    bias_nt = 50, -30, 25  ! nT'//LF//'    angle_deg = 45  ! deg'//LF//'    stars = 20  ! of a frame'//LF// &
@@ -393,7 +381,6 @@ contains
     !> file; a wrong value comes before an unknown key, for which the nearest known one is shown.
     subroutine test_wrong(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: S = '&satellite mass = 2^ '
         character(W), parameter :: CASES(4, 42) = reshape([character(W) :: &
             '&satellite^mass = 12x /', 'case.nml:2:', 'key "mass" of group &satellite: "12x" is not a finite number', 'kg', &
@@ -454,13 +441,12 @@ contains
 
         record%mass = 13
         call write_text(record, text, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call settings%open_text('&rod /', 'case.nml', failure)
         call settings%group('rod', '')
         call settings%reject('axis', 'is needed')
         call settings%finish(failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case.nml: key "axis" of group &rod: is needed'])
+        call check_fails(error, failure, 'case.nml: key "axis" of group &rod: is needed')
     end subroutine test_reject
 
     !> Groups that belong to others are theirs to check; what is asked for by `holds` is not thereby known.
@@ -474,15 +460,13 @@ contains
         call settings%open_text(TEXT, 'case.nml', failure)
         call describe(settings, record)
         call settings%finish(failure, others=['others'])
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call settings%finish(failure, only=[character(9) :: 'satellite', 'rod'])
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, settings%holds('others') .and. settings%holds('others', 'x') .and. settings%holds('satellite', 'ma') &
                    .and. .not. settings%holds('others', 'xy') .and. .not. settings%holds('rod'))
-        if (allocated(error)) return
         call settings%finish(failure, others=['another'])
-        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:1:', '&others is not known', &
-                                                      'known: satellite, rod, another'])
+        call check_fails(error, failure, 'case.nml:1: ... &others is not known ... known: satellite, rod, another')
     end subroutine test_others
 
     subroutine test_files(error)
@@ -492,18 +476,18 @@ contains
         type(error_t), allocatable :: failure
 
         call settings%open(FOLDER//'missing.nml', failure)
-        call check_fails(error, message_of(failure), [character(W) :: FOLDER//'missing.nml', 'no such file'])
-        if (.not. allocated(error)) call make_file(error, 'settings.nml', '&a'//LF//' x')
+        call check_fails(error, failure, FOLDER//'missing.nml ... no such file')
+        if (.not. allocated(error)) call make_file('settings.nml', '&a'//LF//' x')
         if (allocated(error)) return
         call settings%open(PLACE, failure)
         call remove_file(PLACE)
-        call check_fails(error, message_of(failure), [character(W) :: PLACE//':2:', '"x"'])
+        call check_fails(error, failure, PLACE//':2: ... "x"')
         block
             type(settings_t) :: writer
 
             call describe(writer, record)
             call writer%save('build/no-such-folder/a.nml', failure)
-            call check_fails(error, message_of(failure), [character(W) :: 'build/no-such-folder/a.nml'])
+            call check_fails(error, failure, 'build/no-such-folder/a.nml')
         end block
     end subroutine test_files
 
@@ -516,10 +500,10 @@ contains
 
         record%name = 'two'//LF//'lines'
         call write_text(record, text, failure)
-        call check_fails(error, message_of(failure), [character(W) :: '"name"', 'one line'])
-        record%bias(2) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call check_fails(error, failure, '"name" ... one line')
+        record%bias(2) = NAN
         call describe(settings, record)
         call settings%save(FOLDER//'refused.nml', failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'refused.nml', '"bias_nt"', 'not a finite number'])
+        call check_fails(error, failure, 'refused.nml ... "bias_nt" ... not a finite number')
     end subroutine test_refuses
 end module test_settings

@@ -1,39 +1,39 @@
 !> What the tests of the C interface have in common.
 module c_checks
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: dp, error_t, case_t, simulator_t, observation_set_t, find_case, new_simulator, observe
+    use vocabulary
+    use calibrations
     use c_library
-    use fixture, only: check
-    use testdrive, only: error_type
     implicit none
     private
     public :: check_ok, check_refused, check_equal, check_answer, simulate, simulated_set
-    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
+    public :: status, failure
+    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, HAS_FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
 
     integer(c_int), parameter :: OK = 0, NULL_POINTER = 1, BAD_HANDLE = 2, BAD_SIZE = 3, BAD_VALUE = 4
-    integer(c_int), parameter :: FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7
+    integer(c_int), parameter :: HAS_FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7
     integer(c_size_t), parameter :: ONE = 1, NONE = 0
     character(*), parameter :: DATE = '1989-01-02T00:00:00'
     real(dp), parameter :: PLACE(3) = [-1.2e6_dp, 5.3e6_dp, 4.1e6_dp]   !! m
     real(dp), parameter :: MASS = 420.0_dp
 
+    integer(c_int) :: status        !! Of the last call of a test of the C interface; these tests run one after the other
+    type(error_struct) :: failure   !! What the last call with an error to fill has said
+
 contains
 
-    !> A call must have succeeded. A failure before this one stays.
-    subroutine check_ok(error, status, failure)
+    !> The last call must have succeeded. A failure before this one stays.
+    subroutine check_ok(error)
         type(error_type), allocatable, intent(inout) :: error
-        integer(c_int), intent(in) :: status
-        type(error_struct), intent(in) :: failure
 
         call check(error, int(status), int(OK), message_text(failure))
         call check(error, message_text(failure), '', 'a message after success')
     end subroutine check_ok
 
-    !> A call must have failed with a status and, in its message, a text.
-    subroutine check_refused(error, status, expected, failure, part)
+    !> The last call must have failed with a status and, in its message, a text.
+    subroutine check_refused(error, expected, part)
         type(error_type), allocatable, intent(inout) :: error
-        integer(c_int), intent(in) :: status, expected
-        type(error_struct), intent(in) :: failure
+        integer(c_int), intent(in) :: expected
         character(*), intent(in) :: part
 
         call check(error, int(status), int(expected), 'status of "'//part//'": '//trim(message_text(failure)))
@@ -63,13 +63,10 @@ contains
     end subroutine check_answer
 
     !> A simulated observation set of a built-in case.
-    subroutine simulate(name, seed, run, observations, status, failure)
+    subroutine simulate(name, seed, run, observations)
         character(*), intent(in) :: name
         integer(c_int32_t), intent(in) :: seed, run
         integer(c_intptr_t), intent(out) :: observations
-        integer(c_int), intent(out) :: status
-        type(error_struct), intent(inout) :: failure
-
         integer(c_intptr_t) :: handle, simulator
         integer(c_int) :: ignored
 
@@ -88,12 +85,6 @@ contains
         integer, intent(in) :: seed, run
         type(observation_set_t) :: set
 
-        type(case_t) :: case
-        type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
-
-        call find_case(name, case, failure)
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, seed, run, set, failure)
+        call make_observations(name, seed, run, set)
     end function simulated_set
 end module c_checks

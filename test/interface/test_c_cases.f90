@@ -2,15 +2,13 @@
 !> Fortran API.
 module test_c_cases
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_null_char, c_size_t
-    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_text, case_t, find_case, case_text, &
-        build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, propagate_arc, &
-        simulator_t, new_simulator, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, &
-        STATE_VELOCITY, STATE_ATTITUDE
+    use vocabulary
+    use calibrations
+    use gracecg, only: calibration_text, case_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
+        propagate_arc, rotation_matrix, quaternion_product, conjugate_quaternion, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
     use c_checks
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_c_cases
@@ -31,53 +29,45 @@ contains
     !> The text of a case is that of the Fortran API, and makes the same case again.
     subroutine test_case_text(error)
         type(error_type), allocatable, intent(out) :: error
-
-        type(error_struct) :: failure
         type(calibration_t) :: calibration
         type(error_t), allocatable :: problem
         character(:), allocatable :: expected, words, again
         character(kind=c_char), allocatable :: text(:)
         integer(c_intptr_t) :: handle, copy
         integer(c_size_t) :: length
-        integer(c_int) :: status
 
         status = gracecg_case_open(c_string('back-2'), handle, failure)
-        call check_ok(error, status, failure)
+        call check_ok(error)
         status = gracecg_get_text(handle, c_string('text'), size=NONE, length=length, error=failure)
-        call check_ok(error, status, failure)
-        if (allocated(error)) return
-        call find_calibration('back-2', calibration, problem)
+        call check_ok(error)
+        call take_calibration('back-2', calibration)
         call calibration_text(calibration, expected, problem)
-        call check(error, int(length), len(expected), 'length')
-        if (allocated(error)) return
+        if (unmet(error, int(length), len(expected), 'length')) return
         allocate (text(length))
         status = gracecg_get_text(handle, c_string('text'), text, length, error=failure)
-        call check_refused(error, status, BAD_SIZE, failure, 'the text needs')
+        call check_refused(error, BAD_SIZE, 'the text needs')
         if (.not. allocated(error)) call check(error, text(1) == c_null_char, 'no empty text after a failure')
         call get_words(handle, 'text', words)
         call check(error, words == expected, 'another text')
         status = gracecg_case_open(c_string(words), copy, failure)
-        call check_ok(error, status, failure)
+        call check_ok(error)
         call get_words(copy, 'text', again)
         call check(error, again == words, 'another case from the text')
         call check(error, copy /= handle, 'two cases of one handle')
         status = gracecg_free(handle)
         status = gracecg_free(copy)
         status = gracecg_case_open(c_string('&truth positon = 1 /'), handle, failure)
-        call check_refused(error, status, FAILED, failure, 'text')
+        call check_refused(error, HAS_FAILED, 'text')
     end subroutine test_case_text
 
     !> Two epochs at once, parts and sum; each output may be NULL.
     subroutine test_force_model(error)
         type(error_type), allocatable, intent(out) :: error
-
-        type(error_struct) :: failure
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, model
-        integer(c_int) :: status
         real(dp) :: state(13), x(3, 2), v(3, 2), q(4, 2), g(3, 2), d(3, 2), s(3, 2), e(3, 2), total(3, 2)
         real(dp) :: alone(3, 2)
         character(:), allocatable :: text
@@ -86,17 +76,17 @@ contains
 
         status = gracecg_case_open(c_string('front-3'), handle)
         status = gracecg_force_model_open(handle, model, failure)
-        call check_ok(error, status, failure)
+        call check_ok(error)
         state = item(handle, 'state', 13)
-        call find_case('front-3', case, problem)
+        call take_case('front-3', case)
         call check_equal(error, state, initial_state(case), 'initial state')
         x = spread(state(STATE_POSITION), 2, 2)
         v = spread(state(STATE_VELOCITY), 2, 2)
         q = spread(state(STATE_ATTITUDE), 2, 2)
         x(:, 2) = x(:, 2) + SECONDS(2)*v(:, 2)
         status = gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, g, d, s, e, total, failure)
-        call check_ok(error, status, failure)
-        call build_dynamics(case, dynamics, problem)
+        call check_ok(error)
+        call make_dynamics(case, dynamics)
         do i = 1, 2
             call dynamics%accelerations(SECONDS(i), x(:, i), v(:, i), q(:, i), acting)
             call check_equal(error, [g(:, i), d(:, i), e(:, i), total(:, i)], &
@@ -114,31 +104,27 @@ contains
         case%gravity_file = 'nowhere.gfc'
         call case_text(case, text, problem)
         status = gracecg_case_open(c_string(text), handle, failure)
-        call check_ok(error, status, failure)
+        call check_ok(error)
         status = gracecg_force_model_open(handle, model, failure)
-        call check_refused(error, status, FAILED, failure, 'nowhere.gfc')
+        call check_refused(error, HAS_FAILED, 'nowhere.gfc')
         call check(error, model == 0, 'a handle after a failure')
         status = gracecg_free(handle)
     end subroutine test_force_model
 
     subroutine test_torques(error)
         type(error_type), allocatable, intent(out) :: error
-
-        type(error_struct) :: failure
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(loads_t) :: acting
-        type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, model
-        integer(c_int) :: status
         real(dp) :: state(13), rate(13), expected(13), torques(12), b(3), rotation(9)
         real(dp), parameter :: T = 2.5_dp
 
         status = gracecg_case_open(c_string('back-1'), handle)
         status = gracecg_force_model_open(handle, model, failure)
-        call check_ok(error, status, failure)
-        call find_case('back-1', case, problem)
-        call build_dynamics(case, dynamics, problem)
+        call check_ok(error)
+        call take_case('back-1', case)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
         call dynamics%loads(T, state, acting)
         status = gracecg_force_model_loads(model, T, state, torques, b, error=failure)
@@ -155,22 +141,19 @@ contains
 
     subroutine test_propagation(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: STEPS = 50
-        type(error_struct) :: failure
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: arc
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, model
-        integer(c_int) :: status
         real(dp) :: state(13), states(13, 0:STEPS)
 
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_force_model_open(handle, model, failure)
-        call check_ok(error, status, failure)
-        call find_case('front-2', case, problem)
-        call build_dynamics(case, dynamics, problem)
+        call check_ok(error)
+        call take_case('front-2', case)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
         call propagate_arc(dynamics, state, 0.2_dp, STEPS, arc, problem)
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)
@@ -182,22 +165,22 @@ contains
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, NONE, 0.0_dp, states, failure)
         call check_equal(error, states(:, 0), state, 'no step')
         status = gracecg_force_model_propagate(model, state, 0, -0.2_dp, ONE, 0.0_dp, states, failure)
-        call check_refused(error, status, FAILED, failure, 'interval')
+        call check_refused(error, HAS_FAILED, 'interval')
         status = gracecg_force_model_propagate(model, state, 2, 2.0_dp**31, ONE, 0.0_dp, states, failure)
-        call check_refused(error, status, FAILED, failure, '86400 s) at most')
+        call check_refused(error, HAS_FAILED, '86400 s) at most')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, -1.0_dp, states, failure)
-        call check_refused(error, status, BAD_VALUE, failure, 'tolerance')
+        call check_refused(error, BAD_VALUE, 'tolerance')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
                                                states, failure)
-        call check_refused(error, status, BAD_SIZE, failure, 'steps')
+        call check_refused(error, BAD_SIZE, 'steps')
         status = gracecg_force_model_propagate(model, state, 3, 0.2_dp, ONE, 0.0_dp, states, failure)
-        call check_refused(error, status, BAD_VALUE, failure, 'pointing = 3')
+        call check_refused(error, BAD_VALUE, 'pointing = 3')
         status = gracecg_force_model_propagate(model, [state(1:3), -state(1:3), state(7:)], 1, 1.0_dp, ONE, 0.0_dp, states, &
                                                failure)
-        call check_refused(error, status, BAD_VALUE, failure, 'plane')
+        call check_refused(error, BAD_VALUE, 'plane')
         status = gracecg_force_model_propagate(model, [state(1:3), -state(1:3)*[1.0_dp, 1 + epsilon(1.0_dp), 1.0_dp], &
                                                        state(7:)], 1, 1.0_dp, ONE, 0.0_dp, states, failure)
-        call check_refused(error, status, BAD_VALUE, failure, 'plane')
+        call check_refused(error, BAD_VALUE, 'plane')
         if (.not. allocated(error)) call compare_held(error, model, state)
         status = gracecg_free(model)
         status = gracecg_free(handle)
@@ -210,18 +193,15 @@ contains
         type(error_type), allocatable, intent(inout) :: error
         integer(c_intptr_t), intent(in) :: model
         real(dp), intent(in) :: state(13)               ! of the leading satellite
-
         integer, parameter :: STEPS = 600
         real(dp), parameter :: INTERVAL = 1, DEGREES = 2
-        type(error_struct) :: failure
-        integer(c_int) :: status
         integer(c_int32_t) :: pointing
         real(dp) :: states(13, 0:STEPS), axes(3, 3), turn(4), rate(3)
         integer :: k
 
         do pointing = 1, 2
             status = gracecg_force_model_propagate(model, state, pointing, INTERVAL, int(STEPS, c_size_t), 0.0_dp, states, failure)
-            call check_ok(error, status, failure)
+            call check_ok(error)
             do k = 0, STEPS, 60
                 axes = rotation_matrix(states(10:13, k))
                 call check(error, dot_product(axes(3, :), states(1:3, k)) < -(1 - 1e-14_dp)*norm2(states(1:3, k)) .and. &
@@ -242,26 +222,20 @@ contains
 
     subroutine test_truth(error)
         type(error_type), allocatable, intent(out) :: error
-
-        type(error_struct) :: failure
-        type(case_t) :: case
         type(simulator_t) :: expected
-        type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, simulator
         integer(c_size_t) :: n
-        integer(c_int) :: status
         real(dp), allocatable :: t(:), b(:), drag(:)
 
         status = gracecg_case_open(c_string('front-1'), handle)
         status = gracecg_simulator_open(handle, simulator, failure)
-        call check_ok(error, status, failure)
+        call check_ok(error)
         status = gracecg_get(simulator, c_string('time'), NONE, count=n, error=failure)
         call check(error, int(n), 601, 'epochs')
         t = item(simulator, 'time', 601)
         b = item(simulator, 'flux_density', 1803)
         drag = item(simulator, 'non_gravitational', 1803)
-        call find_case('front-1', case, problem)
-        call new_simulator(case, expected, problem)
+        call make_simulator('front-1', expected)
         call check_equal(error, item(simulator, 'state', 13*601), [expected%arc%state], 'states')
         call check_equal(error, item(simulator, 'angular_acceleration', 1803), [expected%arc%omega_dot], 'angular acceleration')
         call check_equal(error, b(1801:), [expected%arc%loads(600)%field], 'field')
@@ -269,7 +243,7 @@ contains
                          expected%arc%loads(300)%erp, 'non-gravitational')
         call check_equal(error, [t(4), t(n)], [0.3_dp, 60.0_dp], 'times')
         status = gracecg_get(simulator, c_string('time'), n - 1, t, n, failure)
-        call check_refused(error, status, BAD_SIZE, failure, 'there are 601')
+        call check_refused(error, BAD_SIZE, 'there are 601')
         status = gracecg_free(simulator)
         status = gracecg_free(handle)
     end subroutine test_truth

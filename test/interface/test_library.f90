@@ -1,10 +1,9 @@
 !> The umbrella module: with `use gracecg` alone, models one by one, an integrator of one's own, and a
 !> calibration from arrays in memory.
 module test_library
-    use gracecg_estimation_options, only: estimation_options_t
+    use vocabulary
+    use calibrations
     use gracecg
-    use fixture, only: check, check_fails, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_library
@@ -24,33 +23,27 @@ contains
                     new_unittest('arcs-too-long', test_long_arcs)]
     end subroutine collect_library
 
-    subroutine prepare(name, dynamics, state, error)
+    subroutine prepare(name, dynamics, state)
         character(*), intent(in) :: name
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
-        type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
-        call find_case(name, case, failure)
-        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        call check_passes(error, message_of(failure))
+        call take_case(name, case)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
     end subroutine prepare
 
     !> The sum of the accelerations is the velocity's rate in the equations of motion.
     subroutine test_sum(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
         real(dp) :: state(STATE_SIZE), rate(STATE_SIZE), difference
         integer :: i
 
         do i = 1, size(CASE_NAMES)
-            call prepare(CASE_NAMES(i), dynamics, state, error)
-            if (allocated(error)) return
+            call prepare(CASE_NAMES(i), dynamics, state)
             call dynamics%accelerations(7.5_dp, state(STATE_POSITION), state(STATE_VELOCITY), &
                                         state(STATE_ATTITUDE), acting)
             call dynamics%rate(7.5_dp, state, rate)
@@ -64,7 +57,6 @@ contains
     !> Each part from the models one by one, in inertial axes: gravity by (2-3), (2-4).
     subroutine test_parts(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(case_t) :: case
         type(accelerations_t) :: acting
@@ -73,9 +65,8 @@ contains
         real(dp) :: state(STATE_SIZE), r(3), v(3), q(4), rotation(3, 3), body(3, 3), a(3), sun(3)
         real(dp), parameter :: T = 30.0_dp
 
-        call prepare('back-1', dynamics, state, error)
-        if (allocated(error)) return
-        call find_case('back-1', case, failure)
+        call prepare('back-1', dynamics, state)
+        call take_case('back-1', case)
         r = state(STATE_POSITION)
         v = state(STATE_VELOCITY)
         q = state(STATE_ATTITUDE)
@@ -84,14 +75,12 @@ contains
         call egm96(case%gravity_degree, case%gravity_order, gravity, failure)
         call gravity%acceleration(matmul(rotation, r), a)
         call check(error, norm2(matmul(transpose(rotation), a) - acting%gravity) < 1e-14_dp*norm2(a), 'gravity')
-        if (allocated(error)) return
         sun = sun_position(julian_centuries_tt(utc_plus(case%epoch, T)))
         body = rotation_matrix(q)
         a = solar_radiation_acceleration(dynamics%surface, case%satellite%mass, case%satellite%reflectivity_sun, &
                                          case%solar_irradiance, conical_shadow(r, sun), matmul(body, sun - r))
         call check(error, norm2(matmul(transpose(body), a) - acting%solar_radiation) <= 1e-9_dp*norm2(a) .and. &
                    norm2(a) > 0, 'sunlight')
-        if (allocated(error)) return
         ! drag is against the motion through air that turns with the Earth
         a = v - EARTH_ROTATION_RATE*[-r(2), r(1), 0.0_dp]
         call check(error, -dot_product(a, acting%drag) > 0.99_dp*norm2(a)*norm2(acting%drag) .and. &
@@ -104,7 +93,6 @@ contains
     !> orbit: the forces hardly depend on the small turns of a calibration.
     subroutine test_own_integrator(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: STEP = 1.0_dp
         integer, parameter :: STEPS = 60
         type(satellite_dynamics_t) :: dynamics
@@ -113,8 +101,7 @@ contains
         real(dp) :: state(STATE_SIZE), y(6), k1(6), k2(6), k3(6), k4(6), q(4)
         integer :: i
 
-        call prepare('front-3', dynamics, state, error)
-        if (allocated(error)) return
+        call prepare('front-3', dynamics, state)
         call propagate_arc(dynamics, state, 0.1_dp, 600, arc, failure)
         y = state(1:6)
         do i = 0, STEPS - 1
@@ -143,13 +130,11 @@ contains
     !> A model can be replaced by another, and effects left out.
     subroutine test_own_gravity(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
         real(dp) :: state(STATE_SIZE), r(3)
 
-        call prepare('front-1', dynamics, state, error)
-        if (allocated(error)) return
+        call prepare('front-1', dynamics, state)
         dynamics%gravity = point_mass_gravity_t(4e14_dp)
         dynamics%with_drag = .false.
         dynamics%with_solar_radiation = .false.
@@ -162,19 +147,13 @@ contains
     !> Simulated, put into arrays, and estimated with the offset near the truth.
     subroutine test_calibration(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
-        type(simulator_t) :: simulator
         type(observation_set_t) :: simulated, observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         integer :: i
 
-        call find_case('front-3', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, simulated, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call take_case('front-3', case)
+        call make_observations(case, 1, 1, simulated)
         observations%knowledge = simulated%knowledge
         observations%accelerometer_time = simulated%accelerometer_time
         observations%acceleration = simulated%acceleration
@@ -184,9 +163,8 @@ contains
         observations%magnetometer_time = simulated%magnetometer_time
         observations%field = simulated%field
         do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (estimate_fails(error, trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), &
+                               solution)) return
             ! some sigmas, with what the systematic errors add
             call check(error, all(abs(solution%offset - case%satellite%offset) < 2e-4_dp) .and. solution%converged, &
                        trim(ESTIMATOR_NAMES(i)))
@@ -196,42 +174,33 @@ contains
     !> A case and a setup come back from their texts.
     subroutine test_texts(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(operator_knowledge_t) :: knowledge
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, text_again
 
-        call find_case('front-2', case, failure)
+        call take_case('front-2', case)
         call case_text(case, text, failure)
         call case_from_text(text, 'memory', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call case_text(again, text_again, failure)
         call check(error, text_again == text, 'case')
-        if (allocated(error)) return
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, 1, 1, observations, failure)
+        call make_observations(case, 1, 1, observations)
         call setup_text(observations%knowledge, text, failure)
         call setup_from_text(text, 'memory', knowledge, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call setup_text(knowledge, text_again, failure)
-        call check(error, text_again == text .and. len(text) > 1000, 'setup')
-        if (allocated(error)) return
+        if (unmet(error, text_again == text .and. len(text) > 1000, 'setup')) return
         call setup_from_text(text//'&spurious /', 'memory', knowledge, failure)
-        call check_fails(error, message_of(failure), [character(8) :: 'memory:', 'spurious'])
-        if (allocated(error)) return
+        call check_fails(error, failure, 'memory: ... spurious')
         call case_from_text('&calibration epoch = 5 /', 'memory', again, failure)
-        call check_fails(error, message_of(failure), [character(8) :: 'memory:', 'epoch'])
+        call check_fails(error, failure, 'memory: ... epoch')
     end subroutine test_texts
 
     !> What would not fit into memory is refused, before it is asked for.
     subroutine test_long_arcs(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: arc
         type(case_t) :: case
@@ -240,27 +209,22 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: state(STATE_SIZE)
 
-        call prepare('front-1', dynamics, state, error)
-        if (allocated(error)) return
+        call prepare('front-1', dynamics, state)
         call propagate_arc(dynamics, state, 0.1_dp, 2000000, arc, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc', '1000000'])
-        if (allocated(error)) return
+        call check_fails(error, failure, 'steps of an arc ... 1000000')
         call propagate_arc(dynamics, state, 0.1_dp, -1, arc, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc', '-1'])
-        if (allocated(error)) return
+        call check_fails(error, failure, 'steps of an arc ... -1')
         call propagate_arc(dynamics, state, 0.0_dp, 1, arc, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'interval', 'positive'])
-        if (allocated(error)) return
-        call find_case('front-1', case, failure)
-        call new_simulator(case, simulator, failure)
-        call observe(simulator, 1, 1, observations, failure)
+        call check_fails(error, failure, 'interval ... positive')
+        call take_case('front-1', case)
+        call make_simulator(case, simulator)
+        call make_observations(simulator, 1, 1, observations)
         observations%knowledge%duration = 1e300_dp
         call check_observations(observations, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'duration', '1000000'])
-        if (allocated(error)) return
+        call check_fails(error, failure, 'duration ... 1000000')
         case%duration = 86400
         case%interval = 1e-3_dp
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc'])
+        call check_fails(error, failure, 'steps of an arc')
     end subroutine test_long_arcs
 end module test_library

@@ -1,17 +1,16 @@
 !> Several threads at once: the numbers of one, and objects that are made and freed all the time.
 module test_threads
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
+    use vocabulary
     use omp_lib, only: omp_get_num_threads
-    use gracecg, only: dp, ESTIMATOR_NAMES
+    use gracecg, only: ESTIMATOR_NAMES
     use gracecg_interface_handles, only: live_objects
     use c_library
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_threads
 
-    integer(c_int), parameter :: OK = 0, BAD_HANDLE = 2, FAILED = 5
+    integer(c_int), parameter :: OK = 0, BAD_HANDLE = 2, HAS_FAILED = 5
     integer, parameter :: THREADS = 2
 
 contains
@@ -32,7 +31,6 @@ contains
     !> Otherwise the others show nothing.
     subroutine test_two(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer :: n
 
         n = 0
@@ -47,7 +45,6 @@ contains
     !> One force model in two threads.
     subroutine test_models(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: POINTS = 4000
         integer(c_intptr_t) :: case, model, gravity
         integer(c_int) :: status
@@ -59,8 +56,7 @@ contains
         state = item(case, 'state', 13)
         status = gracecg_force_model_open(case, model)
         status = max(status, gracecg_gravity_open(c_string('egm96'), 40, 40, gravity))
-        call check(error, int(status), int(OK))
-        if (allocated(error)) return
+        if (unmet(error, int(status), int(OK))) return
         allocate (x(3, POINTS), one(3, POINTS), two(3, POINTS), g_one(3, POINTS), g_two(3, POINTS))
         do i = 1, POINTS
             x(:, i) = 6.85e6_dp*[cos(0.01_dp*i), sin(0.01_dp*i)*cos(0.1_dp*i), sin(0.01_dp*i)*sin(0.1_dp*i)]
@@ -87,7 +83,6 @@ contains
         integer function evaluate(k, total, acceleration) result(failed)
             integer, intent(in) :: k
             real(dp), intent(inout) :: total(:, :), acceleration(:, :)
-
             integer(c_int) :: first, second
 
             first = gracecg_force_model_evaluate(model, 1_c_size_t, [0.01_dp*k], x(:, k), state(4:6), state(10:13), &
@@ -100,7 +95,6 @@ contains
     !> Each thread simulates and estimates on its own, all algorithms.
     subroutine test_estimation(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 4
         integer(c_intptr_t) :: case, simulator
         integer(c_int) :: status
@@ -109,8 +103,7 @@ contains
 
         status = gracecg_case_open(c_string('front-3'), case)
         status = gracecg_simulator_open(case, simulator)
-        call check(error, int(status), int(OK))
-        if (allocated(error)) return
+        if (unmet(error, int(status), int(OK))) return
         failures = 0
         do i = 1, RUNS
             failures = failures + estimates(i, one(:, :, i))
@@ -131,7 +124,6 @@ contains
         integer function estimates(run, solutions) result(failed)
             integer, intent(in) :: run
             real(dp), intent(inout) :: solutions(:, :)      ! offset and covariance
-
             integer(c_intptr_t) :: observations, fit
             integer(c_int) :: state
             integer :: j
@@ -153,7 +145,6 @@ contains
     !> Two threads open, use and free objects of several kinds.
     subroutine test_churn(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 3000
         integer(c_intptr_t) :: gravity, light
         integer(c_int) :: status(5)
@@ -178,15 +169,13 @@ contains
             if (any(status /= OK) .or. abs(flux(1)/(1000 + i) - share) > 1e-12_dp) failures = failures + 1
         end do
         !$omp end parallel do
-        call check(error, failures, 0, 'failures')
-        if (allocated(error)) return
+        if (unmet(error, failures, 0, 'failures')) return
         call check(error, live_objects(), before, 'objects are left')
     end subroutine test_churn
 
     !> One thread works with a model that the other frees: the work is done, or refused.
     subroutine test_free_in_use(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 30, POINTS = 200
         integer(c_intptr_t) :: gravity, copy
         integer(c_int) :: status, freed, opened
@@ -203,7 +192,7 @@ contains
         do i = 1, ROUNDS
             opened = gracecg_gravity_open(c_string('egm96'), 20, 20, gravity)
             copy = gravity
-            freed = FAILED
+            freed = HAS_FAILED
             !$omp parallel sections num_threads(THREADS) private(status, k, a)
             !$omp section
             do k = 1, 200
@@ -227,7 +216,6 @@ contains
     !> Of two threads that free one object, one succeeds.
     subroutine test_freed_by_two(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 500
         integer(c_intptr_t) :: gravity, copy
         integer(c_int) :: status
@@ -251,7 +239,6 @@ contains
     !> Failures in two threads do not mix.
     subroutine test_messages(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: ROUNDS = 500
         type(error_struct) :: failure
         integer(c_intptr_t) :: handle
@@ -265,7 +252,7 @@ contains
         do i = 1, ROUNDS
             write (name, '("case", i4.4)') i
             status = gracecg_case_open(c_string(name), handle, failure)
-            if (status /= FAILED .or. index(message_text(failure), name) == 0) mixed = mixed + 1
+            if (status /= HAS_FAILED .or. index(message_text(failure), name) == 0) mixed = mixed + 1
         end do
         !$omp end parallel do
         call check(error, mixed, 0, 'messages of other calls')

@@ -1,12 +1,10 @@
 !> The Fortran 77 entry points of Level-1 files, with the numbers of the Fortran API.
 module test_f77_level1
-    use gracecg, only: error_t, message_of
+    use vocabulary
     use gracecg_level1, only: level1_records_t, read_level1, level1_setup_t, read_level1_setup, level1_calibration_t, &
         gather_calibration, level1_estimate_t, estimate_level1
     use f77_interfaces
-    use fixture, only: check, check_passes, FOLDER
     use level1_day, only: flaws_t, write_day, make_setup
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_f77_level1
@@ -22,7 +20,6 @@ contains
     !> A Level-1 file, and the offset from a folder.
     subroutine test_level1(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: NMAX = 100000
         character(*), parameter :: SETUP = FOLDER//'l1_setup.nml'
         character(:), allocatable :: path
@@ -36,13 +33,12 @@ contains
         double precision, allocatable :: x(:)
         double precision :: d(3), cov(3, 3), gain(3), delay(2)
 
-        call make_setup(error)
+        call make_setup()
         call write_day('f77_level1', flaws_t(), path)
         allocate (x(NMAX))
         associate (file => path//'/MAG1B_2020-02-01_C_04.txt')
             call read_level1(file, records, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call gcl1op(file, ih, istat, msg)
         end associate
         call gcget(ih, 'time_seconds', NMAX, n, x, istat, msg)
@@ -55,8 +51,7 @@ contains
         call read_level1_setup(SETUP, settings, failure)
         call gather_calibration([path], settings, '', '', reshape([double precision ::], [2, 0]), 'model', calibration, failure)
         call estimate_level1(calibration, settings, 'estimate', estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call gcl1es(path, SETUP, ' ', d, cov, gain, delay, iflag, istat, msg)
         associate (first => estimate%solutions(1), rods => estimate%rods)
             call check(error, istat == 0 .and. iflag(1) == first%flag, 'gcl1es: status and flag')

@@ -1,8 +1,7 @@
 !> Level-1 files as data centres give them out: bundles, compressed files, folders in folders, releases, parts.
 module test_level1_bundles
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: split_words, string_t
+    use vocabulary
+    use gracecg_base_text, only: split_words
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t
     use gracecg_files_file, only: text_file_t, read_text_file
@@ -13,9 +12,7 @@ module test_level1_bundles
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_outcome, only: level1_estimate_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, make_file, check, check_passes
-    use level1_day, only: flaws_t, setup_said, estimate_day, says
+    use level1_day, only: flaws_t, setup_said, day_fails, says
     implicit none
     private
     public :: collect_level1_bundles
@@ -39,16 +36,14 @@ contains
     !> bit what its files give; `list` and `check` take the same places.
     subroutine test_shipped(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: whole, shipped
         type(level1_estimate_t) :: expected, found
         type(error_t), allocatable :: failure
         type(console_t) :: console
         integer :: status
 
-        call estimate_day('l1_unshipped', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_unshipped', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, &
+                      expected)) return
         call shell('rm -rf '//PLACE//' && mkdir -p '//PLACE//'/1B/deep && cp '//FOLDER//'l1_unshipped/* '//PLACE// &
                    ' && cd '//PLACE//' && rm -f *.nml && tar czf a_1A.tgz ACC1A* SOE.txt && rm ACC1A* SOE.txt'// &
                    ' && tar cf 1B/deep/b.tar CLK1B* MAG1B* && rm CLK1B* MAG1B* && gzip SCA1B*'// &
@@ -60,16 +55,14 @@ contains
         if (allocated(error)) return
         call gather_calibration([PLACE], setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', shipped, failure)
         if (.not. allocated(failure)) call estimate_level1(shipped, setup_said(), 'estimate', found, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(abs(found%solutions(1)%offset - expected%solutions(1)%offset) <= 0) .and. &
                    all(abs(found%solutions(1)%covariance - expected%solutions(1)%covariance) <= 0), 'the same')
         call check(error, says(shipped%notes, 'GNV1B_2020-02-01_C_03.txt has the newer release GNV1B_2020-02-01_C_04.txt, '// &
                                'which is taken'), 'releases')
-        if (allocated(error)) return
         call gather_calibration([character(80) :: PLACE//'/a_1A.tgz', PLACE//'/1B', FOLDER//'l1_unshipped'], setup_said(), '', &
                                 '', reshape([real(dp) ::], [2, 0]), 'model', shipped, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         console%captured = .true.
         call run_command_line(split_words('level1 list '//PLACE), console, status, level1_commands())
         call check(error, status == 0 .and. index(console%output, 'MAG1B') > 0, console%messages)
@@ -81,7 +74,6 @@ contains
     !> The bytes of a file, whatever it is in, in pieces of any length; and none behind the end.
     subroutine test_streams(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: TEXT = 'one'//achar(10)//'two'//achar(10)
         character(24), parameter :: PATHS(4) = [character(24) :: 'stream.txt', 'stream.txt.gz', 'stream.tar/stream.txt', &
                                                 'stream.tar.gz/stream.txt']
@@ -91,8 +83,8 @@ contains
         character(:), allocatable :: all_bytes
         integer :: i, count
 
-        call make_file(error, 'stream.txt', TEXT)
-        call make_file(error, 'behind.txt', repeat('x', 2000))
+        call make_file('stream.txt', TEXT)
+        call make_file('behind.txt', repeat('x', 2000))
         if (.not. allocated(error)) call shell('cd '//FOLDER//' && gzip -kf stream.txt && '// &
             'tar cf stream.tar behind.txt stream.txt behind.txt && tar czf stream.tar.gz behind.txt stream.txt', error)
         if (allocated(error)) return
@@ -104,9 +96,8 @@ contains
                 call stream%read(piece, count, failure)
                 all_bytes = all_bytes//piece(:count)
             end do
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, all_bytes, TEXT)
-            if (allocated(error)) return
         end do
         call stream%close()
     end subroutine test_streams
@@ -114,7 +105,6 @@ contains
     !> Of what was read in a bundle the hash is that of the whole bundle, counted once.
     subroutine test_hashes(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_stream_t) :: stream
         type(string_t), allocatable :: inputs(:)
         type(error_t), allocatable :: failure
@@ -122,7 +112,7 @@ contains
         character(100) :: bytes
         integer :: i, count
 
-        call make_file(error, 'hashed.txt', 'foobar')
+        call make_file('hashed.txt', 'foobar')
         if (.not. allocated(error)) call shell('cd '//FOLDER//' && tar cf hashed.tar hashed.txt', error)
         if (allocated(error)) return
         call begin_record('test')
@@ -132,9 +122,8 @@ contains
         end do
         call get_provenance(command_line, inputs, commit)
         call end_record()
-        call check_passes(error, message_of(failure))
-        call check(error, size(inputs), 1)
-        if (allocated(error)) return
+        call check_passes(error, failure)
+        if (unmet(error, size(inputs), 1)) return
         call check(error, index(inputs(1)%text, FOLDER//'hashed.tar fnv1a ') == 1, inputs(1)%text)
         call check(error, hash_of(FOLDER//'hashed.tar') == inputs(1)%text(len(inputs(1)%text) - 15:), inputs(1)%text)
 
@@ -159,7 +148,6 @@ contains
     !> Names of more than 100 letters, by GNU and by POSIX, and folders in the bundle.
     subroutine test_long_names(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: DEEP = repeat('d', 70)//'/'//repeat('e', 70)
         character(5), parameter :: FORMS(2) = [character(5) :: 'gnu', 'ustar']
         type(string_t), allocatable :: paths(:)
@@ -175,13 +163,12 @@ contains
             if (allocated(paths)) deallocate (paths)
             allocate (paths(0))
             call find_level1_files(FOLDER//'deep.tar', paths, failure)
-            call check_passes(error, message_of(failure))
-            call check(error, size(paths) == 1)
-            if (allocated(error)) return
+            call check_passes(error, failure)
+            if (unmet(error, size(paths) == 1)) return
             call check(error, paths(1)%text, FOLDER//'deep.tar/'//DEEP//'/f.txt')
             call stream%open(paths(1)%text, failure)
             if (.not. allocated(failure)) call stream%read(bytes, count, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, bytes, 'abc'//achar(10))
         end do
     end subroutine test_long_names
@@ -204,7 +191,6 @@ contains
 
         subroutine read_all(path, message)
             character(*), intent(in) :: path, message
-
             type(level1_stream_t) :: stream
             type(error_t), allocatable :: failure
             character(1000) :: bytes
@@ -215,7 +201,7 @@ contains
             do while (count > 0 .and. .not. allocated(failure))
                 call stream%read(bytes, count, failure)
             end do
-            call check(error, index(message_of(failure), message) > 0, path//': '//message_of(failure))
+            call check_says(error, message_of(failure), message)
         end subroutine read_all
     end subroutine test_broken
 
@@ -223,7 +209,6 @@ contains
     subroutine shell(line, error)
         character(*), intent(in) :: line
         type(error_type), allocatable, intent(inout) :: error
-
         integer :: status
 
         call execute_command_line(line, exitstat=status)

@@ -1,14 +1,10 @@
 !> The numbers of a day of Level-1 data: of a made day by what it was made of, of official files by published
 !> measurements (an independent reader and fit).
 module test_level1_check
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, integer_text
+    use vocabulary
     use gracecg_files_file, only: directory_exists, make_directory
     use gracecg_level1_check, only: level1_check_t, check_level1
     use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
-    use testdrive, only: unittest_type, error_type, new_unittest, skip_test
-    use fixture, only: FOLDER, check, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_level1_check
@@ -33,13 +29,12 @@ contains
         character(*), intent(in) :: path
         character(1), intent(in) :: satellite
         type(level1_check_t), intent(out) :: found
-
         type(level1_folder_t) :: files
         type(error_t), allocatable :: failure
 
         call open_level1_folder([path], satellite, files, failure)
         if (.not. allocated(failure)) call check_level1(files, found, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine look
 
     !> A number within a relative tolerance of what is expected.
@@ -48,10 +43,8 @@ contains
         type(level1_check_t), intent(in) :: found
         character(*), intent(in) :: quantity
         real(dp), intent(in) :: expected, tolerance
-
         integer :: i
 
-        if (allocated(error)) return
         do i = 1, size(found%rows)
             if (found%rows(i)%quantity == quantity) then
                 call check(error, found%rows(i)%value, expected, quantity, thr=tolerance*abs(expected))
@@ -66,7 +59,6 @@ contains
         type(level1_check_t), intent(in) :: found
         character(*), intent(in) :: quantity
         real(dp), intent(in) :: expected(3), tolerance
-
         integer :: i
 
         do i = 1, 3
@@ -77,7 +69,6 @@ contains
     !> Files by product, satellite and day; histories by the last one.
     subroutine test_folder(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: DAYS = FOLDER//'level1-days'
         character(32), parameter :: NAMES(7) = [character(32) :: 'MAS1B_2020-02-02_C_04.txt', 'MAS1B_2020-02-01_C_04.txt', &
                                                 'MAG1B_2020-02-02_D_04.txt', 'QSA1B_2018-05-22_C_04.txt', &
@@ -90,18 +81,17 @@ contains
 
         call make_directory(DAYS, failure)
         do i = 1, size(NAMES)
-            call make_file(error, 'level1-days/'//trim(NAMES(i)), 'x')
+            call make_file('level1-days/'//trim(NAMES(i)), 'x')
         end do
         call open_level1_folder([DAYS//'/'], ' ', files, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         ! In alphabetic order satellite D has the first file.
         call check(error, files%satellite//files%date, 'D2020-02-02')
         call check(error, size(files%warnings), 2)
         call open_level1_folder([DAYS], 'C', files, failure)
         call check(error, files%satellite//files%date, 'C2020-02-01')
-        call check_fails(error, files%warnings(1)%text, [character(40) :: '.txt.part1 is left out'])
-        call check_fails(error, files%warnings(2)%text, [character(40) :: '2 days are joined', '2020-02-01 to 2020-02-02'])
+        call check_fails(error, files%warnings(1)%text, '.txt.part1 is left out')
+        call check_fails(error, files%warnings(2)%text, '2 days are joined ... 2020-02-01 to 2020-02-02')
         call files%paths_of('MAS1B', paths)
         call check(error, size(paths), 2)
         call check(error, paths(1)%text, DAYS//'/MAS1B_2020-02-01_C_04.txt')
@@ -114,17 +104,16 @@ contains
         call open_level1_folder([DAYS], 'C', files, failure, '2020-02-02')
         call check(error, files%date//files%days(1), '2020-02-022020-02-01')
         call open_level1_folder([DAYS], 'C', files, failure, '2020-02-03')
-        call check_fails(error, message_of(failure), [character(60) :: 'no Level-1 files of satellite C of 2020-02-03'])
+        call check_fails(error, failure, 'no Level-1 files of satellite C of 2020-02-03')
         call open_level1_folder([DAYS], 'A', files, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of satellite A'])
+        call check_fails(error, failure, 'no Level-1 files of satellite A')
         call open_level1_folder([DAYS//'-not'], 'A', files, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'no such folder'])
+        call check_fails(error, failure, 'no such folder')
     end subroutine test_folder
 
     !> A day of a few products with known numbers.
     subroutine test_made(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(*), parameter :: DAY = 'level1-made', TAIL = '_2020-02-01_C_04.txt', Z14 = repeat('0 ', 14)
         type(level1_check_t) :: found
         type(error_t), allocatable :: failure
@@ -139,20 +128,20 @@ contains
                 633798000 + i/10, 100000*mod(i, 10), 2*mod(i, 3), i
             text = text//trim(line)//LF
         end do
-        call make_file(error, DAY//'/ACC1A'//TAIL, text)
+        call make_file(DAY//'/ACC1A'//TAIL, text)
         text = HEAD
         do i = 0, 9
             text = text//'633798'//integer_text(100 + i)//' 100000 R C '//Z14//'50 0 0 0 0 0 50 0 0 0 0 0 0 0 '//Z14// &
                 '00001100'//LF
         end do
-        call make_file(error, DAY//'/THR1A'//TAIL, text)
-        call make_file(error, DAY//'/MAS1B'//TAIL, HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
+        call make_file(DAY//'/THR1A'//TAIL, text)
+        call make_file(DAY//'/MAS1B'//TAIL, HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
                            '633802200 0 G C 00000000 00000000'//LF//'633805800 0 G C 00000000 11000000 13.25 13.0'//LF)
         text = HEAD
         do i = 0, 7
             text = text//'633798'//integer_text(100 + i)//' 0 R C 2 '//integer_text(3*i)//' 00000000'//LF
         end do
-        call make_file(error, DAY//'/IMU1A'//TAIL, text)
+        call make_file(DAY//'/IMU1A'//TAIL, text)
         call look(error, FOLDER//DAY, 'C', found)
         call expect(error, found, 'acc1a_interval', 0.1_dp, 1e-12_dp)
         call expect_axes(error, found, 'linear_mean', [3e-9_dp, 1e-9_dp, 2e-9_dp], 1e-12_dp)
@@ -171,7 +160,6 @@ contains
     !> GRACE-FO C of 2023-06-01: what an independent reader and fit found in the same files, to its digits.
     subroutine test_samples(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_check_t) :: found
         real(dp), parameter :: DIGITS7 = 5e-7_dp
 

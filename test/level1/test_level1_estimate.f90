@@ -1,10 +1,9 @@
 !> The offset from Level-1 files: the manoeuvre of level1_day estimated; and the same with one thing wrong, which is told by
 !> its name.
 module test_level1_estimate
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: integer_text, split_words
+    use vocabulary
+    use calibrations
+    use gracecg_base_text, only: split_words
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
     use gracecg_level1_commands, only: level1_commands
@@ -16,15 +15,9 @@ module test_level1_estimate
     use gracecg_estimation_action, only: TRIM_IT, CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_level1_judgement, only: take_action, offset_remark, judge, name_faults
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: rod_moments
     use gracecg_level1_preparation, only: prepare_observations
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_solution, only: solution_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, check, check_fails, check_passes, make_file
-    use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, says, check_offsets, &
+    use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, day_fails, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
     implicit none
     private
@@ -54,16 +47,13 @@ contains
     !> The offset by all and without the angular channels, gains, delays, leakage.
     subroutine test_offset(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_setup_t) :: setup
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         integer :: k
 
-        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
         call check(error, size(estimate%solutions), 2, 'solutions without gyros')
         call check_offsets(estimate, 0.3_dp*MICROMETRE, error)
         do k = 1, 3
@@ -78,14 +68,13 @@ contains
         ! These files hold the spans alone, where nothing tells the signs of the accelerometer.
         call check(error, estimate%flag == 1 .and. index(estimate%solutions(1)%reason, 'sign of the accelerometer') == 1, &
                    'sign not confirmed')
-        if (.not. allocated(error)) call check(error, estimate%action%kind, CALIBRATE_AGAIN, estimate%action%text)
-        if (allocated(error)) return
+        call check(error, estimate%action%kind, CALIBRATE_AGAIN, estimate%action%text)
         setup = setup_said()
         setup%signs_known = .true.
         call estimate_level1(calibration, setup, 'estimate', estimate, failure)
         call check(error, .not. allocated(failure) .and. estimate%flag == 0, 'signs are known')
-        if (.not. allocated(error)) call check(error, estimate%action%kind == TRIM_IT .and. all(estimate%action%trimmed), &
-                                               estimate%action%text)
+        call check(error, estimate%action%kind == TRIM_IT .and. all(estimate%action%trimmed), &
+                   estimate%action%text)
         ! Spans that are far from each other, or sources, are not to be used.
         estimate%solutions(1)%chi_square = 1000
         call judge(calibration, setup, estimate)
@@ -95,8 +84,8 @@ contains
         call judge(calibration, setup, estimate)
         call check(error, all(estimate%solutions%flag == 2), 'solutions that disagree')
         call take_action(setup%mass, estimate)
-        if (.not. allocated(error)) call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
-                                               estimate%action%text)
+        call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
+                   estimate%action%text)
         estimate%solutions(1)%offset = 11e-3_dp
         call name_faults(calibration, setup, estimate)
         call check(error, says(estimate%findings, 'an offset of 11 mm'), 'an offset beyond all')
@@ -105,29 +94,22 @@ contains
     !> Currents that jump where spans begin and end, half a second of nobody knows what, in CMCAL events that are longer.
     subroutine test_jumps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
         integer :: i
 
-        call estimate_day('l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate)) return
         call check(error, says(calibration%notes, '4 of 4 CMCAL events are longer'), 'told')
         call check(error, all([(abs(calibration%spans(i)%start + real(calibration%epoch - EPOCH, dp) - start_of(i - 1)) < &
                                 0.6_dp, i=1, 4)]), 'spans of the currents')
-        call check(error, size(estimate%findings) == 0 .and. .not. estimate%steps, 'nothing is wrong')
-        if (allocated(error)) return
+        if (unmet(error, size(estimate%findings) == 0 .and. .not. estimate%steps, 'nothing is wrong')) return
         call check(error, maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 1e-3_dp, 'gains')
         call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
         call check_offsets(estimate, 0.5_dp*MICROMETRE, error)
         if (allocated(error)) return
-        call estimate_day('l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, &
+                      estimate)) return
+        if (unmet(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')) return
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
     end subroutine test_jumps
 
@@ -135,23 +117,19 @@ contains
     !> orientation, which here is another one: the field is off, but whole.
     subroutine test_orbits(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
         integer :: i
 
-        call estimate_day('l1_orbit', flaws_t(spans=3, orbits=2), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_orbit', flaws_t(spans=3, orbits=2), setup_said(), calibration, estimate)) return
         call check(error, all(calibration%spans%used .eqv. [.true., .true., .false.]) .and. &
                    trim(calibration%spans(3)%reason) == 'a gap in the orbit', 'the third span')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset by the others')
         call write_day('l1_inertial', flaws_t(spans=1, no_fixed=.true.), path)
         call gather_calibration([path], setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, says(calibration%notes, 'no GNV1B'), 'told')
         associate (span => calibration%spans(1))
             call check(error, all([(norm2(span%field(:, i)) > 2e-5_dp .and. norm2(span%field(:, i)) < 6e-5_dp .and. &
@@ -162,15 +140,13 @@ contains
     !> Currents held from tag to tag are recognised, unless the setup says what they are; the lag of the accelerometer is found.
     subroutine test_held(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_setup_t) :: setup
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
 
-        call estimate_day('l1_held', flaws_t(stairs=.true., lag=0.06_dp), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_held', flaws_t(stairs=.true., lag=0.06_dp), setup_said(), calibration, &
+                      estimate)) return
         call check(error, estimate%steps, 'the steps are seen')
         call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.02_dp, 'delay of the accelerometer')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset')
@@ -183,21 +159,17 @@ contains
         call check(error, .not. allocated(failure) .and. estimate%steps, 'held, as is said')
     end subroutine test_held
 
-
     !> One place with rods in phase: no confident number.
     subroutine test_one_place(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         type(console_t) :: console
         integer :: status
 
-        call estimate_day('l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), calibration, estimate, &
-                          failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), &
+                      calibration, estimate)) return
         associate (first => estimate%solutions(1))
             call check(error, first%leakage == 'a priori', 'leakage is not separable')
             call check(error, sqrt(first%covariance(1, 1)) > 20*MICROMETRE .and. first%flag > 0, 'no confident number')
@@ -206,26 +178,21 @@ contains
         end associate
         if (allocated(error)) return
         ! And what is not to be used, here with wrong axes, is not filed.
-        call make_file(error, 'l1_srf.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
+        call make_file('l1_srf.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
                        ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)// &
                        '/'//achar(10)//'&level1'//achar(10)// &
                        ' accelerometer_axes = 1, 2, 3'//achar(10)//'/'//achar(10))
-        if (allocated(error)) return
         console%captured = .true.
         call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '// &
                                           FOLDER//'l1_phase/vcm'), console, status, level1_commands())
-        call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
-                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
-                   console%messages)
-        if (allocated(error)) return
+        if (unmet(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
+                  index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
+                  console%messages)) return
         ! Where the samples tell leakage from d, a-priori leakage that is asked for is no fault of theirs.
-        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
         call check(error, estimate%solutions(1)%separable, 'leakage is separable')
         call estimate_level1(calibration, setup_said(), 'prior', estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, estimate%solutions(1)%separable .and. estimate%solutions(1)%leakage == 'a priori', 'as asked')
     end subroutine test_one_place
 
@@ -238,7 +205,6 @@ contains
 
     subroutine test_wrong_axes(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_setup_t) :: setup
 
         setup = setup_said()
@@ -258,58 +224,44 @@ contains
         character(*), intent(in) :: name, part
         type(flaws_t), intent(in) :: flaws
         type(level1_setup_t), intent(in) :: setup
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
 
-        call estimate_day(name, flaws, setup, calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, name, flaws, setup, calibration, estimate)) return
         call check(error, says(estimate%findings, part), part//' is told')
-        call check(error, size(estimate%findings), 1, 'and nothing else')
-        if (allocated(error)) return
+        if (unmet(error, size(estimate%findings), 1, 'and nothing else')) return
         call check(error, estimate%flag, 2, 'not to be used')
     end subroutine check_finding
 
     !> The sign of B currents does not matter, and is told.
     subroutine test_wrong_b(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
 
-        call estimate_day('l1_b', flaws_t(positive_b=.true.), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_b', flaws_t(positive_b=.true.), setup_said(), calibration, estimate)) return
         call check(error, says(calibration%notes, 'B currents with the wrong sign'), 'is told')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
     end subroutine test_wrong_b
 
     subroutine test_no_angular(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
 
-        call estimate_day('l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate)) return
         call check(error, says(estimate%findings, 'transplanted'), 'is told')
         call check(error, estimate%flag, 2, 'not to be used')
     end subroutine test_no_angular
 
     subroutine test_no_manoeuvre(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
 
         call estimate_day('l1_quiet', flaws_t(quiet=.true.), setup_said(), calibration, estimate, failure)
-        call check_fails(error, message_of(failure), ['no manoeuvre found'])
+        call check_fails(error, failure, 'no manoeuvre found')
     end subroutine test_no_manoeuvre
 
     !> The requirement holds for each axis: 0.09 mm on all three is within it, though the vector is 0.16 mm long.
@@ -324,7 +276,6 @@ contains
     !> A span as an observation set: another estimator finds the offset, with the rods that flew.
     subroutine test_observation_set(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(observation_set_t) :: observations
@@ -332,12 +283,9 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: along(3), begin
 
-        call estimate_day('l1_set', flaws_t(), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_set', flaws_t(), setup_said(), calibration, estimate)) return
         call prepare_observations(calibration, setup_said(), estimate, 2, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         associate (times => observations%accelerometer_time/observations%knowledge%accelerometer_interval)
             call check(error, maxval(abs(times - nint(times))) < 1e-9_dp, 'whole intervals')
         end associate
@@ -345,9 +293,7 @@ contains
             real(calibration%epoch - EPOCH, dp) + 6*observations%knowledge%accelerometer_interval    ! of the first mean
         along = rod_moments(observations%knowledge%rods, 7.3_dp)
         call check(error, maxval(abs(along - ROD*current_at(begin + 7.3_dp, flaws_t()))) < 0.1_dp, 'moments, A m^2')
-        call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (estimate_fails(error, 'optimal', observations, estimation_options_t(), solution)) return
         call check(error, maxval(abs(solution%offset - OFFSET)) < 5*MICROMETRE, 'offset by optimal')
     end subroutine test_observation_set
 end module test_level1_estimate

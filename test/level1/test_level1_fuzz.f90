@@ -4,10 +4,8 @@
 !> what is wrong, or its numbers are those of the changed file by another way: word by word with the run-time
 !> library (text), byte by byte by writing them again (binary).
 module test_level1_fuzz
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_text, only: parse_real, integer_text, lower_case
+    use vocabulary
+    use gracecg_base_text, only: parse_real, lower_case
     use gracecg_files_file, only: file_exists, text_file_t, read_text_file
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, KIND_F4, KIND_F8, KIND_LETTER, &
@@ -16,8 +14,6 @@ module test_level1_fuzz
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_summary, only: level1_summary_t, summarise_level1
     use gracecg_level1_writer, only: level1_writer_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, check, test_failed, make_file, make_folder, check_passes
     implicit none
     private
     public :: collect_level1_fuzz
@@ -42,13 +38,11 @@ contains
 
     subroutine test_changed(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(seed_t) :: seeds(MOST_SEEDS)
         type(random_stream_t) :: stream
         character(:), allocatable :: content
         integer :: n, i, k, refused, read_well, from
 
-        call make_folder(error)
         call make_seeds(seeds, n)
         stream = new_stream(12_i8, 0, 0, 1, 1)
         refused = 0
@@ -59,7 +53,7 @@ contains
             from = seeds(k)%records_begin
             if (stream%uniform() < 0.25_dp) from = 1
             call change(seeds(k)%content, from, stream, content)
-            call make_file(error, seeds(k)%name, content)
+            call make_file(seeds(k)%name, content)
             if (.not. allocated(error)) &
                 call try(error, seeds(k)%name, content, from == seeds(k)%records_begin, from, refused, read_well)
             if (allocated(error)) then
@@ -76,7 +70,6 @@ contains
     subroutine make_seeds(seeds, n)
         type(seed_t), intent(inout) :: seeds(:)
         integer, intent(out) :: n
-
         character(5), parameter :: MADE(8) = ['CLK1B', 'MAG1A', 'TNK1B', 'ACC1A', 'GNV1A', 'VCM1B', 'THR1A', 'MAS1B']
         character(5), parameter :: OFFICIAL(4) = ['ACC1A', 'SCA1A', 'GNI1B', 'TIM1B']
         type(text_file_t) :: file
@@ -109,7 +102,6 @@ contains
     subroutine read_bytes(path, content)
         character(*), intent(in) :: path
         character(:), allocatable, intent(out) :: content
-
         integer :: unit, length
 
         open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read')
@@ -123,7 +115,6 @@ contains
     subroutine write_made(product, binary, path)
         character(*), intent(in) :: product, path
         logical, intent(in) :: binary
-
         type(level1_layout_t) :: layout
         type(level1_writer_t) :: writer
         type(level1_header_t) :: header
@@ -160,7 +151,6 @@ contains
         integer, intent(in) :: from                 !! Nothing before is changed
         type(random_stream_t), intent(inout) :: stream
         character(:), allocatable, intent(out) :: content
-
         character(20), parameter :: WORDS(12) = [character(20) :: 'nan', '-inf', '1e400', '-', '1e-400', '99999999999999999999', &
                                                  '0x1F', '1,5', '+1.5D-3', 'END OF HEADER', '4294967296', '-1']
         integer :: i, at, length, to
@@ -199,7 +189,6 @@ contains
     character(1) function char_of(letters, stream)
         character(*), intent(in) :: letters
         type(random_stream_t), intent(inout) :: stream
-
         integer :: i
 
         i = 1 + int(len(letters)*stream%uniform())
@@ -213,7 +202,6 @@ contains
         logical, intent(in) :: header_is_whole
         integer, intent(in) :: from             !! Where the records begin, if the header is whole
         integer, intent(inout) :: refused, read_well
-
         type(level1_records_t) :: records
         type(level1_summary_t) :: summary
         type(error_t), allocatable :: failure, failure_of_summary
@@ -222,7 +210,7 @@ contains
         call summarise_level1(FOLDER//name, summary, failure_of_summary, with_fields=.true.)
         if (allocated(failure)) then
             refused = refused + 1
-            call check(error, index(failure%message, name) > 0, 'the message names no file: '//failure%message)
+            call check_says(error, failure%message, name)
             return
         end if
         read_well = read_well + 1
@@ -243,7 +231,6 @@ contains
     subroutine compare_words(error, name, text)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, text
-
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         type(error_t), allocatable :: failure
@@ -254,8 +241,7 @@ contains
 
         call reader%open(FOLDER//name, failure)
         if (.not. allocated(failure)) call reader%next(block, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         at = 1
         do i = 1, block%count
             do k = 1, size(reader%layout%fields)
@@ -299,7 +285,6 @@ contains
     subroutine add_bits(word, number)
         character(*), intent(in) :: word
         real(dp), intent(inout) :: number
-
         integer :: i
 
         do i = 1, len(word)
@@ -311,7 +296,6 @@ contains
         character(*), intent(in) :: text
         integer, intent(inout) :: at
         character(:), allocatable, intent(out) :: word
-
         character(*), parameter :: WHITE = ' '//achar(9)//achar(10)//achar(11)//achar(12)//achar(13)
         integer :: first, last
 
@@ -331,7 +315,6 @@ contains
     subroutine compare_bytes(error, name, bytes)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name, bytes
-
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         type(level1_writer_t) :: writer
@@ -348,7 +331,7 @@ contains
             end do
             call writer%commit(failure)
         end if
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (allocated(error) .or. any(reader%not_finite > 0)) return
         call read_bytes(FOLDER//'fuzz.again', again)
         first = index(again, 'END OF HEADER') + 81

@@ -1,13 +1,9 @@
 !> The parts of the estimate from Level-1 files: heads together, axes of gyros, steps of held currents.
 module test_level1_parts
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_text, only: real_text
     use gracecg_base_quaternion, only: rotation_matrix, normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_between
-    use gracecg_base_vectors, only: identity, inverse_3x3
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_heads, only: combine_heads
@@ -17,8 +13,6 @@ module test_level1_parts
     use gracecg_spacecraft_moment_series, only: new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments, torque_rods_t
     use gracecg_spacecraft_moment_series, only: moment_series_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, check_fails, check_passes
     use gracecg_level1_along_orbit, only: compare_axis
     implicit none
     private
@@ -37,11 +31,9 @@ contains
                     new_unittest('steps-of-currents', test_steps)]
     end subroutine collect_level1_parts
 
-
     !> Spikes are found, each of several and next to nothing else; steps, noise and a rapid line are none.
     subroutine test_strays(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: N = 300
         type(random_stream_t) :: stream
         real(dp) :: times(N), values(2, N)
@@ -55,13 +47,11 @@ contains
         end do
         values(2, 120:) = values(2, 120:) + 50      ! a step
         call find_strays(times, values, 0.01_dp, stray)
-        call check(error, count(stray), 0, 'none')
-        if (allocated(error)) return
+        if (unmet(error, count(stray), 0, 'none')) return
         values(1, [40, 43, 250]) = values(1, [40, 43, 250]) + [100, -30, 1000000]
         values(2, 77) = values(2, 77) - 20
         call find_strays(times, values, 0.01_dp, stray)
-        call check(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')
-        if (allocated(error)) return
+        if (unmet(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')) return
         values(1, 150:151) = values(1, 150:151) + [30, 25]
         values(2, 270:271) = values(2, 270:271) + [40, -40]
         call find_strays(times, values, 0.01_dp, stray)
@@ -72,7 +62,6 @@ contains
     !> time: together they are as good on every axis as each across its boresight, and nothing jumps.
     subroutine test_heads(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: ACROSS = 1e-5_dp, ABOUT = 1.2e-4_dp, TURNED(3) = [1e-3_dp, -5e-4_dp, 2e-4_dp]
         integer, parameter :: N = 400
         type(random_stream_t) :: stream
@@ -98,8 +87,7 @@ contains
             end do
         end do
         call combine_heads(times(:records), head(:records), q(:, :records), mounting, joint_times, joint_q)
-        call check(error, size(joint_times), N, 'a time each')
-        if (allocated(error)) return
+        if (unmet(error, size(joint_times), N, 'a time each')) return
         do i = 1, N
             left(:, i) = rotation_between(truth(:, i), joint_q(:, i))
         end do
@@ -110,12 +98,9 @@ contains
         call check(error, sqrt(sum(left(3, N/2 + 1:)**2)/(N/2)) > 0.7_dp*ABOUT, 'one head alone')
     end subroutine test_heads
 
-
-
     !> Axes of gyros by star cameras with ten times their noise about x and z: none too small.
     subroutine test_gyro_axes(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: N = 600
         real(dp), parameter :: INTERVAL = 0.2_dp, NOISE = 1e-5_dp, TRUE_AXES(3, 4) = reshape( &
             [0.5_dp, 0.8165_dp, 0.3_dp, -0.4_dp, 0.1_dp, 0.9_dp, 0.6_dp, -0.8165_dp, 0.2_dp, 0.0_dp, 0.0_dp, 0.0_dp], [3, 4])
@@ -148,10 +133,8 @@ contains
             end do
         end associate
         call fit_gyro_axes(calibration, axes, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, axes%known .and. size(axes%gyro) == 3, 'the fourth is off')
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, axes%known .and. size(axes%gyro) == 3, 'the fourth is off')) return
         call check(error, maxval(abs(axes%noise/NOISE - 1)) < 0.15_dp, 'noise of the cameras')
         ! sigma of parts along z: 1e-5/(6e-6 sqrt(300)) = 0.1, which regression on the cameras would make half as large
         call check(error, maxval(abs(matmul(axes%axis, inverse_3x3(TRUE_AXES(:, :3))) - identity(3))) < 4*maxval(axes%noise)* &
@@ -163,7 +146,6 @@ contains
     !> smooth ones show none.
     subroutine test_steps(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: LATE = 0.137_dp, NOISE = 5e-8_dp, TAG = 0.5_dp, INTERVAL = 0.099991_dp
         integer, parameter :: SAMPLES = 600, TAGS = 130
         type(observation_set_t) :: arcs(1)
@@ -185,8 +167,7 @@ contains
                 call new_moment_series(moments, [((k - 5)*TAG, k=1, TAGS)], &
                                        reshape([(30*sin(TWO_PI*[0.083_dp, 0.1_dp, 0.117_dp]*(k - 5)*TAG), k=1, TAGS)], &
                                                [3, TAGS]), failure, held=i == 1)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 call take_measured_moments(moments, truth)
                 set%knowledge%rods = truth
                 truth%delay = LATE
@@ -209,7 +190,6 @@ contains
     !> neither, has none, whatever its phase: a simulator of another project has no light, and its days were refused.
     subroutine test_axis(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: MINUTES = 100, PHASES = 24
         real(dp), parameter :: REVOLUTION = 94          ! min
         real(dp) :: times(MINUTES), phase(MINUTES), air(MINUTES), light(MINUTES), density, seen(2)

@@ -1,8 +1,7 @@
 !> What follows from an offset by Level-1 files: residuals and their spectrum, steps of the trim masses, the trend.
 module test_level1_results
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI, MICROMETRE, JULIAN_YEAR
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use gracecg_base_constants, only: JULIAN_YEAR
     use gracecg_files_file, only: remove_file
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1
@@ -13,9 +12,7 @@ module test_level1_results
     use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_level1_results, only: trim_command_t, trim_commands
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: FOLDER, check, check_fails, check_passes, make_file
-    use level1_day, only: flaws_t, setup_said, estimate_day, write_day
+    use level1_day, only: flaws_t, setup_said, day_fails, write_day
     implicit none
     private
     public :: collect_level1_results
@@ -35,12 +32,10 @@ contains
     !> steps = nint(change/2.5 um M/4.8 kg), in commands of at most 12000.
     subroutine test_trim(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(trim_command_t), allocatable :: commands(:)
 
         call trim_commands(setup_said(), [310e-6_dp, 0.0_dp, -25e-6_dp], commands)
-        call check(error, size(commands), 3, 'commands')
-        if (allocated(error)) return
+        if (unmet(error, size(commands), 3, 'commands')) return
         call check(error, all(commands%steps == [12000, 2983, -1208]), 'steps')
         call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
     end subroutine test_trim
@@ -49,7 +44,6 @@ contains
     !> one of them has to say it.
     subroutine test_origins(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(1), parameter :: LF = achar(10)
         character(*), parameter :: INERTIA = 'moments_of_inertia = 70, 345, 388'//LF//'products_of_inertia = -3, -0.3, -2.9'//LF// &
             '/'//LF//'&level1'//LF//LF//'science_ma = 9'//LF//'/'//LF
@@ -63,15 +57,13 @@ contains
 
         call write_day('l1_origins', flaws_t(spans=2), path)
         call remove_file(path//'/'//MAS)        ! of a run before
-        call make_file(error, 'l1_origins.nml', '! what is said'//LF//'&mass_properties'//LF//'mass = 580'//LF//INERTIA)
-        call make_file(error, 'l1_massless.nml', '&mass_properties'//LF//INERTIA)
-        if (allocated(error)) return
+        call make_file('l1_origins.nml', '! what is said'//LF//'&mass_properties'//LF//'mass = 580'//LF//INERTIA)
+        call make_file('l1_massless.nml', '&mass_properties'//LF//INERTIA)
         call gather(FOLDER//'l1_massless.nml')
-        call check_fails(error, message_of(failure), ['the mass is not known'])
+        call check_fails(error, failure, 'the mass is not known')
         call gather(FOLDER//'l1_origins.nml')
         if (.not. allocated(failure)) call estimate_level1(calibration, setup, 'prior', estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call find_origins(calibration, setup, estimate, origins)
         call expect('mass', '580', 'l1_origins.nml, line 3')
         call expect('products_of_inertia', '-3, -0.3, -2.9', 'l1_origins.nml, line 5')
@@ -81,12 +73,10 @@ contains
         call expect('CLK1B', '', 'CLK1B_2020-02-01_C_04.txt')
         call expect('firings', '0', 'no file')
         call check(error, count(origins%source == '' .or. (origins%value == '' .and. origins%meaning == '')), 0, 'without a source')
-        call make_file(error, 'l1_origins/'//MAS, 'header:'//LF//'# End of YAML header'//LF// &
+        call make_file('l1_origins/'//MAS, 'header:'//LF//'# End of YAML header'//LF// &
                        '633798000 0 G C 00000000 11000101 590.5 590.25 13.4 13.5'//LF)
-        if (allocated(error)) return
         call gather(FOLDER//'l1_massless.nml')
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, setup%mass, 590.5_dp, 'mass of MAS1B')
         call find_origins(calibration, setup, estimate, origins)
         call expect('mass', '590.5', MAS)
@@ -107,12 +97,10 @@ contains
 
         subroutine expect(name, value, source)
             character(*), intent(in) :: name, value, source
-
             integer :: i
 
             i = findloc(origins%name == name, .true., 1)
             call check(error, i > 0, name//' is not there')
-            if (allocated(error)) return
             call check(error, trim(origins(i)%value), value, name)
             call check(error, trim(origins(i)%source), source, name)
         end subroutine expect
@@ -121,18 +109,14 @@ contains
     !> Residuals of a noiseless day are small beside the signal, and their spectrum has their squares (Parseval).
     subroutine test_residuals(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(residual_spectrum_t) :: spectrum
-        type(error_t), allocatable :: failure
         real(dp), allocatable :: time(:), observed(:, :), residual(:, :)
         real(dp) :: power, squares
         integer :: i, k
 
-        call estimate_day('l1_left', flaws_t(spans=2), setup_said(), calibration, estimate, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (day_fails(error, 'l1_left', flaws_t(spans=2), setup_said(), calibration, estimate)) return
         do i = 1, 2
             estimate%residuals(i)%linear(2, :) = estimate%residuals(i)%linear(2, :) + &
                 1e-9_dp*[(sin(TWO_PI*0.08_dp*k), k=1, size(estimate%residuals(i)%kept))]
@@ -142,8 +126,7 @@ contains
                    maxval(abs(residual(1, :))) < 0.1_dp*maxval(abs(observed(1, :))), 'the fit follows')
         estimate%residuals(1)%kept([1, 2]) = .false.    ! a span that is shorter by that
         call find_spectrum(estimate, spectrum)
-        call check(error, size(spectrum%density, 2), size(spectrum%frequency))
-        if (allocated(error)) return
+        if (unmet(error, size(spectrum%density, 2), size(spectrum%frequency))) return
         i = maxloc(spectrum%density(2, :), 1)
         call check(error, abs(spectrum%frequency(i) - 0.8_dp) < 1.01_dp*spectrum%frequency(2), 'a line that is left')
         power = sum(spectrum%density(2, :)**2)*spectrum%frequency(2)
@@ -154,7 +137,6 @@ contains
     !> A line with a step is found again, and what the gas does.
     subroutine test_trend(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(trend_point_t) :: points(6)
         type(level1_trend_t) :: trend
         type(error_t), allocatable :: failure
@@ -170,13 +152,10 @@ contains
         end do
         at = 6e8_dp + 1.75_dp*JULIAN_YEAR
         call fit_trend(points(:1), [5e8_dp], 100e-6_dp, trend, failure)
-        call check_fails(error, message_of(failure), ['at least 2 dates'])
-        if (allocated(error)) return
+        call check_fails(error, failure, 'at least 2 dates')
         call fit_trend(points, [5e8_dp, at, at + 60, 9e8_dp], 100e-6_dp, trend, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, size(trend%step_time), 1, 'steps that the dates see')
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, size(trend%step_time), 1, 'steps that the dates see')) return
         call check(error, maxval(abs(trend%rate*JULIAN_YEAR - RATE)) < 1e-11_dp .and. &
                    maxval(abs(trend%step(:, 1) - JUMP)) < 1e-11_dp, 'rate and step')
         call check(error, maxval(trend%chi_square) < 1e-8_dp .and. trend%degrees == 3, 'chi square')
@@ -187,6 +166,6 @@ contains
         call check(error, maxval(abs(predicted_change(setup_said(), [13.0_dp, 13.0_dp], [12.999_dp, 13.0_dp]) - &
                                      [-0.6e-3_dp/580, 0.0_dp, 0.0_dp])) < 1e-15_dp, 'by gas')
         call fit_trend(points(:1), [real(dp) ::], 100e-6_dp, trend, failure)
-        call check_fails(error, message_of(failure), ['at least 2 dates'])
+        call check_fails(error, failure, 'at least 2 dates')
     end subroutine test_trend
 end module test_level1_results

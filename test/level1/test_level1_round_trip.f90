@@ -1,9 +1,8 @@
 !> Simulated Level-1 files and back: estimates of what was put in, and faults told by their names.
 module test_level1_round_trip
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, integer_text, real_text, parse_real, split_words
+    use vocabulary
+    use calibrations
+    use gracecg_base_text, only: real_text, parse_real, split_words
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t, STATUS_NOT_TO_BE_USED
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
@@ -17,17 +16,11 @@ module test_level1_round_trip
     use gracecg_level1_solution, only: sigma_of
     use gracecg_level1_preparation, only: prepare_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
     use test_level1_simulation, only: fly, write_files, prepare, START
-    use fixture, only: check, check_passes, failed
     use level1_day, only: says
-    use testdrive, only: unittest_type, error_type, new_unittest
     implicit none
     private
     public :: collect_level1_round_trip
@@ -54,7 +47,6 @@ contains
     !> A span of a simulated day as an observation set, written, read and estimated.
     subroutine test_preparation(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_setup_t) :: setup
@@ -65,16 +57,15 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
 
-        call fly(settings, truth, error)
-        call write_files(truth, 'l1s_prepare', path, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_prepare', path)
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
         if (.not. allocated(failure)) call estimate_folder(path, calibration, estimate, failure)
         if (.not. allocated(failure)) call prepare_observations(calibration, setup, estimate, 2, observations, failure)
         if (.not. allocated(failure)) call write_observations(path//'/span', observations, [character(1) ::], failure)
         if (.not. allocated(failure)) call read_observations(path//'/span', observations, failure)
         if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         ! Noise that rises with frequency is nearly white in means of a second: nothing of the setup is contradicted, and the
         ! sigma is less than samples of white noise would have (z: 6 um).
         call check(error, size(observations%accelerometer_time) > 55 .and. size(observations%accelerometer_time) < 60, 'means')
@@ -95,7 +86,6 @@ contains
         logical, intent(in), optional :: exact          !! Leakage, scales, gains and the air's force have sigma 0
         real(dp), intent(in), optional :: every         !! Rods are driven all the time: spans of so many seconds
         real(dp), intent(in), optional :: part(2)       !! Of the files: start, GPS s, and duration, s
-
         type(level1_setup_t) :: setup
         real(dp), allocatable :: span(:, :)
 
@@ -121,7 +111,6 @@ contains
     !> Four places a quarter of a revolution apart, with all errors: within 4 sigma + 3 um.
     subroutine test_estimate(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         call check_estimate(settings, 'l1s_estimate', .false., 3, error)
@@ -130,7 +119,6 @@ contains
     !> The same of GRACE, binary: no gyros, no GNI1B.
     subroutine test_grace(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         settings%satellite = 'B'
@@ -141,7 +129,6 @@ contains
     !> GRACE with held currents, whose steps alone tell the delay of the accelerometer: within 3 ms.
     subroutine test_held_currents(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: WITHIN = 3e-3_dp     ! s
         type(level1_settings_t) :: settings
 
@@ -154,7 +141,6 @@ contains
     !> In the first span the light of the Sun comes within some 10 s, by 3e-8 m/s^2, which had made sigma ten times as large.
     subroutine test_shadow_edge(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         settings%first_start = 1460     ! the light comes between 1484 and 1494 s
@@ -166,7 +152,6 @@ contains
     !> jumps by 0.3 mm about y (five sigma of the spans and more) in the middle: it is told, and not to be used.
     subroutine test_all_day(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: JUMP = 300*MICROMETRE, EVERY = 600
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
@@ -189,13 +174,12 @@ contains
         do attempt = 1, 2
             if (attempt == 2) settings%moved_at = 1500
             settings%moved = [0.0_dp, JUMP, 0.0_dp]
-            call fly(settings, truth, error)
-            call write_files(truth, 'l1s_all_day', path, error)
-            if (allocated(error)) return
+            call fly(settings, truth)
+            call write_files(truth, 'l1s_all_day', path)
             call estimate_folder(path, calibration, estimate, failure)
             call check(error, index(message_of(failure), 'no manoeuvre found') > 0, 'no manoeuvre')
             call estimate_folder(path, calibration, estimate, failure, every=EVERY)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             associate (first => estimate%solutions(1), d => truth%case%satellite%offset)
                 call check(error, size(calibration%spans), 5)
                 call check(error, size(estimate%arcs) > 15, 'arcs')
@@ -205,11 +189,11 @@ contains
                     associate (moved => estimate%movement)
                         call check(error, all(abs(moved%change - settings%moved) < 4*moved%sigma), 'by how much')
                         call check(error, all(abs(moved%offset - d - settings%moved) < &
-                                              4*sqrt([(moved%covariance(i, i), i=1, 3)])), 'd in the end')
+                                              4*sigmas(moved%covariance)), 'd in the end')
                     end associate
                     behind = [real(calibration%epoch, dp) + calibration%spans(1)%start + settings%moved_at, settings%duration]
                     call estimate_folder(path, part, later, failure, every=EVERY, part=behind)
-                    if (failed(error, message_of(failure))) return
+                    if (failed(error, failure)) return
                     call check(error, size(part%spans), 3)
                     call check(error, size(later%findings), 0, 'behind the jump')
                     call check(error, all(abs(later%solutions(1)%offset - d - settings%moved) < 4*sigma_of(later%solutions(1))), &
@@ -235,28 +219,25 @@ contains
         integer, intent(in) :: sources
         type(error_type), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: within        !! s
-
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
         real(dp) :: off(3), sigma(3), limit
-        integer :: i, k
+        integer :: i
 
         limit = 0.01_dp
         if (present(within)) limit = within
-        call fly(settings, truth, error)
-        call write_files(truth, name, path, error, binary)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, name, path, binary)
         call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, message_of(failure))) return
-        call check(error, size(estimate%solutions), sources, 'sources')
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, size(estimate%solutions), sources, 'sources')) return
         do i = 1, sources
             associate (solution => estimate%solutions(i))
                 off = abs(solution%offset - truth%case%satellite%offset)
-                sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+                sigma = sigmas(solution%covariance)
                 call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
                            solution%flag == 0, solution%source)
             end associate
@@ -274,7 +255,6 @@ contains
     !> it would be, and nothing is to be trimmed.
     subroutine test_wrong_inertia(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: MORE = 10                ! kg m^2
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
@@ -283,16 +263,14 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
 
-        call fly(settings, truth, error)
-        call write_files(truth, 'l1s_inertia', path, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_inertia', path)
         call estimate_folder(path, calibration, estimate, failure, MORE)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (last => estimate%solutions(1))
             call check(error, size(estimate%findings), 1, 'one finding')
             call check(error, estimate%flag, 2, 'not to be trimmed')
-            if (allocated(error)) return
-            call check(error, index(estimate%findings(1)%text, 'they fit if the inertia xy is') > 0, estimate%findings(1)%text)
+            call check_says(error, estimate%findings(1)%text, 'they fit if the inertia xy is')
             associate (found => last%beliefs%explanations(1))
                 call check(error, found%complete .and. abs(found%value + MORE) < 4*found%sigma, 'its value')
                 call check(error, maxval(abs(found%offset - truth%case%satellite%offset)) < 10*MICROMETRE .and. &
@@ -304,7 +282,6 @@ contains
     !> What has an a-priori sigma of 0 is known, not unknown: every source gives an offset, with no larger sigma.
     subroutine test_exactly_known(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
@@ -316,15 +293,13 @@ contains
         settings%leakage = 0
         settings%scale_error = 0
         settings%rod_gain_error = 0
-        call fly(settings, truth, error)
-        call write_files(truth, 'l1s_exact', path, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_exact', path)
         call estimate_folder(path, calibration, usual, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call estimate_folder(path, calibration, exact, failure, exact=.true.)
-        if (failed(error, message_of(failure))) return
-        call check(error, size(exact%solutions), size(usual%solutions), 'all sources')
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, size(exact%solutions), size(usual%solutions), 'all sources')) return
         do i = 1, size(usual%solutions)
             associate (less => exact%solutions(i)%covariance, more => usual%solutions(i)%covariance)
                 call check(error, all([(less(k, k) > 0 .and. less(k, k) < 1.01_dp*more(k, k), k=1, 3)]), &
@@ -336,7 +311,6 @@ contains
     !> The report's rods, y and z in phase, at one place: no confident number.
     subroutine test_in_phase(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
@@ -344,19 +318,17 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
         real(dp) :: sigma(3)
-        integer :: k
 
         settings%spans = 1
         settings%first_start = START
         settings%duration = 240
         settings%span%amplitude = [0, 120, 120]
         settings%span%cycles = 6
-        call prepare(settings, 'l1s_phase', truth, path, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_phase', truth, path)
         call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (first => estimate%solutions(1))
-            sigma = sqrt([(first%covariance(k, k), k=1, 3)])
+            sigma = sigmas(first%covariance)
             call check(error, first%leakage == 'a priori' .and. first%flag == 2 .and. maxval(sigma) > 50*MICROMETRE, &
                        'no confident number')
             call check(error, all(abs(first%offset - truth%case%satellite%offset) < 4*sigma + 3*MICROMETRE), 'but a true one')
@@ -366,7 +338,6 @@ contains
     !> What is wrong is told by its name.
     subroutine test_faults(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
 
         call named('rod-sign', 'wrong sign of rod y', 2)
@@ -380,7 +351,6 @@ contains
         subroutine named(fault, words, flag)
             character(*), intent(in) :: fault, words
             integer, intent(in) :: flag             !! At least
-
             type(level1_truth_t) :: truth
             type(level1_calibration_t) :: calibration
             type(level1_estimate_t) :: estimate
@@ -391,10 +361,9 @@ contains
 
             settings = level1_settings_t()
             settings%fault = fault
-            call prepare(settings, 'l1s_fault', truth, path, error)
-            if (allocated(error)) return
+            call prepare(settings, 'l1s_fault', truth, path)
             call estimate_folder(path, calibration, estimate, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             said = .false.
             do i = 1, size(estimate%findings)
                 said = said .or. index(estimate%findings(i)%text, words) > 0
@@ -411,7 +380,6 @@ contains
     !> left out is, and the offset is the same; of all else nothing is to be used, and the status says so.
     subroutine test_changed_files(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_estimate_t) :: estimate
         type(level1_calibration_t) :: calibration
@@ -420,9 +388,8 @@ contains
         real(dp) :: sound(3)
         integer :: status, record
 
-        call fly(level1_settings_t(), truth, error)
-        call write_files(truth, 'l1s_unchanged', whole, error)
-        if (allocated(error)) return
+        call fly(level1_settings_t(), truth)
+        call write_files(truth, 'l1s_unchanged', whole)
         path = whole(:len(whole) - len('unchanged'))//'changed'
         call again()
         call change('SCA1B', [5], 1.0_dp, 5e-3_dp, error, 330)
@@ -474,9 +441,8 @@ contains
         subroutine estimated()
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call estimate_folder(path, calibration, estimate, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine estimated
 
         subroutine told(words)
@@ -495,7 +461,6 @@ contains
             real(dp), intent(in) :: factor, more
             type(error_type), allocatable, intent(inout) :: error
             integer, intent(in), optional :: record
-
             type(text_file_t) :: file
             type(output_file_t) :: copy
             type(error_t), allocatable :: failure
@@ -505,13 +470,12 @@ contains
             integer :: i, k, n
             logical :: header, ok
 
-            if (allocated(error)) return
             call files_in_folder(path, found, failure)
             i = findloc([(index(found(k)%text, product//'_') > 0, k=1, size(found))], .true., 1)
             line = found(i)%text
             call read_text_file(line, file, failure)
             if (.not. allocated(failure)) call copy%open(line, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             header = .true.
             n = 0
             do i = 1, file%line_count()
@@ -538,7 +502,7 @@ contains
                 call copy%line(line)
             end do
             call copy%commit(failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
         end subroutine change
     end subroutine test_changed_files
 end module test_level1_round_trip

@@ -1,10 +1,9 @@
 !> Simulated Level-1 files: every instrument's effect against a formula of its own.
 module test_level1_simulated_files
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: ARCSECOND, DEGREE, MICROTESLA, NANOTESLA, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use gracecg_base_constants, only: MICROTESLA, NANOTESLA
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix, rotation_angle_between
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: real_text
     use gracecg_level1_frames, only: gracecg_quaternion, mounting_of_head, inertial_of_earth_fixed_by_states
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
@@ -14,9 +13,7 @@ module test_level1_simulated_files
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE, STATE_SIZE
     use statistics, only: chi_square_limits, Z_999
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, failed
-    use test_level1_simulation, only: clean, fly, write_files, prepare, read_product, START
+    use test_level1_simulation, only: clean, fly, prepare, read_product, START
     implicit none
     private
     public :: collect_level1_simulated_files
@@ -44,17 +41,14 @@ contains
     end subroutine collect_level1_simulated_files
 
     !> ACC1A in SRF, and the GPS times of its samples by the formula of CLK1B.
-    subroutine accelerations(path, truth, times, linear, angular, error)
+    subroutine accelerations(path, truth, times, linear, angular)
         character(*), intent(in) :: path
         type(level1_truth_t), intent(in) :: truth
         real(dp), allocatable, intent(out) :: times(:), linear(:, :), angular(:, :)
-        type(error_type), allocatable, intent(inout) :: error
-
         type(level1_records_t) :: acc
         integer :: first
 
-        call read_product(path, 'ACC1A', acc, error)
-        if (allocated(error)) return
+        call read_product(path, 'ACC1A', acc)
         times = real(acc%seconds - truth%epoch, dp) + acc%fraction
         times = times + CLOCK + DRIFT*times
         first = acc%field_of('lin_accl_x') - 1
@@ -66,7 +60,6 @@ contains
     !> that of the instrument. Tags of MAG1B are those of MAG1A through the clock; the other instrument's likewise.
     subroutine test_samples(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(level1_records_t) :: mag, mag_gps, clk
@@ -78,13 +71,11 @@ contains
         settings = clean()
         settings%scale_error = 0.004_dp
         settings%angular_scale_error = 0.03_dp
-        call prepare(settings, 'l1s_samples', truth, path, error)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_samples', truth, path)
+        call accelerations(path, truth, times, linear, angular)
         call check(error, any(abs(truth%errors%scale - 1) > 1e-4_dp) .and. any(abs(truth%errors%angular_scale - 1) > 1e-3_dp), &
                    'scales')
-        call check(error, abs((times(size(times)) - times(1))/(size(times) - 1) - 0.0999910_dp) < 2e-9_dp, 'interval')
-        if (allocated(error)) return
+        if (unmet(error, abs((times(size(times)) - times(1))/(size(times) - 1) - 0.0999910_dp) < 2e-9_dp, 'interval')) return
         do i = 1, size(times), 37
             call truth%at(times(i), point)
             call check(error, maxval(abs(linear(:, i) - [-2.8e-7_dp, -1.065e-5_dp, -1.83e-7_dp] - &
@@ -92,10 +83,9 @@ contains
             call check(error, maxval(abs(angular(:, i) - [-7.8e-4_dp, 1.3e-5_dp, 1.2e-4_dp] - &
                                          truth%errors%angular_scale*point%acceleration)) < 1e-12_dp, 'angular acceleration')
         end do
-        call read_product(path, 'MAG1A', mag, error)
-        call read_product(path, 'MAG1B', mag_gps, error)
-        call read_product(path, 'CLK1B', clk, error)
-        if (allocated(error)) return
+        call read_product(path, 'MAG1A', mag)
+        call read_product(path, 'MAG1B', mag_gps)
+        call read_product(path, 'CLK1B', clk)
         tag = real(mag%seconds - truth%epoch, dp) + mag%fraction
         tag_gps = real(mag_gps%seconds - truth%epoch, dp) + mag_gps%fraction
         call check(error, maxval(abs(tag + CLOCK + DRIFT*tag - tag_gps)) < 6e-7_dp, 'tags of MAG')
@@ -109,7 +99,6 @@ contains
     !> that acts by the rods leak, too.
     subroutine test_leakage(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(truth_point_t) :: now, before, behind
@@ -119,13 +108,12 @@ contains
         integer :: i
 
         settings = clean()
-        call prepare(settings, 'l1s_no_leak', truth, path, error)
-        call accelerations(path, truth, times, without, angular_without, error)
+        call prepare(settings, 'l1s_no_leak', truth, path)
+        call accelerations(path, truth, times, without, angular_without)
         settings%leakage = [1e-12_dp, 3e-11_dp]
         settings%angular_leakage = [1e-10_dp, 3e-9_dp]
-        call prepare(settings, 'l1s_leak', truth, path, error)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_leak', truth, path)
+        call accelerations(path, truth, times, linear, angular)
         call check(error, all(abs(truth%errors%leak) > 0) .and. maxval(abs(truth%errors%leak)) < 5e-12_dp .and. &
                    maxval(abs(truth%errors%leak_rate)) < 1.5e-10_dp, 'elements of their size')
         omega = TWO_PI*[5, 6, 7]/60
@@ -139,9 +127,8 @@ contains
                                          matmul(truth%errors%angular_leak_rate, rate))) < 1e-16_dp, 'angular')
         end do
         settings%rod_control = .true.
-        call prepare(settings, 'l1s_leak', truth, path, error)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_leak', truth, path)
+        call accelerations(path, truth, times, linear, angular)
         do i = 100, size(times) - 100, 37
             call truth%at(times(i), now)
             call truth%at(times(i) - 0.05_dp, before)
@@ -158,7 +145,6 @@ contains
     !> times as noisy.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: LOW(3) = [2.7e-10_dp, 1.3e-10_dp, 0.64e-10_dp], HIGH(3) = [6.7e-10_dp, 2.4e-10_dp, 9.2e-10_dp]
         real(dp), parameter :: TURNING(3) = [2.9e-8_dp, 1.1e-8_dp, 1.7e-8_dp], DT = 0.0999910_dp
         type(level1_truth_t) :: truth
@@ -171,15 +157,13 @@ contains
         settings = clean()
         settings%spans = 0
         settings%duration = 600
-        call prepare(settings, 'l1s_quiet', truth, path, error)
-        call accelerations(path, truth, times, without, angular_without, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_quiet', truth, path)
+        call accelerations(path, truth, times, without, angular_without)
         do satellite = 1, 2
             settings%noise_factor = merge(-1, 6, satellite == 1)
             factor = merge(1, 6, satellite == 1)
-            call prepare(settings, 'l1s_noise', truth, path, error)
-            call accelerations(path, truth, times, linear, angular, error)
-            if (allocated(error)) return
+            call prepare(settings, 'l1s_noise', truth, path)
+            call accelerations(path, truth, times, linear, angular)
             n = size(times)
             do axis = 1, 3
                 noise = linear(axis, :) - without(axis, :)
@@ -199,7 +183,6 @@ contains
     !> Angular accelerations and currents come in quanta; B currents are negative of GRACE-FO.
     subroutine test_quanta(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: QUANTA(3) = [1.0133e-8_dp, 6.109e-10_dp, 1.0133e-8_dp]
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
@@ -212,10 +195,9 @@ contains
         settings = clean()
         settings%angular_quantum = QUANTA
         settings%current_quantum = 0.0537_dp
-        call prepare(settings, 'l1s_quanta', truth, path, error)
-        call accelerations(path, truth, times, linear, angular, error)
-        call read_product(path, 'MAG1B', mag, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_quanta', truth, path)
+        call accelerations(path, truth, times, linear, angular)
+        call read_product(path, 'MAG1B', mag)
         do i = 1, size(times)
             steps = angular(:, i)/QUANTA
             if (maxval(abs(steps - anint(steps))) < 1e-6_dp) cycle
@@ -235,7 +217,6 @@ contains
     !> what was earlier; held currents are those of the tag before.
     subroutine test_delays(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: LAG = 0.13_dp, LATER = 0.07_dp      ! s
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
@@ -252,9 +233,8 @@ contains
         settings%torque_delay = LATER
         settings%accelerometer_delay = LAG
         settings%magnetometer_leakage = 1
-        call prepare(settings, 'l1s_delays', truth, path, error)
-        call accelerations(path, truth, times, linear, angular, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_delays', truth, path)
+        call accelerations(path, truth, times, linear, angular)
         do i = 1400, size(times), 41
             call truth%at(times(i) - LAG, point)
             call check(error, maxval(abs(angular(:, i) - [-7.8e-4_dp, 1.3e-5_dp, 1.2e-4_dp] - point%acceleration)) < 1e-12_dp, &
@@ -267,13 +247,12 @@ contains
         call read_level1_setup(path//'/setup.nml', setup, failure)
         if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', &
                                                               calibration, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, calibration%field_difference > 0 .and. calibration%field_difference < 40*NANOTESLA, &
                    real_text(calibration%field_difference/NANOTESLA))
         settings = clean()
         settings%staircase = .true.
-        call fly(settings, truth, error)
-        if (allocated(error)) return
+        call fly(settings, truth)
         do i = 1, 40
             time = START + 1 + 0.173_dp*i
             tag = 0.5_dp*floor((time - CLOCK - 0.1_dp)/0.5_dp) + 0.1_dp
@@ -286,7 +265,6 @@ contains
     !> The magnetometer: the field, its bias, what the rods add by the table of GRACE-A; new every second; stuck.
     subroutine test_magnetometer(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: K_MAG(3, 3) = reshape([3.1_dp, -37.7_dp, 37.3_dp, -3.0_dp, -5.1_dp, -1.4_dp, -23.2_dp, &
                                                       -1.0_dp, 2.4_dp], [3, 3])     ! nT/mA
         real(dp), parameter :: BIAS(3) = [-530, 16, 250]        ! nT
@@ -302,9 +280,8 @@ contains
         settings%magnetometer_bias = 1
         settings%magnetometer_leakage = 1
         settings%stuck = [200.0_dp, 10.0_dp]
-        call prepare(settings, 'l1s_magnetometer', truth, path, error)
-        call read_product(path, 'MAG1B', mag, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_magnetometer', truth, path)
+        call read_product(path, 'MAG1B', mag)
         stuck = 0
         do i = 1, mag%count - 1, 2
             time = real(mag%seconds(i) - truth%epoch, dp) + mag%fraction(i)
@@ -327,7 +304,6 @@ contains
     !> of GRACE-FO.
     subroutine test_heads(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: BORESIGHT(3, 3) = reshape([0.508_dp, 0.0_dp, -0.861_dp, -0.460_dp, 0.763_dp, -0.454_dp, &
                                                           -0.444_dp, -0.769_dp, -0.459_dp], [3, 3])
         real(dp), parameter :: SIGMA(3) = [2.6_dp, 1.5_dp, 25.0_dp]*ARCSECOND
@@ -341,11 +317,10 @@ contains
         settings = clean()
         settings%head_noise = SIGMA
         settings%attitude_noise = 2e-7_dp
-        call prepare(settings, 'l1s_heads', truth, path, error)
-        call read_product(path, 'SCA1A', sca, error)
-        call read_product(path, 'QSA1B', qsa, error)
-        call read_product(path, 'SCA1B', body, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_heads', truth, path)
+        call read_product(path, 'SCA1A', sca)
+        call read_product(path, 'QSA1B', qsa)
+        call read_product(path, 'SCA1B', body)
         do head = 1, 3
             mounting(:, head) = mounting_of_head(qsa, head, truth%epoch)
             c = rotation_matrix(mounting(:, head))
@@ -387,7 +362,6 @@ contains
     !> Gyros 1 and 3 see 0.8165 of the pitch rate with both signs, gyro 2 none; their angle is the integral of the rate.
     subroutine test_gyros(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(level1_records_t) :: imu
@@ -400,11 +374,9 @@ contains
         settings%spans = 0
         settings%duration = 300
         settings%science_current = 0
-        call prepare(settings, 'l1s_gyros', truth, path, error)
-        call read_product(path, 'IMU1A', imu, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_gyros', truth, path)
+        call read_product(path, 'IMU1A', imu)
         call check(error, imu%count, 3*8*299, 'three gyros, eight a second')
-        if (allocated(error)) return
         last = 0
         do i = 1, imu%count
             gyro = nint(imu%values(i, imu%field_of('gyro_id')))
@@ -432,17 +404,15 @@ contains
     !> GNV1B and GNI1B are one orbit: positions change by the velocities, and the triad of both is the turn of the Earth.
     subroutine test_orbit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_records_t) :: fixed, inertial
         character(:), allocatable :: path
         real(dp) :: c(3, 3), change(3)
         integer :: i, r, v
 
-        call prepare(clean(), 'l1s_orbit', truth, path, error)
-        call read_product(path, 'GNV1B', fixed, error)
-        call read_product(path, 'GNI1B', inertial, error)
-        if (allocated(error)) return
+        call prepare(clean(), 'l1s_orbit', truth, path)
+        call read_product(path, 'GNV1B', fixed)
+        call read_product(path, 'GNI1B', inertial)
         r = fixed%field_of('xpos')
         v = fixed%field_of('xvel')
         do i = 2, fixed%count - 1, 20
@@ -461,7 +431,6 @@ contains
     !> THR1B, on the grid of the on-board computer, and take gas.
     subroutine test_firings(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: TORQUES(3, 4) = reshape([0.0_dp, 0.0_dp, -0.029_dp, 0.0_dp, 0.0_dp, 0.029_dp, &
                                                         -0.006_dp, 0.0_dp, 0.0_dp, 0.006_dp, 0.0_dp, 0.0_dp], [3, 4])   ! N m
         integer, parameter :: FIRST_OF(4) = [1, 3, 5, 6]
@@ -476,15 +445,12 @@ contains
         settings%spans = 3
         settings%spacing = 200
         settings%duration = 700
-        call fly(settings, without, error)
-        if (allocated(error)) return
+        call fly(settings, without)
         settings%firings_inside = 3
-        call prepare(settings, 'l1s_firings', with, path, error)
-        call read_product(path, 'THR1B', thr, error)
-        call read_product(path, 'MAS1B', mas, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_firings', with, path)
+        call read_product(path, 'THR1B', thr)
+        call read_product(path, 'MAS1B', mas)
         call check(error, thr%count, 3, 'a firing in each span')
-        if (allocated(error)) return
         on = thr%field_of('on_time_1') - 1
         state = with%arc%state_at(with%dynamics%firings(1)%time + 0.2_dp)
         state_without = without%arc%state_at(with%dynamics%firings(1)%time + 0.2_dp)
@@ -506,7 +472,6 @@ contains
     !> Gaps and flagged samples are where and as many as asked for; the clean samples are those of a run without.
     subroutine test_gaps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         type(level1_records_t) :: acc, all_of_them
@@ -514,16 +479,14 @@ contains
         integer :: flag, wrong, i, bad
 
         settings = clean()
-        call prepare(settings, 'l1s_no_gaps', truth, path, error)
-        call read_product(path, 'ACC1A', all_of_them, error)
+        call prepare(settings, 'l1s_no_gaps', truth, path)
+        call read_product(path, 'ACC1A', all_of_them)
         settings%gaps = 1
         settings%gap = 3
         settings%flagged = 7
-        call prepare(settings, 'l1s_gaps', truth, path, error)
-        call read_product(path, 'ACC1A', acc, error)
-        if (allocated(error)) return
+        call prepare(settings, 'l1s_gaps', truth, path)
+        call read_product(path, 'ACC1A', acc)
         call check(error, abs(all_of_them%count - acc%count - 30) <= 1, 'three seconds are missing')
-        if (allocated(error)) return
         flag = acc%field_of('qualflg')
         bad = count(acc%values(:, flag) > 0)
         call check(error, bad <= 7 .and. bad >= 5, 'flagged samples, but for those in the gap')

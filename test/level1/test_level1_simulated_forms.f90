@@ -1,13 +1,10 @@
 !> Simulated Level-1 files: their headers, and text against binary.
 module test_level1_simulated_forms
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: integer_text
+    use vocabulary
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check
     use test_level1_simulation, only: clean, fly, write_files, prepare, read_product, START
     implicit none
     private
@@ -28,7 +25,6 @@ contains
     !> Headers announce number and times of the records: tags of 1A are not those of 1B.
     subroutine test_headers(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(5), parameter :: OF_BOTH(13) = ['ACC1A', 'MAG1A', 'MAG1B', 'SCA1A', 'SCA1B', 'QSA1B', 'GNV1B', 'CLK1B', 'TIM1B', &
                                                   'THR1A', 'THR1B', 'MAS1B', 'TNK1B'], OF_GRACE_FO(2) = ['IMU1A', 'GNI1B']
         character(5), allocatable :: products(:)
@@ -48,11 +44,10 @@ contains
                 settings%satellite = 'A'
                 products = pack(OF_BOTH, OF_BOTH /= 'MAG1A')
             end if
-            call prepare(settings, 'l1s_headers'//integer_text(satellite), truth, path, error)
+            call prepare(settings, 'l1s_headers'//integer_text(satellite), truth, path)
             do i = 1, size(products)
-                call read_product(path, products(i), records, error, merge('_2020-02-01_C_04.txt', '_2020-02-01_A_02.asc', &
-                                                                           satellite == 1))
-                if (allocated(error)) return
+                call read_product(path, products(i), records, merge('_2020-02-01_C_04.txt', '_2020-02-01_A_02.asc', &
+                                                                    satellite == 1))
                 call check(error, records%header%records, records%count + records%duplicates, products(i))
                 associate (n => records%count, header => records%header)
                     announced = [header%first_time, header%last_time] - real(truth%epoch, dp)
@@ -66,7 +61,6 @@ contains
     !> Binary has the values of text, to the 16 digits that text has; satellite C, but for what has no binary form, and A.
     subroutine test_binary(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(5), parameter :: BOTH(12) = ['ACC1A', 'MAG1B', 'SCA1B', 'QSA1B', 'GNV1B', 'CLK1B', 'TIM1B', 'THR1A', 'THR1B', &
                                                'MAS1B', 'TNK1B', 'SCA1A']
         type(level1_settings_t) :: settings
@@ -83,16 +77,14 @@ contains
             settings%duration = 240
             if (satellite == 2) settings%satellite = 'A'
             name = merge('_2020-02-01_C_04', '_2020-02-01_A_02', satellite == 1)
-            call fly(settings, truth, error)
-            call write_files(truth, 'l1s_text'//integer_text(satellite), path, error)
-            call write_files(truth, 'l1s_bytes'//integer_text(satellite), binary_path, error, .true.)
+            call fly(settings, truth)
+            call write_files(truth, 'l1s_text'//integer_text(satellite), path)
+            call write_files(truth, 'l1s_bytes'//integer_text(satellite), binary_path, .true.)
             do i = 1, size(BOTH)
                 if (satellite == 1 .and. BOTH(i) == 'SCA1A') cycle
-                call read_product(path, BOTH(i), text, error, trim(name)//merge('.txt', '.asc', satellite == 1))
-                call read_product(binary_path, BOTH(i), bytes, error, trim(name)//'.dat')
-                if (allocated(error)) return
+                call read_product(path, BOTH(i), text, trim(name)//merge('.txt', '.asc', satellite == 1))
+                call read_product(binary_path, BOTH(i), bytes, trim(name)//'.dat')
                 call check(error, bytes%header%binary .and. text%count == bytes%count, BOTH(i)//': form and number')
-                if (allocated(error)) return
                 call check(error, all(text%seconds == bytes%seconds) .and. all(abs(text%fraction - bytes%fraction) <= 0), &
                            BOTH(i)//': tags')
                 ! Text has at most 16 digits of a number of single precision

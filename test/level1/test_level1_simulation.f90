@@ -1,21 +1,15 @@
 !> Flights of simulated Level-1 files: dynamics by the laws of mechanics, settings.
 module test_level1_simulation
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: DEGREE, EARTH_GM, NANOTESLA, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
-    use gracecg_base_text, only: string_t
-    use gracecg_base_vectors, only: cross
     use gracecg_files_file, only: make_directory
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_simulated_files, only: write_level1_folder
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t, new_level1_truth
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, OMEGA, ATTITUDE, STATE_SIZE
-    use testdrive, only: unittest_type, error_type, new_unittest
-    use fixture, only: check, FOLDER, make_folder, make_file, check_fails, check_passes, failed
     implicit none
     private
     public :: collect_level1_simulation, clean, fly, write_files, prepare, read_product, START
@@ -43,7 +37,6 @@ contains
     !> turned by the alignment's small angles: less theta x a, and nothing along theta.
     subroutine test_drift_and_alignment(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(truth_point_t) :: point
@@ -56,9 +49,8 @@ contains
         settings = clean()
         settings%drift = DRIFT
         settings%alignment = 0.04_dp*DEGREE
-        call prepare(settings, 'aligned', truth, path, error)
-        call read_product(path, 'ACC1A', acc, error)
-        if (allocated(error)) return
+        call prepare(settings, 'aligned', truth, path)
+        call read_product(path, 'ACC1A', acc)
         call check(error, maxval(abs(truth%offset_at(truth%duration/2.0_dp) - truth%case%satellite%offset)) < 1e-15_dp .and. &
                    maxval(abs(truth%offset_at(150.0_dp) - truth%offset_at(50.0_dp) - 100*DRIFT)) < 1e-15_dp, 'd does not drift')
         associate (theta => truth%errors%alignment(:, 1))
@@ -71,7 +63,6 @@ contains
                 call check(error, maxval(abs(seen + cross(theta, point%sensed))) < 1e-15_dp .and. &
                            abs(dot_product(seen, theta)) < 1e-6_dp*norm2(theta)*norm2(point%sensed), &
                            'the accelerometer does not see turned axes')
-                if (allocated(error)) return
             end do
         end associate
     end subroutine test_drift_and_alignment
@@ -103,32 +94,27 @@ contains
     end function clean
 
     !> The flight of front-1, or back-1, with these settings.
-    subroutine fly(settings, truth, error, name)
+    subroutine fly(settings, truth, name)
         type(level1_settings_t), intent(in) :: settings
         type(level1_truth_t), intent(out) :: truth
-        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in), optional :: name      !! Of the case
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
         character(:), allocatable :: of_case
 
-        if (allocated(error)) return
         of_case = 'front-1'
         if (present(name)) of_case = trim(name)
-        call report_case(of_case, case, failure)
-        if (.not. allocated(failure)) call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_passes(error, message_of(failure))
+        call take_case(of_case, case)
+        call new_level1_truth(case, settings, SEED, RUN, truth, failure)
+        call need(failure)
     end subroutine fly
 
     !> Writes the files of a flight into a folder of its own.
-    subroutine write_files(truth, name, path, error, binary)
+    subroutine write_files(truth, name, path, binary)
         type(level1_truth_t), intent(in) :: truth
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: path
-        type(error_type), allocatable, intent(inout) :: error
         logical, intent(in), optional :: binary
-
         type(string_t), allocatable :: written(:)
         type(error_t), allocatable :: failure
         logical :: as_binary
@@ -136,37 +122,33 @@ contains
         as_binary = .false.
         if (present(binary)) as_binary = binary
         path = FOLDER//name
-        if (.not. allocated(error)) call make_folder(error)
         call make_directory(path, failure)
         if (.not. allocated(failure)) call write_level1_folder(truth, path, as_binary, written, failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
     end subroutine write_files
 
     !> A flight and its files.
-    subroutine prepare(settings, name, truth, path, error)
+    subroutine prepare(settings, name, truth, path)
         type(level1_settings_t), intent(in) :: settings
         character(*), intent(in) :: name
         type(level1_truth_t), intent(out) :: truth
         character(:), allocatable, intent(out) :: path
-        type(error_type), allocatable, intent(inout) :: error
 
-        call fly(settings, truth, error)
-        call write_files(truth, name, path, error)
+        call fly(settings, truth)
+        call write_files(truth, name, path)
     end subroutine prepare
 
     !> In a span J w' + w x J w is the torque of the rods, kappa I x B, with those of gravity gradient, air and light; w' is
     !> also the derivative of w, and the attitude turns by w.
     subroutine test_euler(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: H = 0.02_dp      ! s
         type(level1_truth_t) :: truth
         type(truth_point_t) :: point
         real(dp) :: before(STATE_SIZE), after(STATE_SIZE), j(3, 3), expected(3), turn(4), time
         integer :: i
 
-        call fly(clean(), truth, error)
-        if (allocated(error)) return
+        call fly(clean(), truth)
         j = truth%dynamics%inertia
         do i = 1, 12
             time = START + 4.37_dp*i
@@ -193,15 +175,13 @@ contains
     !> of C^T d by differences, and the tide of a point mass. The rest is what air and light do.
     subroutine test_proof_mass(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: H = 0.1_dp       ! s
         type(level1_truth_t) :: truth
         type(truth_point_t) :: point
         real(dp) :: arm(3, -1:1), expected(3), c(3, 3), state(STATE_SIZE), tide(3), time
         integer :: i, k
 
-        call fly(clean(), truth, error)
-        if (allocated(error)) return
+        call fly(clean(), truth)
         do i = 1, 9
             time = START + 6*i + 0.05_dp
             call truth%at(time, point)
@@ -224,7 +204,6 @@ contains
     !> flight; after a span it comes back.
     subroutine test_held(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: truth
         type(level1_settings_t) :: settings
         real(dp) :: c(3, 3), state(STATE_SIZE), up(3), ahead(3)
@@ -235,8 +214,7 @@ contains
         settings%duration = 500
         settings%science_current = 0
         do satellite = 1, 2
-            call fly(settings, truth, error, merge('front-1', 'back-1 ', satellite == 1))
-            if (allocated(error)) return
+            call fly(settings, truth, merge('front-1', 'back-1 ', satellite == 1))
             state = truth%arc%state_at(490.0_dp)
             c = rotation_matrix(state(ATTITUDE))
             up = matmul(c, state(POSITION))/norm2(state(POSITION))
@@ -250,21 +228,18 @@ contains
     !> The density wave of the case is its share of the drag.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: with, without
         type(level1_settings_t) :: settings
         type(truth_point_t) :: point, other
         type(case_t) :: case
-        type(error_t), allocatable :: failure
         real(dp) :: largest
         integer :: k
 
         settings = clean()
-        call fly(settings, without, error)
+        call fly(settings, without)
         settings%density_wave = .true.
-        call report_case('front-1', case, failure)
-        call fly(settings, with, error)
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call fly(settings, with)
         largest = 0
         do k = 100, 124
             call with%at(real(k, dp), point)
@@ -279,7 +254,6 @@ contains
     !> The same seed and run give the same flight; another seed another.
     subroutine test_same_again(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_truth_t) :: one, same, other
         type(level1_settings_t) :: settings
         type(error_t), allocatable :: failure
@@ -287,11 +261,10 @@ contains
         settings%spans = 1
         settings%first_start = START
         settings%duration = 240
-        call fly(settings, one, error)
-        call fly(settings, same, error)
-        if (allocated(error)) return
+        call fly(settings, one)
+        call fly(settings, same)
         call new_level1_truth(one%case, settings, SEED + 1, RUN, other, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(abs(one%arc%state_at(200.3_dp) - same%arc%state_at(200.3_dp)) <= 0) .and. &
                    all(abs(one%dynamics%gain - same%dynamics%gain) <= 0), 'the same again')
         call check(error, all(abs(one%dynamics%gain - other%dynamics%gain) > 0), 'another seed')
@@ -300,45 +273,43 @@ contains
     !> Settings out of a file, and what is refused.
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
-        call make_file(error, 'l1s.nml', '&other'//achar(10)//' x = 1'//achar(10)//'/'//achar(10)//'&level1_simulation'// &
+        call make_file('l1s.nml', '&other'//achar(10)//' x = 1'//achar(10)//'/'//achar(10)//'&level1_simulation'// &
                        achar(10)//' staircase = .true.'//achar(10)//' field_error_nt = 100'//achar(10)//'/'//achar(10)// &
                        '&level1_span'//achar(10)//' start = 200'//achar(10)//' amplitude_ma = 100, 0, 0'//achar(10)//'/'// &
                        achar(10)//'&level1_span'//achar(10)//' start = 500, span_duration = 180'//achar(10)//'/'//achar(10))
         call read_level1_settings(FOLDER//'l1s.nml', settings, failure)
-        if (failed(error, message_of(failure))) return
-        call check(error, settings%staircase .and. abs(settings%field_error - 100*NANOTESLA) < 1e-18_dp .and. &
-                   size(settings%list) == 2, 'values')
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, settings%staircase .and. abs(settings%field_error - 100*NANOTESLA) < 1e-18_dp .and. &
+                  size(settings%list) == 2, 'values')) return
         call check(error, abs(settings%list(1)%amplitude(1) - 100) < 1e-9_dp .and. abs(settings%list(2)%duration - 180) < 1e-9_dp &
                    .and. abs(settings%list(2)%start - 500) < 1e-9_dp, 'spans')
-        call refused('&level1_simulation'//achar(10)//' spacing = 100'//achar(10)//'/', ['span 2 starts less than 120 s'])
-        call refused('&level1_simulation'//achar(10)//' first_start = 20'//achar(10)//'/', ['earlier than 120 s'])
-        call refused('&level1_simulation'//achar(10)//' duration = 200'//achar(10)//'/', ['the files end before'])
-        call refused('&level1_simulation'//achar(10)//' spans = 0, duration = 1'//achar(10)//'/', [':2: key "duration"'])
-        call refused('&level1_simulation'//achar(10)//' stair_case = .true.'//achar(10)//'/', ['stair_case'])
-        call refused('&level1_simulation'//achar(10)//' fault = ''all'''//achar(10)//'/', ['rod-sign'])
-        call refused('&level1_simulation'//achar(10)//' epoch = ''2020-13-01'''//achar(10)//'/', ['epoch'])
+        call refused('&level1_simulation'//achar(10)//' spacing = 100'//achar(10)//'/', 'span 2 starts less than 120 s')
+        call refused('&level1_simulation'//achar(10)//' first_start = 20'//achar(10)//'/', 'earlier than 120 s')
+        call refused('&level1_simulation'//achar(10)//' duration = 200'//achar(10)//'/', 'the files end before')
+        call refused('&level1_simulation'//achar(10)//' spans = 0, duration = 1'//achar(10)//'/', ':2: key "duration"')
+        call refused('&level1_simulation'//achar(10)//' stair_case = .true.'//achar(10)//'/', 'stair_case')
+        call refused('&level1_simulation'//achar(10)//' fault = ''all'''//achar(10)//'/', 'rod-sign')
+        call refused('&level1_simulation'//achar(10)//' epoch = ''2020-13-01'''//achar(10)//'/', 'epoch')
         settings = clean()
         settings%epoch = '1999-01-01T00:00:00'
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_fails(error, message_of(failure), ['before 2000-01-01 12:00 GPS'])
+        call check_fails(error, failure, 'before 2000-01-01 12:00 GPS')
         settings%epoch = '2016-12-31T23:59:30'      ! a second is put in half a minute later
         settings%spans = 0
         settings%duration = 60
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, index(truth%remark, 'the table of space weather does not hold') > 0, 'an epoch beyond the table')
         settings%epoch = ''
         settings%firing_interval = [0.0_dp, 1e-3_dp]
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (firings => truth%dynamics%firings)
             call check(error, size(firings) > 20 .and. all(firings(2:)%time - firings(:size(firings) - 1)%time >= 2), 'apart')
         end associate
@@ -346,35 +317,32 @@ contains
         settings%span%amplitude = 1000
         settings%span%phase = TWO_PI/4
         settings%span%cycles = 0
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         call new_level1_truth(case, settings, SEED, RUN, truth, failure)
-        call check_fails(error, message_of(failure), ['turns the satellite by more than 0.1 rad'])
+        call check_fails(error, failure, 'turns the satellite by more than 0.1 rad')
 
     contains
 
         subroutine refused(text, parts)
-            character(*), intent(in) :: text, parts(:)
+            character(*), intent(in) :: text, parts
 
-            call make_file(error, 'l1s_bad.nml', text//achar(10))
+            call make_file('l1s_bad.nml', text//achar(10))
             call read_level1_settings(FOLDER//'l1s_bad.nml', settings, failure)
-            call check_fails(error, message_of(failure), [character(40) :: 'l1s_bad.nml', parts])
+            call check_fails(error, failure, 'l1s_bad.nml ... '//parts)
         end subroutine refused
     end subroutine test_settings
 
     !> The records of a product.
-    subroutine read_product(path, product, records, error, ending)
+    subroutine read_product(path, product, records, ending)
         character(*), intent(in) :: path, product
         type(level1_records_t), intent(out) :: records
-        type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in), optional :: ending
-
         type(error_t), allocatable :: failure
         character(:), allocatable :: end_of_name
 
-        if (allocated(error)) return
         end_of_name = '_2020-02-01_C_04.txt'
         if (present(ending)) end_of_name = ending
         call read_level1(path//'/'//product//end_of_name, records, failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
     end subroutine read_product
 end module test_level1_simulation

@@ -1,11 +1,9 @@
 !> Simulated years of a mission: an offset that walks at random, and calibrations of a given accuracy; how well the history
 !> knows the offset at any time, and whether it knows how well.
 module mission_check
-    use gracecg_base_kinds, only: dp, i8
+    use vocabulary
     use gracecg_base_constants, only: YEAR => JULIAN_YEAR
-    use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between
     use gracecg_estimation_information, only: squares_of
     use gracecg_estimation_offset_change, only: offset_change_t
@@ -40,7 +38,6 @@ contains
         integer(i8), intent(in) :: seed             !! Of the random numbers
         type(mission_result_t), intent(out) :: result
         type(error_t), allocatable, intent(out) :: error
-
         type(dated_offset_t) :: offsets(nint(YEARS/SPACING) + 1)
         type(offset_history_t) :: history
         type(offset_change_t) :: no_changes(0)
@@ -62,7 +59,6 @@ contains
         ! the times of the history, from a first pass without values
         call trace_offset(offsets, no_changes, no_tanks, own, history, error)
         do run = 1, runs
-            if (allocated(error)) return
             call draw(new_stream(seed, 0, 0, run, STREAM_MISSION), root, own, history, truth, offsets)
             call trace_offset(offsets, no_changes, no_tanks, own, history, error)
             if (.not. allocated(error)) call add_run(history, truth, result)
@@ -83,7 +79,6 @@ contains
         type(offset_history_t), intent(in) :: history
         real(dp), allocatable, intent(out) :: truth(:, :)       !! (axis, time), m
         type(dated_offset_t), intent(inout) :: offsets(:)
-
         type(random_stream_t) :: stream
         real(dp) :: noise(3)
         integer :: i, k
@@ -113,7 +108,6 @@ contains
         type(offset_history_t), intent(in) :: history
         real(dp), intent(in) :: truth(:, :)
         type(mission_result_t), intent(inout) :: result
-
         real(dp) :: filtered(3), smoothed(3)
         integer :: j
 

@@ -1,29 +1,23 @@
 !> The planner: the search and its guarantees, places and plans. How good manoeuvres are at a place: test_site.
 module test_design
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_spacecraft_torque_rods
     use gracecg_base_quaternion, only: rotation_angle_between
-    use gracecg_simulation_case, only: case_t, read_case, case_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_simulation_case, only: read_case, case_text
+    use gracecg_simulation_report_cases, only: TIME_OF_CASE
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_moved_case, only: moved_case
     use gracecg_planning_site
     use gracecg_planning_map
     use gracecg_planning_candidates
     use gracecg_planning_design
     use gracecg_planning_planner
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use test_site, only: site_tests, stand, three_rods
     use test_whisper, only: whisper_tests
-    use fixture, only: check, check_fails, check_passes, make_file, FOLDER
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_design
-
-    integer, parameter :: W = 60
 
 contains
 
@@ -59,7 +53,6 @@ contains
     !> least as good as 5, 6, 7 cycles where these are allowed, noise alone and with the errors.
     subroutine test_all_cases(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
@@ -69,14 +62,12 @@ contains
         integer :: number
 
         do number = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(number), case, failure)
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(number), case)
+            call stand(case, planned, site)
             settings = quick_settings(merge(SQUARE, SINE, modulo(number, 2) == 1))
             settings%lowest_frequency = 5/60.0_dp
             call design_manoeuvre(planned, [site], settings, design, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, design%worst < 10*MICROMETRE .and. maxval(design%sigma) <= design%worst, &
                        REPORT_CASE_NAMES(number))
             call judge_manoeuvre(planned, [site], three_rods([5, 6, 7], SINE), 1, pattern)
@@ -90,7 +81,6 @@ contains
     !> edge-to-edge stay below 10 micrometres; the report's rods, all the way, exceed a millimetre.
     subroutine test_everywhere(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(planned_arc_t) :: planned
@@ -101,17 +91,15 @@ contains
         integer :: i, s
 
         do s = 1, 4, 3
-            call report_case(REPORT_CASE_NAMES(s), case, failure)
-            call new_planned_arc(case, planned, failure)
-            if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=30.0_dp)
+            call take_case(REPORT_CASE_NAMES(s), case)
+            call make_plan(case, planned)
+            call make_orbit(case, orbit, interval=30.0_dp)
             rods = three_rods([12, 8, 9], SQUARE)
             rods%activations%phase = 90*DEGREE
-            if (.not. allocated(failure)) &
-                call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], rods, 2, points, failure)
+            call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], rods, 2, points, failure)
             if (.not. allocated(failure)) &
                 call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], case%satellite%rods, 2, of_report, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             greatest = 0
             of_report_greatest = 0
             do i = 1, size(points)
@@ -129,7 +117,6 @@ contains
     !> A tight pointing limit is met with weaker rods; one below what the free satellite does is not.
     subroutine test_limits(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
@@ -137,9 +124,8 @@ contains
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
-        call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('front-3', case)
+        call stand(case, planned, site)
         settings = quick_settings(SINE)
         call design_manoeuvre(planned, [site], settings, free, failure)
         if (.not. allocated(failure)) then
@@ -148,21 +134,18 @@ contains
                                     0.5_dp*(free%rate - norm2(case%angular_velocity))
             call design_manoeuvre(planned, [site], settings, bound, failure)
         end if
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, bound%rate <= planned%knowledge%limits%rate .and. &
                    bound%excursion <= planned%knowledge%limits%pointing .and. bound%worst > free%worst .and. &
                    bound%rods%activations(1)%amplitude < 30)
         planned%knowledge%limits%rate = 0.99_dp*norm2(case%angular_velocity)
         call design_manoeuvre(planned, [site], settings, bound, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'no manoeuvre stays within the limits', &
-                                                      'rate_deg_s'])
+        call check_fails(error, failure, 'no manoeuvre stays within the limits ... rate_deg_s')
     end subroutine test_limits
 
     !> Among the three places of the report, that over the pole is best: the field is the strongest.
     subroutine test_place(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(planned_arc_t) :: planned
@@ -170,18 +153,17 @@ contains
         type(error_t), allocatable :: failure
         integer :: best
 
-        call report_case('front-1', case, failure)
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call new_manoeuvre_sites(planned, orbit, TIME_OF_CASE, 1, sites, failure)
+        call take_case('front-1', case)
+        call make_plan(case, planned)
+        call make_orbit(case, orbit, interval=60.0_dp)
+        call new_manoeuvre_sites(planned, orbit, TIME_OF_CASE, 1, sites, failure)
         if (.not. allocated(failure)) call choose_place(planned, sites, quick_settings(SINE), best, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, best, 2)
     end subroutine test_place
 
     subroutine test_threads(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
@@ -189,15 +171,13 @@ contains
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call report_case('back-1', case, failure)
-        call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('back-1', case)
+        call stand(case, planned, site)
         settings = quick_settings(TAPERED)
         call design_manoeuvre(planned, [site], settings, one, failure)
         settings%threads = 2
         if (.not. allocated(failure)) call design_manoeuvre(planned, [site], settings, two, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, one%worst == two%worst .and. one%evaluations == two%evaluations .and. &
                    all(one%rods%activations%frequency == two%rods%activations%frequency) .and. &
                    all(one%rods%activations%phase == two%rods%activations%phase))
@@ -207,17 +187,14 @@ contains
     !> be written and read.
     subroutine test_moved_case(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, later, printed, again
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
 
-        call report_case('front-1', case, failure)
-        call report_case('front-2', printed, failure)
-        call new_nominal_orbit(case, orbit, failure, interval=10.0_dp)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call take_case('front-2', printed)
+        call make_orbit(case, orbit, interval=10.0_dp)
         later = moved_case(case, orbit, TIME_OF_CASE(2))
         call check(error, maxval(abs(later%position([1, 3]) - printed%position([1, 3]))) < 1.2_dp)
         call check(error, rotation_angle_between(later%quaternion, printed%quaternion) < 2e-4_dp)
@@ -225,11 +202,9 @@ contains
                    thr=1e-9_dp)
         call check(error, later%epoch%seconds, printed%epoch%seconds, thr=1e-6_dp)
         call case_text(later, text, failure)
-        call make_file(error, 'later.nml', text)
-        if (allocated(error)) return
+        call make_file('later.nml', text)
         call read_case(FOLDER//'later.nml', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(again%position == later%position) .and. &
                    again%sidereal_angle == later%sidereal_angle .and. all(again%quaternion == later%quaternion))
         call check(error, later%wind_model, 'hwm93', 'the wind fitted to case 1 goes along')
@@ -244,41 +219,35 @@ contains
     !> case that flies a plan, judged as it stands, has the limit that the plan says.
     subroutine test_plan(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(plan_request_t) :: request
         type(plan_t) :: plan, judged
         type(calibration_t) :: calibration, planned, again
         type(manoeuvre_design_t) :: design
         type(error_t), allocatable :: failure
 
-        call find_calibration('back-1', calibration, failure)
+        call take_calibration('back-1', calibration)
         request%place = ANYWHERE
         request%settings = quick_settings(SINE)
         request%settings%highest_frequency = 0.1_dp
         call prepare_plan(calibration, request, plan, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
-        call check(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
-                   size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
+                  size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)) return
         planned = planned_calibration(request, plan)
         call plan_manoeuvre(calibration, plan%time, request%settings, again, design, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, .not. abs(design%worst - plan%design%worst) > 0 .and. &
                    .not. any(abs(planned%case%position - again%case%position) > 0), 'another plan in one call')
         request = plan_request_t(search=.false.)
         call prepare_plan(planned, request, judged, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, judged, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(judged%design%sigma/plan%design%sigma - 1)) < 1e-3_dp)
     end subroutine test_plan
 
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(nominal_orbit_t) :: orbit
@@ -286,42 +255,38 @@ contains
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call make_plan(case, planned)
+        call make_orbit(case, orbit, interval=60.0_dp)
         call new_manoeuvre_site(planned, orbit, 6000.0_dp, site, failure)
-        call check_fails(error, message_of(failure), [character(W) :: '6000 s', 'from 0 to 5635'])
+        call check_fails(error, failure, '6000 s ... from 0 to 5635')
         settings%rod_used = .false.
-        call refused([character(W) :: 'all torque rods are off'])
+        call refused('all torque rods are off')
         settings = design_settings_t(amplitude=0.0_dp)
-        call refused([character(W) :: 'all torque rods are off', 'amplitude is 0'])
+        call refused('all torque rods are off ... amplitude is 0')
         settings = design_settings_t(amplitude=31.0_dp)
-        call refused([character(W) :: 'at most 30 A m^2'])
+        call refused('at most 30 A m^2')
         settings = design_settings_t(highest_frequency=5.0_dp)
-        call refused([character(W) :: 'frequency = 5 Hz', 'half the sampling frequency'])
+        call refused('frequency = 5 Hz ... half the sampling frequency')
         settings = design_settings_t(lowest_frequency=0.3_dp)
-        call refused([character(W) :: 'frequencies from 0.3 to 0.2 Hz'])
+        call refused('frequencies from 0.3 to 0.2 Hz')
         settings = design_settings_t(lowest_frequency=0.101_dp, highest_frequency=0.11_dp)
-        call refused([character(W) :: 'no whole number of cycles'])
+        call refused('no whole number of cycles')
         settings = design_settings_t(rise_time=3.0_dp)
-        call refused([character(W) :: 'rise_time = 3'])
+        call refused('rise_time = 3')
         settings = design_settings_t(taper=0.0_dp)
-        call refused([character(W) :: 'needs a taper'])
-        if (allocated(error)) return
+        call refused('needs a taper')
         case%satellite%accelerometer%noise%level = 0
         call new_planned_arc(case, planned, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'axis x', 'noise_level'])
+        call check_fails(error, failure, 'axis x ... noise_level')
 
     contains
 
         subroutine refused(parts)
-            character(*), intent(in) :: parts(:)
+            character(*), intent(in) :: parts
 
-            if (allocated(error)) return
             call check_design_settings(planned, settings, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_refused
 end module test_design

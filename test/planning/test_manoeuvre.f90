@@ -1,26 +1,19 @@
 !> Manoeuvres with all waveforms on a satellite: what the integrators make of them, their limits, and
 !> how case files state them.
 module test_manoeuvre
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross
+    use vocabulary
+    use calibrations
     use gracecg_spacecraft_torque_rods
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, OMEGA, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
-    use gracecg_simulation_case, only: case_t, read_case, case_text
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
+    use gracecg_simulation_case, only: read_case, case_text
+    use gracecg_simulation_case_models, only: initial_state
+    use gracecg_simulation_simulator, only: new_simulator
     use gracecg_simulation_limits
-    use fixture, only: check, check_fails, check_passes, make_file, FOLDER
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_manoeuvre
-
-    integer, parameter :: W = 60
 
 contains
 
@@ -39,30 +32,27 @@ contains
     end subroutine collect_manoeuvre
 
     !> Front case 1 with all three rods at 5, 6 and 7 cycles a minute.
-    subroutine example(waveform, case, error)
+    subroutine example(waveform, case)
         integer, intent(in) :: waveform
         type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(inout) :: error
-
         type(rod_activation_t) :: activations(3)
         type(error_t), allocatable :: failure
         integer :: axis
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         do axis = 1, 3
             activations(axis) = rod_activation_t(axis, 30.0_dp, (4 + axis)/60.0_dp, 0.3_dp*axis, 0.0_dp, &
                                                  60.0_dp, waveform)
             if (waveform == TAPERED) activations(axis)%taper = 5
         end do
-        if (.not. allocated(failure)) call new_torque_rods(case%satellite%rods, activations, failure)
-        call check_passes(error, message_of(failure))
+        call new_torque_rods(case%satellite%rods, activations, failure)
+        call need(failure)
     end subroutine example
 
     !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: of the 3e-5 rad/s that the rods give, the
     !> smooth waveforms agree to rounding and a square wave with edges of 1 s to 1e-7.
     subroutine test_truth_converges(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: coarse, fine
@@ -70,11 +60,10 @@ contains
         integer :: waveform
 
         do waveform = SINE, SQUARE
-            call example(waveform, case, error)
-            if (allocated(error)) return
+            call example(waveform, case)
             case%density_model = 'none'
             case%gravity_model = 'point-mass'
-            call build_dynamics(case, dynamics, failure)
+            call make_dynamics(case, dynamics)
             dynamics%with_earth_radiation = .false.
             dynamics%with_solar_radiation = .false.
             call propagate_arc(dynamics, initial_state(case), 0.1_dp, 200, coarse, failure)
@@ -89,7 +78,6 @@ contains
     !> one, whose third derivative jumps at the edges; at 0.1 s it is below 1e-10 rad/s.
     subroutine test_fit_converges(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FIELD(3) = [-24.4e-6_dp, -3.6e-6_dp, 7.5e-6_dp]
         type(case_t) :: case
         type(fitted_rotation_t) :: reference, trial
@@ -97,8 +85,7 @@ contains
         integer :: waveform, i
 
         do waveform = SINE, SQUARE
-            call example(waveform, case, error)
-            if (allocated(error)) return
+            call example(waveform, case)
             reference = fitted(case, 0.00625_dp)
             do i = 1, 2
                 trial = fitted(case, 0.2_dp/2**i)
@@ -134,7 +121,6 @@ contains
     !> of that (what is left is the turn by the gravity gradient).
     subroutine test_taper_in_flight(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(attitude_motion_t) :: abrupt, smooth
 
@@ -150,22 +136,16 @@ contains
 
         subroutine report_motion(motion)
             type(attitude_motion_t), intent(out) :: motion
-            type(error_t), allocatable :: failure
 
-            call report_case('front-2', case, failure)
-            call check_passes(error, message_of(failure))
+            call take_case('front-2', case)
             if (.not. allocated(error)) call motion_of(motion)
         end subroutine report_motion
 
         subroutine motion_of(motion)
             type(attitude_motion_t), intent(out) :: motion
-
             type(truth_arc_t) :: arc
-            type(error_t), allocatable :: failure
 
-            call propagate_case(case, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call make_arc(case, arc)
             call follow_motion(arc%interval, arc%state(OMEGA, 0), arc%state(ATTITUDE, 0), 0, arc%state(OMEGA, :), &
                                arc%state(ATTITUDE, :), motion)
         end subroutine motion_of
@@ -174,80 +154,68 @@ contains
     !> Front case 2 with a constant moment about x: 2e-5 rad/s^2 carry it over 0.1 deg/s.
     subroutine test_rate_limit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-2', case, failure)
-        call new_torque_rods(case%satellite%rods, &
-                             [rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], failure)
+        call take_case('front-2', case)
+        call new_torque_rods(case%satellite%rods, [rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], failure)
         case%duration = 90
         case%limits%pointing = PI
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case front-2', 'deg/s at t = 90 s', &
-                                                      'at most 0.1 deg/s', 'rate_deg_s'])
+        call check_fails(error, failure, 'case front-2 ... deg/s at t = 90 s ... at most 0.1 deg/s ... rate_deg_s')
         case%limits%rate = 0.15_dp*DEGREE
         call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine test_rate_limit
 
     subroutine test_pointing_limit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-2', case, failure)
+        call take_case('front-2', case)
         case%limits%pointing = 0.05_dp*DEGREE
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case front-2', &
-                                                      'away from its attitude', 'at most 0.05 deg', &
-                                                      'pointing_deg'])
+        call check_fails(error, failure, 'case front-2 ... away from its attitude ... at most 0.05 deg ... pointing_deg')
         ! free flight is not a manoeuvre
         call new_torque_rods(case%satellite%rods, [rod_activation_t ::], failure)
         case%limits%rate = 1e-5_dp
         call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine test_pointing_limit
 
     subroutine test_sampling_limit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
+        call take_case('front-1', case)
         case%satellite%rods%activations%frequency = 5
         call new_simulator(case, simulator, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'case front-1', 'frequency = 5 Hz', &
-                                                      'below 5 Hz'])
+        call check_fails(error, failure, 'case front-1 ... frequency = 5 Hz ... below 5 Hz')
     end subroutine test_sampling_limit
 
     !> Waveform, taper, edges and limits are written and read back; what is wrong is refused with
     !> file and line.
     subroutine test_case_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text
         integer :: waveform
 
         do waveform = SINE, SQUARE
-            call example(waveform, case, error)
-            if (allocated(error)) return
+            call example(waveform, case)
             case%satellite%rods%activations%rise_time = 1.25_dp
             case%limits%rate = 0.09_dp*DEGREE
             case%limits%pointing = 0.4_dp*DEGREE
             call case_text(case, text, failure)
-            call make_file(error, 'manoeuvre.nml', text)
-            if (allocated(error)) return
+            call make_file('manoeuvre.nml', text)
             call read_case(FOLDER//'manoeuvre.nml', again, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             associate (a => case%satellite%rods%activations(:3), b => again%satellite%rods%activations(:3))
                 call check(error, all(a%waveform == b%waveform .and. a%taper == b%taper .and. &
                                       a%rise_time == b%rise_time))
@@ -255,49 +223,32 @@ contains
             call check(error, again%limits%rate == case%limits%rate .and. &
                        again%limits%pointing == case%limits%pointing)
         end do
-        call refused(replaced(text, "'square'", "'sqare'"), [character(W) :: 'waveform', 'sqare', 'square'])
-        if (allocated(error)) return
-        call refused(replaced(text, "'square'", "'tapered'"), [character(W) :: 'needs a taper'])
-        if (allocated(error)) return
-        call refused(replaced(text, '1.25', '0.2'), [character(W) :: 'manoeuvre.nml', 'rise_time = 0.2'])
-        if (allocated(error)) return
-        call refused(replaced(text, 'rate_deg_s = 9', 'rate_deg_s = -9'), [character(W) :: 'rate_deg_s'])
+        call refused(replaced(text, "'square'", "'sqare'"), 'waveform ... sqare ... square')
+        call refused(replaced(text, "'square'", "'tapered'"), 'needs a taper')
+        call refused(replaced(text, '1.25', '0.2'), 'manoeuvre.nml ... rise_time = 0.2')
+        call refused(replaced(text, 'rate_deg_s = 9', 'rate_deg_s = -9'), 'rate_deg_s')
 
     contains
 
         subroutine refused(content, parts)
-            character(*), intent(in) :: content, parts(:)
+            character(*), intent(in) :: content, parts
 
-            call make_file(error, 'manoeuvre.nml', content)
-            if (allocated(error)) return
+            call make_file('manoeuvre.nml', content)
             call read_case(FOLDER//'manoeuvre.nml', again, failure)
-            call check_fails(error, message_of(failure), parts)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_case_file
-
-    !> The text with the first `old` replaced.
-    function replaced(text, old, new) result(changed)
-        character(*), intent(in) :: text, old, new
-        character(:), allocatable :: changed
-
-        integer :: i
-
-        i = index(text, old)
-        changed = text(:i - 1)//new//text(i + len(old):)
-        if (i == 0) changed = 'the text has no '//old
-    end function replaced
 
     !> A case file without any of the keys of this room reads as it always did.
     subroutine test_old_case_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, old
         integer :: first, last
         logical :: in_limits
 
-        call report_case('front-3', case, failure)
+        call take_case('front-3', case)
         call case_text(case, text, failure)
         old = ''
         first = 1
@@ -313,13 +264,10 @@ contains
             end associate
             first = last + 1
         end do
-        call check(error, len(old) < len(text) - 200, 'nothing was left out')
-        if (allocated(error)) return
-        call make_file(error, 'old.nml', old)
-        if (allocated(error)) return
+        if (unmet(error, len(old) < len(text) - 200, 'nothing was left out')) return
+        call make_file('old.nml', old)
         call read_case(FOLDER//'old.nml', again, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call case_text(again, old, failure)
         call check(error, old == text)
     end subroutine test_old_case_file

@@ -1,23 +1,16 @@
 !> The nominal orbit and the search for the best time, against the report's cases, its Figures 6.1 and
 !> 6.4, and what section 6.2 says of them.
 module test_orbit_scan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: integer_text
+    use vocabulary
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
+    use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use gracecg_planning_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, candidates_along, programme_sigma
     use gracecg_planning_scan
-    use fixture, only: check, failed, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_orbit_scan
@@ -45,75 +38,64 @@ contains
     end subroutine collect_orbit_scan
 
     !> Case 1 of a satellite and its orbit.
-    subroutine fly(satellite, case, orbit, error)
+    subroutine fly(satellite, case, orbit)
         character(*), intent(in) :: satellite
         type(case_t), intent(out) :: case
         type(nominal_orbit_t), intent(out) :: orbit
-        type(error_type), allocatable, intent(inout) :: error
 
-        type(error_t), allocatable :: failure
-
-        call report_case(trim(satellite)//'-1', case, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
+        call take_case(trim(satellite)//'-1', case)
+        call make_orbit(case, orbit)
     end subroutine fly
 
-    subroutine scan(case, orbit, times, places, error)
+    logical function scan_fails(case, orbit, times, places, error)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
         integer, intent(in) :: times(:)
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(error_t), allocatable :: failure
 
         call scan_orbit(case, estimation_options_t(), orbit, times, 2, places, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine scan
+        scan_fails = failed(error, failure)
+    end function scan_fails
 
     !> The scan at the times of the three cases of a satellite.
-    subroutine scan_cases(satellite, places, error)
+    logical function scan_cases_fails(satellite, places, error)
         character(*), intent(in) :: satellite
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
 
-        call fly(satellite, case, orbit, error)
-        if (.not. allocated(error)) call scan(case, orbit, nint(TIME_OF_CASE), places, error)
-    end subroutine scan_cases
+        call fly(satellite, case, orbit)
+        scan_cases_fails = scan_fails(case, orbit, nint(TIME_OF_CASE), places, error)
+    end function scan_cases_fails
 
     !> One revolution every 20 s.
-    subroutine scan_revolution(satellite, places, error)
+    logical function scan_revolution_fails(satellite, places, error)
         character(*), intent(in) :: satellite
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         integer :: i
 
-        call fly(satellite, case, orbit, error)
-        if (allocated(error)) return
-        call scan(case, orbit, [(20*i, i=0, int(orbit%revolution)/20)], places, error)
-    end subroutine scan_revolution
+        call fly(satellite, case, orbit)
+        scan_revolution_fails = scan_fails(case, orbit, [(20*i, i=0, int(orbit%revolution)/20)], places, error)
+    end function scan_revolution_fails
 
     !> x and z of the printed positions within 1.2 m; the y of front case 2 is printed with a wrong sign.
     subroutine test_orbit(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, later
         type(nominal_orbit_t) :: orbit
-        type(error_t), allocatable :: failure
         real(dp) :: difference(3)
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call fly(SATELLITES(s), case, orbit, error)
-            if (allocated(error)) return
+            call fly(SATELLITES(s), case, orbit)
             do number = 2, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), later)
                 difference = orbit%state(POSITION, nint(TIME_OF_CASE(number))) - later%position
                 call check(error, norm2(difference([1, 3])) < 1.2_dp, trim(later%name))
             end do
@@ -123,17 +105,14 @@ contains
     !> The printed quaternions, which have ten digits, within 1e-8 rad.
     subroutine test_attitude(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, later
         type(nominal_orbit_t) :: orbit
-        type(error_t), allocatable :: failure
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call fly(SATELLITES(s), case, orbit, error)
-            if (allocated(error)) return
+            call fly(SATELLITES(s), case, orbit)
             do number = 2, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), later)
                 call check(error, rotation_angle_between( &
                            orbit%state(ATTITUDE, nint(TIME_OF_CASE(number))), later%quaternion), &
                            0.0_dp, trim(later%name), thr=1e-8_dp)
@@ -147,11 +126,9 @@ contains
     !> 101 W, 0 N; 107 W, 89 N; 67 E, 10 N of the front satellite: printed without decimals.
     subroutine test_places(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
 
-        call scan_cases('front', places, error)
-        if (allocated(error)) return
+        if (scan_cases_fails('front', places, error)) return
         call check(error, all(int(places%latitude/DEGREE + 1e-3_dp) == [0, 89, 10]))
         call check(error, all(int(places%longitude/DEGREE) == [-101, -107, 67]))
     end subroutine test_places
@@ -161,24 +138,19 @@ contains
     !> changes little between them.
     subroutine test_acceleration(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(truth_arc_t) :: arc
-        type(error_t), allocatable :: failure
         real(dp) :: amplitude(3)
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call fly(SATELLITES(s), case, orbit, error)
-            if (.not. allocated(error)) call scan(case, orbit, nint(TIME_OF_CASE) + 5, places, error)
-            if (allocated(error)) return
+            call fly(SATELLITES(s), case, orbit)
+            if (scan_fails(case, orbit, nint(TIME_OF_CASE) + 5, places, error)) return
             do number = 1, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), case, failure)
-                call propagate_case(case, arc, failure)
-                call check(error,.not. allocated(failure))
-                if (allocated(error)) return
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
+                call make_arc(case, arc)
                 amplitude = abs(arc%omega_dot(:, 25) - arc%omega_dot(:, 75))/2
                 call check(error, maxval(abs(amplitude - places(number)%acceleration)) < &
                            0.01_dp*maxval(amplitude), trim(case%name))
@@ -191,7 +163,6 @@ contains
     !> the satellite drifts, and with it the weak B_y over the pole (1.4 % of sigma x).
     subroutine test_sigma(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
         type(case_t) :: case
         type(simulator_t) :: simulator
@@ -200,18 +171,16 @@ contains
         integer :: s, number
 
         do s = 1, size(SATELLITES)
-            call scan_cases(SATELLITES(s), places, error)
-            if (allocated(error)) return
+            if (scan_cases_fails(SATELLITES(s), places, error)) return
             do number = 1, 3
-                call report_case(trim(SATELLITES(s))//'-'//integer_text(number), case, failure)
+                call take_case(trim(SATELLITES(s))//'-'//integer_text(number), case)
                 if (case%name == 'front-2') then
                     case%satellite%rods%activations%amplitude = -case%satellite%rods%activations%amplitude
                 end if
-                call new_simulator(case, simulator, failure)
+                call make_simulator(case, simulator)
                 if (.not. allocated(failure)) &
                     call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
-                call check(error,.not. allocated(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 call check(error, maxval(abs(places(number)%sigma/prediction%noise - 1)) < 1e-3_dp, &
                            trim(case%name))
             end do
@@ -222,14 +191,12 @@ contains
     !> into the last fifth.
     subroutine test_figures(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:)
         real(dp) :: strongest_field, strongest_acceleration
         integer :: s, i
 
         do s = 1, size(SATELLITES)
-            call scan_revolution(SATELLITES(s), places, error)
-            if (allocated(error)) return
+            if (scan_revolution_fails(SATELLITES(s), places, error)) return
             strongest_field = maxval([(maxval(abs(places(i)%field)), i=1, size(places))])
             strongest_acceleration = maxval([(maxval(places(i)%acceleration), i=1, size(places))])
             call check(error, strongest_field > 4e-5_dp .and. strongest_field < 5e-5_dp)
@@ -240,16 +207,13 @@ contains
     !> Section 6.2 on the angular acceleration and the accuracy in the three cases.
     subroutine test_statements(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(orbit_place_t), allocatable :: places(:), of_cases(:)
         real(dp), allocatable :: acceleration(:, :), sigma(:, :)
         integer :: s, i
 
         do s = 1, size(SATELLITES)
-            call scan_cases(SATELLITES(s), of_cases, error)
-            if (allocated(error)) return
-            call scan_revolution(SATELLITES(s), places, error)
-            if (allocated(error)) return
+            if (scan_cases_fails(SATELLITES(s), of_cases, error)) return
+            if (scan_revolution_fails(SATELLITES(s), places, error)) return
             acceleration = reshape([(places(i)%acceleration, i=1, size(places))], [3, size(places)])
             sigma = reshape([(places(i)%sigma, i=1, size(places))], [3, size(places)])
 
@@ -269,9 +233,8 @@ contains
                                three%sigma(1) < 2*minval(sigma(1, :)), 'case 3: x almost best')
                 end if
             end associate
-            call check(error, abs(20*count(x_is_weakest(places)) - 100) <= 40, &
-                       'x is smaller in about 100 s of the revolution')
-            if (allocated(error)) return
+            if (unmet(error, abs(20*count(x_is_weakest(places)) - 100) <= 40, &
+                      'x is smaller in about 100 s of the revolution')) return
         end do
     end subroutine test_statements
 
@@ -280,29 +243,23 @@ contains
     !> calibration is as good, when the magnetometer's bias is out of the way.
     subroutine test_turned(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: HALF_TURN_Z(4) = [0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp]
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:), turned(:)
-        type(error_t), allocatable :: failure
         integer, parameter :: TIMES(4) = [0, 1400, 2680, 4000]
         integer :: i
 
-        call fly('front', case, orbit, error)
-        if (allocated(error)) return
+        call fly('front', case, orbit)
         case%satellite%magnetometer%bias = 0
-        call scan(case, orbit, TIMES, places, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, TIMES, places, error)) return
         case%quaternion = quaternion_product(HALF_TURN_Z, case%quaternion)
         case%angular_velocity(1:2) = -case%angular_velocity(1:2)
         case%satellite%inertia(1:2, 3) = -case%satellite%inertia(1:2, 3)
         case%satellite%inertia(3, 1:2) = -case%satellite%inertia(3, 1:2)
-        call new_nominal_orbit(case, orbit, failure)
-        call check(error,.not. allocated(failure))
-        if (.not. allocated(error)) call scan(case, orbit, TIMES, turned, error)
+        call make_orbit(case, orbit)
+        if (scan_fails(case, orbit, TIMES, turned, error)) return
         do i = 1, size(TIMES)
-            if (allocated(error)) return
             call check(error, norm2(turned(i)%field - [-1, -1, 1]*places(i)%field) < 1e-10_dp, 'field')
             call check(error, maxval(abs(turned(i)%acceleration/places(i)%acceleration - 1)) < 1e-3_dp, &
                        'acceleration')
@@ -313,17 +270,14 @@ contains
     !> Four times the spectrum is twice the standard deviation.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:), noisy(:)
 
-        call fly('back', case, orbit, error)
-        if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
-        if (allocated(error)) return
+        call fly('back', case, orbit)
+        if (scan_fails(case, orbit, [2000], places, error)) return
         case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
-        call scan(case, orbit, [2000], noisy, error)
-        if (allocated(error)) return
+        if (scan_fails(case, orbit, [2000], noisy, error)) return
         call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)
     end subroutine test_noise
 
@@ -331,38 +285,35 @@ contains
     !> times the sigma; and the case's frequency is another sigma. A programme follows the rods, too.
     subroutine test_own_rods(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:), weak(:), short(:), slow(:)
         type(candidate_t), allocatable :: strong_flight(:), weak_flight(:)
         type(error_t), allocatable :: failure
 
-        call fly('back', case, orbit, error)
-        if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
-        if (allocated(error)) return
+        call fly('back', case, orbit)
+        if (scan_fails(case, orbit, [2000], places, error)) return
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, strong_flight, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         case%satellite%rods%activations%amplitude = case%satellite%rods%activations%amplitude/10
-        call scan(case, orbit, [2000], weak, error)
+        if (scan_fails(case, orbit, [2000], weak, error)) return
         call candidates_along(case, orbit, [2000.0_dp], [60.0_dp], 1, weak_flight, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(places(1)%acceleration/weak(1)%acceleration - 10)) < 1e-9_dp)
         call check(error, maxval(abs(weak(1)%sigma/places(1)%sigma - 10)) < 0.1_dp)
         call check(error, maxval(abs(programme_sigma(weak_flight(1)%information)/ &
                                      programme_sigma(strong_flight(1)%information) - 10)) < 0.1_dp)
         case%satellite%rods%activations%stop = 30
-        call scan(case, orbit, [2000], short, error)
+        if (scan_fails(case, orbit, [2000], short, error)) return
         call check(error, minval(short(1)%sigma/weak(1)%sigma) > 1.4_dp)
         case%satellite%rods%activations%stop = 60
         case%satellite%rods%activations%frequency = 0.05_dp
-        call scan(case, orbit, [2000], slow, error)
+        if (scan_fails(case, orbit, [2000], slow, error)) return
         if (.not. allocated(error)) call check(error, maxval(abs(slow(1)%sigma/weak(1)%sigma - 1)) > 0.1_dp)
     end subroutine test_own_rods
 
     subroutine test_threads(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: two_threads(:), one_thread(:)
@@ -370,9 +321,8 @@ contains
         integer, parameter :: TIMES(5) = [0, 1000, 2000, 3000, 4000]
         integer :: i
 
-        call fly('front', case, orbit, error)
-        if (.not. allocated(error)) call scan(case, orbit, TIMES, two_threads, error)
-        if (allocated(error)) return
+        call fly('front', case, orbit)
+        if (scan_fails(case, orbit, TIMES, two_threads, error)) return
         call scan_orbit(case, estimation_options_t(), orbit, TIMES, 1, one_thread, failure)
         do i = 1, size(TIMES)
             call check(error, all(two_threads(i)%sigma == one_thread(i)%sigma))
@@ -383,31 +333,20 @@ contains
     !> Nothing is known beyond the revolution.
     subroutine test_failures(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:)
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
-        call fly('front', case, orbit, error)
-        if (allocated(error)) return
+        call fly('front', case, orbit)
         call scan_orbit(case, estimation_options_t(), orbit, [0, 6000], 2, places, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
-        call check(error, index(failure%message, 'from 0 to 5635 s') > 0, failure%message)
-        if (allocated(error)) return
+        call check_fails(error, failure, 'from 0 to 5635 s')
         options%accelerometer_weight = 0
         call scan_orbit(case, options, orbit, [100, 200], 2, places, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
-        call check(error, index(failure%message, 'calibration at 100 s') > 0, failure%message)
-        if (allocated(error)) return
+        call check_fails(error, failure, 'calibration at 100 s')
         case%angular_velocity = 0
         call new_nominal_orbit(case, orbit, failure)
-        call check(error, allocated(failure))
-        if (allocated(error)) return
-        call check(error, index(failure%message, 'orbit of case front-1') > 0 .and. &
-                   index(failure%message, 'at least once a day') > 0, failure%message)
+        call check_fails(error, failure, 'orbit of case front-1 ... at least once a day')
     end subroutine test_failures
 end module test_orbit_scan

@@ -1,18 +1,13 @@
 !> Programmes of several manoeuvres: what the report's cases give together, and the search against all programmes.
 module test_programme
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use vocabulary
+    use calibrations
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, programme_sigma
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_estimation_offset_history, only: history_settings_t
-    use gracecg_base_vectors, only: inverse_3x3
     use mission_check, only: mission_result_t, check_mission
-    use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_programme
@@ -29,32 +24,28 @@ contains
                     new_unittest('five-years', test_five_years)]
     end subroutine collect_programme
 
-    subroutine places_of(times, durations, candidates, error)
+    logical function places_fail(times, durations, candidates, error)
         real(dp), intent(in) :: times(:), durations(:)
         type(candidate_t), allocatable, intent(out) :: candidates(:)
         type(error_type), allocatable, intent(inout) :: error
-
         type(calibration_t) :: calibration
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-1', calibration, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(calibration%case, orbit, failure)
-        if (.not. allocated(failure)) &
-            call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
-        call check_passes(error, message_of(failure))
-    end subroutine places_of
+        call take_calibration('front-1', calibration)
+        call make_orbit(calibration%case, orbit)
+        call candidates_along(calibration%case, orbit, times, durations, 1, candidates, failure)
+        places_fail = failed(error, failure)
+    end function places_fail
 
     !> Front-2 with front-3: 7.2, 0.9, 6.4 micrometres, from the error ellipsoids that `bound` prints of each; all three
     !> cases 5.7, 0.9, 5.2.
     subroutine test_two_steps(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(candidate_t), allocatable :: candidates(:)
         real(dp) :: two(3), three(3)
 
-        call places_of(TIME_OF_CASE, [60.0_dp], candidates, error)
-        if (allocated(error)) return
+        if (places_fail(TIME_OF_CASE, [60.0_dp], candidates, error)) return
         two = programme_sigma(candidates(2)%information + candidates(3)%information)/MILLIMETRE
         three = programme_sigma(candidates(1)%information + candidates(2)%information + candidates(3)%information)/MILLIMETRE
         call check(error, all(abs(two - [0.0072_dp, 0.0009_dp, 0.0064_dp]) < 0.00011_dp), 'front-2 and front-3')
@@ -64,14 +55,12 @@ contains
     !> Against all programmes of two and of three manoeuvres, 46 places with two lengths: within 2 %.
     subroutine test_search(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
         real(dp) :: least
         integer :: i, j, k
 
-        call places_of([(i*120.0_dp, i=0, 45)], [30.0_dp, 60.0_dp], candidates, error)
-        if (allocated(error)) return
+        if (places_fail([(i*120.0_dp, i=0, 45)], [30.0_dp, 60.0_dp], candidates, error)) return
         least = huge(1.0_dp)
         do i = 1, size(candidates)
             do j = i, size(candidates)
@@ -96,7 +85,6 @@ contains
 
     subroutine test_one_of_each(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(candidate_t) :: candidates(3)
         type(programme_t) :: programme
         integer :: i
@@ -116,7 +104,6 @@ contains
     !> 10 micrometres an axis, the normalised squares of filter and smoother are 3.
     subroutine test_five_years(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 200
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
@@ -127,14 +114,12 @@ contains
         real(dp) :: limits(2)
         integer :: i
 
-        call places_of([(i*120.0_dp, i=0, 45)], [60.0_dp], candidates, error)
-        if (allocated(error)) return
+        if (places_fail([(i*120.0_dp, i=0, 45)], [60.0_dp], candidates, error)) return
         call best_programme(candidates, 2, programme)
         covariance = inverse_3x3(candidates(programme%chosen(1))%information + &
                                  candidates(programme%chosen(2))%information)
         call check_mission(covariance, settings, RUNS, 3_i8, result, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(result%worst <= 10e-6_dp) .and. all(result%smoothed < result%filtered), '10 micrometres')
         ! eleven calibrations: some ten independent errors of three axes a run
         limits = chi_square_limits(3*10*RUNS)/(10*RUNS)

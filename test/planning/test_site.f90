@@ -1,25 +1,17 @@
 !> How good a manoeuvre is at a place, against the true arc and by identities.
 module test_site
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MICROMETRE
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
+    use calibrations
     use gracecg_spacecraft_torque_rods
     use gracecg_simulation_dynamics, only: OMEGA
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_offset_information, only: gather_information
     use gracecg_estimation_noise_whitening, only: weigh_series
-    use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: propagate_case
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: site_tests, stand, three_rods
@@ -40,19 +32,17 @@ contains
     end function site_tests
 
     !> View and start of a case.
-    subroutine stand(case, planned, site, error)
+    subroutine stand(case, planned, site)
         type(case_t), intent(in) :: case
         type(planned_arc_t), intent(out) :: planned
         type(manoeuvre_site_t), intent(out) :: site
-        type(error_type), allocatable, intent(inout) :: error
-
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
 
-        call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
-        call check_passes(error, message_of(failure))
+        call make_plan(case, planned)
+        call make_orbit(case, orbit, interval=60.0_dp)
+        call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
+        call need(failure)
     end subroutine stand
 
     !> All three rods with 30 A m^2 at some cycles a minute.
@@ -75,19 +65,15 @@ contains
     !> straight line is weighed to nothing.
     subroutine test_weighing(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
-        type(error_t), allocatable :: failure
         type(random_stream_t) :: stream
         real(dp), allocatable :: series(:, :), weighed(:)
         real(dp) :: expected
         integer :: axis, k
 
-        call report_case('front-1', case, failure)
-        call new_planned_arc(case, planned, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call make_plan(case, planned)
         stream = new_stream(3, 1, 4, 1, 5)
         allocate (series(2, planned%samples))
         do axis = 1, 3
@@ -125,11 +111,9 @@ contains
     !> weighed disturbance; and the information is that without a disturbance.
     subroutine test_disturbance(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
-        type(error_t), allocatable :: failure
         type(attitude_motion_t) :: motion
         type(random_stream_t) :: stream
         real(dp), allocatable, dimension(:, :) :: omega, omega_dot, theta, disturbance
@@ -137,10 +121,8 @@ contains
         real(dp) :: information(3, 3), alone(3, 3), effect(3), expected(3), a(3, 3), scale(3)
         integer :: axis, k
 
-        call report_case('front-3', case, failure)
-        call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('front-3', case)
+        call stand(case, planned, site)
         allocate (omega(3, planned%samples), omega_dot(3, planned%samples), theta(3, planned%samples))
         call fly_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), omega, omega_dot, theta, motion)
         stream = new_stream(2, 7, 1, 8, 2)
@@ -171,7 +153,6 @@ contains
     !> samples it is the arc itself.
     subroutine test_thinned(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned, thinned
         type(manoeuvre_site_t) :: site, thinned_site
@@ -180,16 +161,13 @@ contains
         integer :: part
         real(dp) :: all_errors(3), quick_errors(3)
 
-        call report_case('front-1', case, failure)
-        call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call stand(case, planned, site, error)
-        if (allocated(error)) return
+        call take_case('front-1', case)
+        call stand(case, planned, site)
         call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SQUARE), quality)
         all_errors = hypot(hypot(quality%sigma, quality%wave), quality%force)
         do part = 1, 5, 4
             call thin_arc(planned, planned%samples/part, thinned, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call thin_site(planned, site, thinned, thinned_site)
             call evaluate_manoeuvre(thinned, thinned_site, three_rods([5, 6, 7], SQUARE), quick)
             quick_errors = hypot(hypot(quick%sigma, quick%wave), quick%force)
@@ -205,28 +183,23 @@ contains
     !> limit along either.
     subroutine test_rotation(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(truth_arc_t) :: arc
-        type(error_t), allocatable :: failure
         type(attitude_motion_t) :: motion
         real(dp), allocatable :: omega_fit(:, :), omega_dot(:, :), theta(:, :)
         real(dp) :: covariance(3, 3)
         integer :: number, waveform, axis
 
         do number = 1, 6
-            call report_case(REPORT_CASE_NAMES(number), case, failure)
+            call take_case(REPORT_CASE_NAMES(number), case)
             waveform = merge(SQUARE, SINE, modulo(number, 2) == 0)
             case%satellite%rods = three_rods([9, 7, 8], waveform)
             case%satellite%offset = 0
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
-            call propagate_case(case, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call stand(case, planned, site)
+            call make_arc(case, arc)
             omega_fit = arc%state(OMEGA, 1:)
             omega_dot = omega_fit
             theta = omega_fit
@@ -248,27 +221,22 @@ contains
     !> turning surfaces matter, and with 9 cycles.
     subroutine test_forces(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(truth_arc_t) :: arc
-        type(error_t), allocatable :: failure
         real(dp), allocatable :: force(:, :)
         real(dp) :: found(3)
         integer :: k, axis, low_or_high
 
-        call report_case('back-2', case, failure)
+        call take_case('back-2', case)
         case%satellite%offset = 0
         do low_or_high = 1, 2
             case%satellite%rods = three_rods(merge([3, 4, 3], [9, 10, 9], low_or_high == 1), SQUARE)
             case%satellite%rods%activations(:3)%phase = [90, 0, 90]*DEGREE
-            call stand(case, planned, site, error)
-            if (allocated(error)) return
-            call propagate_case(case, arc, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call stand(case, planned, site)
+            call make_arc(case, arc)
             if (allocated(force)) deallocate (force)
             allocate (force(planned%samples, 3))
             do k = 1, planned%samples
@@ -294,7 +262,6 @@ contains
     !> where the field is opposite. Without it the sigma is that of the manoeuvre, and two flights are more than one.
     subroutine test_leakage(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(planned_arc_t) :: planned
         type(nominal_orbit_t) :: orbit
@@ -302,14 +269,13 @@ contains
         type(manoeuvre_quality_t) :: quality
         type(leakage_pair_t) :: pair
         type(error_t), allocatable :: failure
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_planned_arc(case, planned, failure)
-        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
-        if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
+        call take_case('front-1', case)
+        call make_plan(case, planned)
+        call make_orbit(case, orbit)
+        call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
         if (.not. allocated(failure)) &
             call find_pair(planned, orbit, site, three_rods([5, 6, 7], SINE), pair, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), quality)
         call check(error, maxval(abs(pair%without/quality%sigma - 1)) < 1e-6_dp, 'sigma without leakage')
         call check(error, all(pair%with > 2*pair%without), 'at one place leakage is not to be told from d')

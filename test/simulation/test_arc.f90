@@ -1,6 +1,6 @@
 !> The propagated arc: its epochs, its two ways of integration, its refusals.
 module constant_fields
-    use gracecg_base_kinds, only: dp
+    use vocabulary
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     implicit none
     private
@@ -25,22 +25,16 @@ contains
 end module constant_fields
 
 module test_truth_arc
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: identity
+    use vocabulary
+    use calibrations
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, new_torque_rods, WAVEFORM_NAMES, SINE, COSINE, TAPERED, SQUARE
     use gracecg_simulation_dynamics
     use gracecg_simulation_arc
     use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
-    use gracecg_simulation_case, only: case_t, flies_under_control
-    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_case, only: flies_under_control
     use test_equations_of_motion, only: full_dynamics
     use constant_fields, only: constant_field_t
-    use fixture, only: check, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_truth_arc
@@ -74,10 +68,9 @@ contains
         real(dp) :: start(STATE_SIZE), rate(STATE_SIZE), next(STATE_SIZE)
         integer :: k
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         call propagate_arc(dynamics, start, 0.5_dp, 10, arc, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, arc%steps == 10 .and. arc%interval == 0.5_dp .and. &
                    lbound(arc%loads, 1) == 0 .and. ubound(arc%state, 2) == 10)
         call check(error, maxval(abs(arc%state(:, 0) - start)), 0.0_dp)
@@ -104,11 +97,10 @@ contains
         real(dp) :: start(STATE_SIZE), next(STATE_SIZE)
         integer :: k
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         call propagate_arc(dynamics, start, 0.5_dp, 40, arc, failure, 1e-12_dp)
         if (.not. allocated(failure)) call fly_densely(dynamics, start, 0.0_dp, 20.0_dp, 1e-12_dp, dense, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         do k = 0, 39
             call check(error, maxval(abs(dense%state_at(0.5_dp*k)/arc%state(:, k) - 1), mask=abs(arc%state(:, k)) > 1e-6_dp), &
                        0.0_dp, thr=1e-12_dp)
@@ -131,15 +123,13 @@ contains
         real(dp) :: start(STATE_SIZE), largest(STATE_SIZE)
         integer :: i, k
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         do i = 1, size(WAVEFORMS)
-            call drive(dynamics, WAVEFORMS(i), 0.0_dp, error)
-            if (allocated(error)) return
+            call drive(dynamics, WAVEFORMS(i), 0.0_dp)
             call propagate_arc(dynamics, start, 0.1_dp, 600, controlled, failure, 1e-12_dp)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call propagate_arc(dynamics, start, 0.01_dp, 6000, fixed, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             do k = 1, STATE_SIZE
                 largest(k) = maxval(abs(controlled%state(k, :) - fixed%state(k, ::10)))
             end do
@@ -151,18 +141,16 @@ contains
     end subroutine test_control
 
     !> Drives the y rod from 7.03 to 47.03 s.
-    subroutine drive(dynamics, waveform, phase, error)
+    subroutine drive(dynamics, waveform, phase)
         type(satellite_dynamics_t), intent(inout) :: dynamics
         integer, intent(in) :: waveform
         real(dp), intent(in) :: phase           !! rad
-        type(error_type), allocatable, intent(inout) :: error
-
         type(error_t), allocatable :: failure
 
         call new_torque_rods(dynamics%rods, [rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, phase=phase, &
                              start=7.03_dp, stop=47.03_dp, waveform=waveform, taper=merge(5.0_dp, 0.0_dp, waveform == TAPERED), &
                              rise_time=1.0_dp)], failure)
-        call check_passes(error, message_of(failure))
+        call need(failure)
     end subroutine drive
 
     !> A cosine begins with a jump. Steps that end there keep their order: the angular momentum that the rod gives in one
@@ -177,10 +165,8 @@ contains
         real(dp) :: start(STATE_SIZE), expected, t
         integer :: k
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
-        call drive(dynamics, COSINE, 0.0_dp, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
+        call drive(dynamics, COSINE, 0.0_dp)
         deallocate (dynamics%field)
         constant%vector = [0.0_dp, 0.0_dp, FIELD]       ! along the axis about which the Earth turns
         allocate (dynamics%field, source=constant)
@@ -192,7 +178,7 @@ contains
         start(OMEGA) = 0
         start(ATTITUDE) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
         call propagate_arc(dynamics, start, 0.1_dp, 300, arc, failure, 1e-14_dp)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         do k = 0, 300
             t = 0.1_dp*k - 7.03_dp
             expected = 0
@@ -211,15 +197,14 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         dynamics%control%acts = .true.
         call dynamics%control%hold(start)
         call propagate_arc(dynamics, start, 1.0_dp, EPOCHS, arc, failure, DEFAULT_TOLERANCE)
         if (.not. allocated(failure)) &
             call propagate_arc(dynamics, start, 1.0_dp, EPOCHS, fine, failure, DEFAULT_TOLERANCE/100)
         if (.not. allocated(failure)) call propagate_arc(dynamics, start, 0.1_dp, 10*EPOCHS, fixed, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, maxval(abs(arc%loads%srp(1))) > 1e-9_dp .and. any(abs(arc%loads%srp(1)) <= 0), 'light and shadow')
         call check(error, maxval(abs(arc%state(POSITION, :) - fine%state(POSITION, :))), 0.0_dp, 'position', thr=3e-6_dp)
         call check(error, maxval(abs(arc%state(OMEGA, :) - fine%state(OMEGA, :))), 0.0_dp, 'rate', thr=2e-12_dp)
@@ -241,13 +226,11 @@ contains
         logical :: stopped(4)
         integer :: i, way
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
-        call drive(dynamics, SQUARE, 0.5_dp, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
+        call drive(dynamics, SQUARE, 0.5_dp)
         do way = 1, 2
             call propagate(0.1_dp, 600, whole, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             if (way == 1) then
                 call begin_arc(dynamics, start, 0.1_dp, 600, piece, failure)
             else
@@ -257,7 +240,7 @@ contains
                 call continue_arc(dynamics, 37, piece, failure)
                 call check(error, maxval(abs(piece%state - whole%state(:, piece%first:piece%last))), 0.0_dp, 'pieces')
             end do
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             !$omp parallel do num_threads(2) private(failure)
             do i = 1, 4
                 call propagate(0.1_dp, 600, beside(i), failure)
@@ -296,11 +279,9 @@ contains
         real(dp), parameter :: DURATIONS(2) = [600.0_dp, 601.0_dp]
         logical, parameter :: CONTROLLED(2, 3) = reshape([.false., .true., .false., .false., .true., .true.], [2, 3])
         type(case_t) :: case
-        type(error_t), allocatable :: failure
         integer :: i, k
 
-        call report_case('front-1', case, failure)
-        if (failed(error, message_of(failure))) return
+        call take_case('front-1', case)
         call check(error, case%integrator == NAMES(1) .and. .not. flies_under_control(case))
         do i = 1, 3
             do k = 1, 2
@@ -320,14 +301,13 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE), deviation
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         dynamics%with_rods = .false.
         start(OMEGA) = [0.05_dp, 0.1_dp, -0.02_dp]
         call propagate_arc(dynamics, start, 1.0_dp, 900, fixed, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call propagate_arc(dynamics, start, 900.0_dp, 1, loose, failure, 1e-8_dp)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         deviation = maxval(abs(fixed%state(ATTITUDE, 900) - loose%state(ATTITUDE, 1)))
         call check(error, deviation > 1e-12_dp)
         call check(error, deviation, 0.0_dp, thr=100*1e-8_dp)
@@ -341,19 +321,18 @@ contains
         real(dp) :: start(STATE_SIZE), poisoned(STATE_SIZE)
         integer :: i
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         do i = 1, STATE_SIZE
             poisoned = start
-            poisoned(i) = ieee_value(1.0_dp, ieee_quiet_nan)
+            poisoned(i) = NAN
             call propagate_arc(dynamics, poisoned, 0.1_dp, 1, arc, failure)
-            call check_fails(error, message_of(failure), ['not finite'])
+            call check_fails(error, failure, 'not finite')
         end do
-        dynamics%mass = ieee_value(1.0_dp, ieee_quiet_nan)     ! first seen in the second state
+        dynamics%mass = NAN     ! first seen in the second state
         call propagate_arc(dynamics, start, 0.1_dp, 1, arc, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'not finite', 't = 0.1 s'])
+        call check_fails(error, failure, 'not finite ... t = 0.1 s')
         call propagate_arc(dynamics, start, 0.1_dp, 1, arc, failure, 1e-13_dp)
-        call check_fails(error, message_of(failure), ['NaN'])
+        call check_fails(error, failure, 'NaN')
     end subroutine test_nan
 
     !> A fall: the arc ends with an error where the atmosphere's model does.
@@ -364,13 +343,12 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE)
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         start(VELOCITY) = [-5000.0_dp, 0.0_dp, 5000.0_dp]
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)
-        call check_fails(error, message_of(failure), [character(8) :: 'below', '120 km', 't = '])
+        call check_fails(error, failure, 'below ... 120 km ... t = ')
         start(VELOCITY) = [-100.0_dp, 0.0_dp, 7600.0_dp]        ! an orbit that stays above
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
     end subroutine test_ground
 end module test_truth_arc

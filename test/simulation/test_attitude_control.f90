@@ -1,31 +1,22 @@
 !> Magnetic attitude control: the law by its identities, a flight under it, and what the operator is told of it.
 module test_attitude_control
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between, &
         quaternion_of_matrix
-    use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: rod_moments
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_attitude_control, only: attitude_control_t
-    use gracecg_simulation_case, only: case_t, case_from_text, case_text
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_case, only: case_from_text, case_text
     use gracecg_simulation_case_models, only: initial_state
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, propagate_case
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_options, only: estimation_options_t, WAVE_NONE
-    use gracecg_estimation_solution, only: solution_t
-    use fixture, only: check, FOLDER, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
+    use gracecg_estimation_options, only: WAVE_NONE
     implicit none
     private
     public :: collect_attitude_control
 
-    integer, parameter :: W = 60
     real(dp), parameter :: FIELD(3) = [2.1e-5_dp, -0.7e-5_dp, 3.3e-5_dp]    !! T
 
 contains
@@ -42,14 +33,10 @@ contains
     end subroutine collect_attitude_control
 
     !> Case front-1 under control.
-    subroutine controlled_case(case, error)
+    subroutine controlled_case(case)
         type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(inout) :: error
 
-        type(error_t), allocatable :: failure
-
-        call find_case('front-1', case, failure)
-        call check_passes(error, message_of(failure))
+        call take_case('front-1', case)
         case%control%acts = .true.
         associate (a => case%satellite%rods%activations)
             a%amplitude = 25*a%amplitude/30
@@ -60,13 +47,11 @@ contains
     !> and stays below its bound however large the error.
     subroutine test_torque(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(attitude_control_t) :: control
         real(dp) :: state(13), wanted(3), m(3), across(3), thrust(3)
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         state = initial_state(case)
         control = case%control
         call control%hold(state)
@@ -92,15 +77,13 @@ contains
     !> that of an oscillator with the frequency and damping of the law.
     subroutine test_law(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: ANGLE = 1e-4_dp, RATE = 1e-6_dp
         type(case_t) :: case
         type(attitude_control_t) :: control
         real(dp) :: state(13), held(13), axis(3), expected, torque(3)
         integer :: i
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         held = initial_state(case)
         control = case%control
         control%damping = 0.7_dp
@@ -111,7 +94,6 @@ contains
         torque = control%wanted_torque(held, case%satellite%inertia)
         call check(error, all(abs(torque) < 1e-12_dp), 'at rest')
         do i = 1, 3
-            if (allocated(error)) return
             axis = 0
             axis(i) = 1
             state = held
@@ -130,24 +112,20 @@ contains
     !> an interval and of steps under control.
     subroutine test_flight(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(truth_arc_t) :: held, free, checked
-        type(error_t), allocatable :: failure
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         case%duration = 900
         case%interval = 1
         case%gravity_degree = 2
         case%gravity_order = 0
         case%satellite%rods%activations%stop = 60
-        call propagate_case(case, held, failure)
+        call make_arc(case, held)
         case%integrator = 'rkf78-fixed'
-        if (.not. allocated(failure)) call propagate_case(case, checked, failure)
+        call make_arc(case, checked)
         case%control%acts = .false.
-        if (.not. allocated(failure)) call propagate_case(case, free, failure)
-        if (failed(error, message_of(failure))) return
+        call make_arc(case, free)
         call check(error, away(held) < 0.3_dp*DEGREE .and. away(free) > 1*DEGREE, 'held')
         call check(error, maxval(abs(held%state(10:13, :) - checked%state(10:13, :))) < 1e-9_dp .and. &
                    maxval(abs(held%state(7:9, :) - checked%state(7:9, :))) < 1e-12_dp, 'steps')
@@ -157,7 +135,6 @@ contains
         !> The greatest turn from the held attitude, rad.
         real(dp) function away(arc)
             type(truth_arc_t), intent(in) :: arc
-
             type(attitude_control_t) :: control
             integer :: k
 
@@ -174,7 +151,6 @@ contains
     !> with them the offset is found.
     subroutine test_told(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(simulation_order_t) :: order
@@ -186,13 +162,11 @@ contains
         real(dp) :: moment(3), torque(3), most
         integer :: k
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         case%density_wave%amplitude = 0
         case%control%frequency = 2e-3_dp
-        call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
-        if (failed(error, message_of(failure))) return
+        call make_simulator(case, simulator)
+        call make_observations(simulator, 1, 1, observations)
         most = 0
         do k = 0, simulator%arc%steps
             moment = rod_moments(observations%knowledge%rods, k*simulator%arc%interval)
@@ -207,16 +181,16 @@ contains
         options%optimal%density_wave = WAVE_NONE
         options%test_beliefs = .false.
         call estimate_optimal(observations, options, solution, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(abs(solution%offset - case%satellite%offset) < &
-                              5*[(sqrt(solution%covariance(k, k)), k=1, 3)]), 'offset')
+                              5*sigmas(solution%covariance)), 'offset')
 
         order%folder = FOLDER//'controlled'
         order%case = case
         allocate (order%comments(0))
         call simulate_into(order, summary, failure)
         if (.not. allocated(failure)) call read_observations(order%folder, from_files, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         associate (told => observations%knowledge%rods%measured, read => from_files%knowledge%rods%measured)
             call check(error, size(read%time) == 601 .and. all(abs(read%time - told%time) < 1e-12_dp) .and. &
                        all(abs(read%moment - told%moment) <= 0), 'rods.csv')
@@ -226,43 +200,35 @@ contains
     !> The group of a case file comes back as written, stands in no other file, and what is wrong in it is refused.
     subroutine test_case_file(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, plain
 
-        call controlled_case(case, error)
-        if (allocated(error)) return
+        call controlled_case(case)
         case%control%damping = 0.6_dp
         call case_text(case, text, failure)
         if (.not. allocated(failure)) call case_from_text(text, 'a case', again, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, again%control%acts .and. abs(again%control%damping - 0.6_dp) <= 0)
         case%control%acts = .false.
         call case_text(case, plain, failure)
         call check(error, index(plain, '&control') == 0 .and. index(text, '&control') > 0, 'off by default')
 
-        call refused('    damping = 0.6', '    damping = 60', [character(W) :: 'a case:', 'damping', '0.1', '10'])
-        if (.not. allocated(error)) &
-            call refused('    damping = 0.6', '    dumping = 0.6', [character(W) :: 'a case:', 'dumping', 'damping'])
-        if (.not. allocated(error)) &
-            call refused('    greatest_moment = 5', '    greatest_moment = 6', [character(W) :: 'greatest_moment = 6', &
-                         'torque rod 2', 'add up to 31', 'at most 30'])
-        if (.not. allocated(error)) &
-            call refused('misalignment_deg = 0,', 'misalignment_deg = 1,', [character(W) :: 'control', 'misalignment_deg'])
+        call refused('    damping = 0.6', '    damping = 60', 'a case: ... damping ... 0.1 ... 10')
+        if (.not. allocated(error)) call refused('    damping = 0.6', '    dumping = 0.6', 'a case: ... dumping ... damping')
+        if (.not. allocated(error)) call refused('    greatest_moment = 5', '    greatest_moment = 6', &
+                                                 'greatest_moment = 6 ... torque rod 2 ... add up to 31 ... at most 30')
+        if (.not. allocated(error)) call refused('misalignment_deg = 0,', 'misalignment_deg = 1,', &
+                                                 'control ... misalignment_deg')
 
     contains
 
         subroutine refused(line, changed, parts)
             character(*), intent(in) :: line, changed
-            character(*), intent(in) :: parts(:)
+            character(*), intent(in) :: parts
 
-            integer :: place
-
-            place = index(text, line)
-            call check(error, place > 0, line)
-            call case_from_text(text(:place - 1)//changed//text(place + len(line):), 'a case', again, failure)
-            call check_fails(error, message_of(failure), parts)
+            call case_from_text(replaced(text, line, changed), 'a case', again, failure)
+            call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_case_file
 end module test_attitude_control

@@ -1,9 +1,9 @@
 !> The coupled equations of motion: what they conserve, their symmetries, their parts.
 module test_equations_of_motion
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, DEGREE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
+    use vocabulary
+    use calibrations
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE
+    use gracecg_base_vectors, only: rotation_z
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
     use gracecg_base_runge_kutta, only: rkf78_step
@@ -13,11 +13,7 @@ module test_equations_of_motion
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_simulation_dynamics
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
+    use gracecg_simulation_case_models, only: initial_state
     implicit none
     private
     public :: collect_equations_of_motion, full_dynamics
@@ -68,8 +64,7 @@ contains
         real(dp) :: state(STATE_SIZE)
         real(dp), parameter :: S(3) = [0.3_dp, -0.2_dp, 0.5_dp]
 
-        call full_dynamics(dynamics, state, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, state)
         state(ATTITUDE) = STATE_0(ATTITUDE)         ! no plate lies along the flow
         call dynamics%loads(0.0_dp, state, report)
         dynamics%forces_by_plates = .true.
@@ -121,20 +116,13 @@ contains
     end function bare_dynamics
 
     !> Every effect, as in case 1 of the report.
-    subroutine full_dynamics(dynamics, state, error)
+    subroutine full_dynamics(dynamics, state)
         type(satellite_dynamics_t), intent(out) :: dynamics
         real(dp), intent(out) :: state(STATE_SIZE)
-        type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
-        type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        if (allocated(failure)) then
-            call test_failed(error, failure%message)
-            return
-        end if
+        call take_case('front-1', case)
+        call make_dynamics(case, dynamics)
         state = initial_state(case)
     end subroutine full_dynamics
 
@@ -256,8 +244,7 @@ contains
 
         dynamics = bare_dynamics(INERTIA)
         call egm96(20, 20, gravity, failure)
-        call check(error, .not. allocated(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         deallocate (dynamics%gravity)
         allocate (dynamics%gravity, source=gravity)
         dynamics%earth%angle = 1.7_dp
@@ -315,8 +302,7 @@ contains
         type(satellite_dynamics_t) :: dynamics
         real(dp) :: start(STATE_SIZE), straight(STATE_SIZE), turned(STATE_SIZE)
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         dynamics%with_solar_radiation = .false.
         dynamics%with_earth_radiation = .false.
         straight = propagated(dynamics, start, 1.0_dp, 60)
@@ -352,8 +338,7 @@ contains
         real(dp) :: start(STATE_SIZE), straight(STATE_SIZE), turned(STATE_SIZE)
         integer :: i
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         straight = propagated(dynamics, start, 1.0_dp, 60)
 
         dynamics%inertia = dynamics%inertia*spread(SIGNS, 2, 3)*spread(SIGNS, 1, 3)
@@ -386,8 +371,7 @@ contains
             rate(STATE_SIZE)
         integer :: i
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         state = propagated(dynamics, start, 0.5_dp, 26)
         slope = 0
         do i = 1, 4
@@ -411,8 +395,7 @@ contains
         type(satellite_dynamics_t) :: dynamics
         real(dp) :: start(STATE_SIZE), rate(STATE_SIZE), scaled(STATE_SIZE)
 
-        call full_dynamics(dynamics, start, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, start)
         call dynamics%rate(2.0_dp, start, rate)
         start(ATTITUDE) = -1.01_dp*start(ATTITUDE)
         call dynamics%rate(2.0_dp, start, scaled)
@@ -430,8 +413,7 @@ contains
         real(dp) :: state(STATE_SIZE), with_all(3, 8)
         integer :: i
 
-        call full_dynamics(dynamics, state, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, state)
         call dynamics%loads(2.0_dp, state, all_loads)
         with_all = listed(all_loads)
         do i = 1, 8
@@ -478,7 +460,6 @@ contains
             type(loads_t) :: acting
             real(dp) :: expected(3, 8)
 
-            if (allocated(error)) return
             expected = with_all
             expected(:, places) = 0
             call less%loads(2.0_dp, state, acting)
@@ -494,8 +475,7 @@ contains
         type(loads_t) :: calm, waving
         real(dp) :: state(STATE_SIZE), factor
 
-        call full_dynamics(dynamics, state, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, state)
         dynamics%density_wave = density_wave_t()
         call dynamics%loads(T, state, calm)
         dynamics%density_wave = density_wave_t(0.1_dp, 8.0_dp, 30*DEGREE)
@@ -517,8 +497,7 @@ contains
         type(loads_t) :: acting
         real(dp) :: state(STATE_SIZE), rate(STATE_SIZE), force(3), torque(3), found(3)
 
-        call full_dynamics(dynamics, state, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, state)
         call dynamics%loads(2.0_dp, state, acting)
         call dynamics%rate(2.0_dp, state, rate)
         force = acting%drag + acting%srp + acting%erp
@@ -544,8 +523,7 @@ contains
         real(dp) :: state(STATE_SIZE), printed(3, 3), gradient(3), field(3), fixed(3), part(3)
         real(dp) :: r, latitude, longitude, right_ascension, alpha_g
 
-        call full_dynamics(dynamics, state, error)
-        if (allocated(error)) return
+        call full_dynamics(dynamics, state)
         state(POSITION) = [3.1e6_dp, -2.2e6_dp, 5.6e6_dp]
         call dynamics%loads(T, state, acting)
         r = norm2(state(POSITION))

@@ -1,25 +1,21 @@
 !> The report's six cases: consistent in themselves and with what the report says of them.
 module test_report_cases
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: seconds_between, gmst_1982
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_rod_pattern, only: rod_pattern
     use gracecg_spacecraft_torque_rods, only: dipole_moment
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
-    use gracecg_simulation_case, only: case_t, read_case, case_text
+    use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES, published_name
+    use gracecg_simulation_report_cases, only: report_case, PRINTED_CASE_NAMES, published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in, expanded_cases
-    use gracecg_base_text, only: string_t
     use gracecg_files_file, only: remove_file
-    use fixture, only: check, FOLDER, make_file, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_report_cases
@@ -41,16 +37,6 @@ contains
                     new_unittest('cards-as-printed', test_printed)]
     end subroutine collect_report_cases
 
-    subroutine get(name, case, error)
-        character(*), intent(in) :: name
-        type(case_t), intent(out) :: case
-        type(error_type), allocatable, intent(inout) :: error
-        type(error_t), allocatable :: failure
-
-        call report_case(name, case, failure)
-        call check_passes(error, message_of(failure))
-    end subroutine get
-
     subroutine test_names(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
@@ -58,14 +44,13 @@ contains
         integer :: i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call check(error, case%name == REPORT_CASE_NAMES(i) .and. &
                        case%satellite%name == merge('front', 'back ', i <= 3) .and. &
                        case%number == mod(i - 1, 3) + 1)
         end do
         call report_case('front-4', case, failure)
-        call check_fails(error, message_of(failure), ['front-4'])
+        call check_fails(error, failure, 'front-4')
     end subroutine test_names
 
     !> The cards RADPR, EM and the models' own density and wind, from the pages of section 5.2; the rest, above
@@ -80,15 +65,14 @@ contains
 
         do i = 1, 6
             call find_case(PRINTED_CASE_NAMES(i), printed, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call check(error, printed%satellite%reflectivity_sun == 0.45_dp .and. printed%density_scale == 1 .and. &
                        printed%wind_model == 'hwm93' .and. printed%earth_radiation_constants == 'report' .and. &
                        printed%satellite%drag_coefficient == 2 .and. printed%satellite%reflectivity_earth == 0.5_dp, &
                        PRINTED_CASE_NAMES(i))
             call check(error, is_built_in(PRINTED_CASE_NAMES(i)) .and. &
                        published_name(PRINTED_CASE_NAMES(i)) == REPORT_CASE_NAMES(i))
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             case%name = printed%name
             case%satellite%reflectivity_sun = 0.45_dp
             case%density_scale = 1
@@ -97,15 +81,14 @@ contains
             case%earth_radiation_constants = 'report'
             call case_text(case, other, failure)
             if (.not. allocated(failure)) call case_text(printed, text, failure)
-            call check_passes(error, message_of(failure))
+            call check_passes(error, failure)
             call check(error, text == other, 'nothing else differs')
         end do
         call expanded_cases([string_t('back-1'), string_t('printed'), string_t('x.nml')], names)
-        call check(error, size(names) == 8 .and. names(2)%text == 'front-1-printed' .and. &
-                   names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')
-        if (allocated(error)) return
+        if (unmet(error, size(names) == 8 .and. names(2)%text == 'front-1-printed' .and. &
+                  names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')) return
         call find_case('front-1-print', printed, failure)
-        call check_fails(error, message_of(failure), ['front-1-printed'])
+        call check_fails(error, failure, 'front-1-printed')
     end subroutine test_printed
 
     subroutine test_quaternions(error)
@@ -115,8 +98,7 @@ contains
         integer :: i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             options = report_options(REPORT_CASE_NAMES(i))
             call check(error, norm2(case%quaternion), 1.0_dp, thr=1e-15_dp)
             call check(error, norm2(options%guess_quaternion), 1.0_dp, thr=1e-15_dp)
@@ -136,10 +118,9 @@ contains
         integer :: pattern(3), i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call build_dynamics(case, dynamics, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
             pattern = rod_pattern('y-z', acting%field)
             associate (moment => dipole_moment(case%satellite%rods, 2.5_dp))
@@ -161,8 +142,7 @@ contains
         integer :: i
 
         do i = 1, 3
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call earth_fixed_to_geodetic(matmul(rotation_z(case%sidereal_angle), case%position), &
                                          lat, lon, height)
             call check(error, lon/DEGREE, LONGITUDE(i), thr=1.0_dp)
@@ -179,15 +159,13 @@ contains
         real(dp) :: angle
         integer :: i
 
-        call get('front-1', first, error)
-        if (allocated(error)) return
+        call take_case('front-1', first)
         angle = gmst_1982(first%epoch, -0.1174_dp)
         call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), &
                    180*DEGREE, &
                    thr=1e-6_dp*DEGREE)
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call check(error, case%sidereal_angle - first%sidereal_angle, EARTH_ROTATION_RATE* &
                        seconds_between(first%epoch, case%epoch), thr=1e-14_dp)
         end do
@@ -200,10 +178,8 @@ contains
         integer :: i
 
         do i = 1, 3
-            call get(REPORT_CASE_NAMES(i), front, error)
-            if (allocated(error)) return
-            call get(REPORT_CASE_NAMES(i + 3), back, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), front)
+            call take_case(REPORT_CASE_NAMES(i + 3), back)
             call check(error, norm2(front%position - back%position), 220e3_dp, thr=50e3_dp)
             call check(error, norm2(front%velocity), norm2(back%velocity), thr=10.0_dp)
             call check(error, front%angular_velocity(2), -back%angular_velocity(2), thr=1e-7_dp)
@@ -236,16 +212,14 @@ contains
             real(dp) :: expected(3)
             integer :: steps
 
-            call get(from, first, error)
-            if (allocated(error)) return
-            call get(to, later, error)
-            if (allocated(error)) return
+            call take_case(from, first)
+            call take_case(to, later)
             call build_dynamics(first, dynamics, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             dynamics%with_rods = .false.
             steps = nint(time/20)
             call propagate_arc(dynamics, initial_state(first), time/steps, steps, arc, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             expected = later%position
             if (to == 'front-2') expected(2) = -expected(2)
             call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
@@ -266,14 +240,12 @@ contains
         integer :: i
 
         do i = 1, 6
-            call get(REPORT_CASE_NAMES(i), case, error)
-            if (allocated(error)) return
+            call take_case(REPORT_CASE_NAMES(i), case)
             call case_text(case, text, failure)
-            if (failed(error, message_of(failure))) return
-            call make_file(error, 'case.nml', text)
-            if (allocated(error)) return
+            if (failed(error, failure)) return
+            call make_file('case.nml', text)
             call read_case(FOLDER//'case.nml', again, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call check_same(case, again)
             again%quaternion = case%quaternion      ! normalised again: another last digit
             call case_text(again, text_again, failure)

@@ -1,27 +1,22 @@
 !> Simulated observations: their epochs, their noise, and that they are the same again.
 module test_simulation
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI, EARTH_GM
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross
+    use vocabulary
+    use calibrations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use statistics, only: chi_square_limits, Z_999
     use gracecg_environment_thermosphere, only: density_wave_t, REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD
     use gracecg_simulation_dynamics, only: OMEGA, POSITION, ATTITUDE
-    use gracecg_observations_observation_set, only: observation_set_t, check_observations
+    use gracecg_observations_observation_set, only: check_observations
     use gracecg_observations_knowledge, only: a_priori_t
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
+    use gracecg_simulation_simulator, only: new_simulator, observe, &
         drawn_wave, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, operator_of_run
     use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_files_file, only: file_exists, remove_file
-    use fixture, only: check, check_fails, check_passes, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
-    public :: collect_simulation, prepare
+    public :: collect_simulation
 
     integer(i8), parameter :: SEED = 1
     integer, parameter :: RUNS = 20     !! For statistics
@@ -48,19 +43,6 @@ contains
                     new_unittest('saturation-is-refused', test_saturation), &
                     new_unittest('scale-factors-age', test_aged)]
     end subroutine collect_simulation
-
-    !> The simulator of front-1.
-    subroutine prepare(simulator, error)
-        type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
-
-        type(case_t) :: case
-        type(error_t), allocatable :: failure
-
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
-    end subroutine prepare
 
     !> A short case whose magnetometer has a filter, and whose last second is not whole.
     subroutine short_case(case, failure)
@@ -89,13 +71,13 @@ contains
         if (.not. allocated(failure)) call observe(whole, SEED, 2, all_samples, failure)
         if (.not. allocated(failure)) call begin_flight(case, flight, simulator, failure)
         if (.not. allocated(failure)) call begin_noise(simulator, SEED, 2, noise, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         at = 0
         do i = 1, size(LENGTHS)
             call flight%go_on(LENGTHS(i), simulator, failure)
             if (.not. allocated(failure)) &
                 call observe_piece(simulator, operator_of_run(case, case%operator, SEED, 2), noise, piece, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             if (i == 4) cycle   ! no new epoch: nothing is drawn, the epoch where it stands has no sample twice
             n = [size(piece%accelerometer_time), size(piece%magnetometer_time), size(piece%star_camera_time), &
                  size(piece%orbit_time)]
@@ -128,7 +110,7 @@ contains
         call short_case(order%case, failure)
         order%case%limits%rate = 1e-4_dp        ! less than nadir pointing takes
         if (.not. allocated(failure)) call simulate_into(order, summary, failure)
-        call check_fails(error, message_of(failure), [character(16) :: 'front-1', 'rate_deg_s'])
+        call check_fails(error, failure, 'front-1 ... rate_deg_s')
         call check(error, .not. file_exists(FOLDER//'/truth.csv') .and. .not. file_exists(FOLDER//'/accelerometer.csv') .and. &
                    .not. file_exists(FOLDER//'/truth.csv.part1'))
         call short_case(order%case, failure)
@@ -136,7 +118,7 @@ contains
         if (.not. allocated(failure)) call new_simulator(order%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, order%seed, order%run, expected, failure)
         if (.not. allocated(failure)) call read_observations(FOLDER, found, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call check(error, all(summary%rows == [44, 16, 4, 6, 0, 0]) .and. summary%moves_rods)
         call check(error, all(abs(found%acceleration - expected%acceleration) <= 0) .and. &
                    all(abs(found%field - expected%field) <= 0) .and. &
@@ -154,28 +136,27 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
-        character(24), parameter :: PARTS(3) = [character(24) :: 'full scale', '600 of 600', '0.1 s']
+        character(*), parameter :: PARTS = 'full scale ... 600 of 600 ... 0.1 s'
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         simulator%case%satellite%accelerometer%limited = .true.
         simulator%case%satellite%magnetometer%limited = .true.
         call observe(simulator, SEED, 1, observations, failure)
         if (.not. allocated(failure)) call check_observations(observations, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         simulator%case%satellite%accelerometer%range = 2e-5_dp      ! bias y -2.28e-5 m/s^2
         call observe(simulator, SEED, 1, observations, failure)
         call check(error, abs(maxval(abs(observations%acceleration)) - 2e-5_dp) <= 0)
         call check_observations(observations, failure)
-        call check_fails(error, message_of(failure), PARTS)
+        call check_fails(error, failure, PARTS)
         observations%knowledge%accelerometer_range = 0              ! an operator who does not know it
         call check_observations(observations, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         simulator%case%satellite%accelerometer%range = 5e-5_dp
         simulator%case%satellite%magnetometer%range = 2e-5_dp       ! the field has 2.4e-5 T along x
         call observe(simulator, SEED, 1, observations, failure)
         call check_observations(observations, failure)
-        call check_fails(error, message_of(failure), [character(24) :: 'magnetometer', 'full scale'])
+        call check_fails(error, failure, 'magnetometer ... full scale')
     end subroutine test_saturation
 
     !> The scale factors three years after their calibration: section 3.2.1 lets y change by 1 % a year, x by 0.01
@@ -197,18 +178,15 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, head
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 1, observations, failure)
-        if (failed(error, message_of(failure))) return
-        call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
-                   all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, all(shape(observations%acceleration) == [3, 600]) .and. &
+                  all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))) return
         call check(error, maxval(abs(observations%accelerometer_time - [(i/10.0_dp, i=1, 600)])), 0.0_dp, thr=1e-13_dp)
         call check(error, maxval(abs(observations%magnetometer_time - [(i, i=1, 60)])), 0.0_dp, thr=1e-13_dp)
         do head = 1, 2
-            call check(error, count(observations%star_camera_head == head), 120)
-            if (allocated(error)) return
+            if (unmet(error, count(observations%star_camera_head == head), 120)) return
             associate (times => pack(observations%star_camera_time, observations%star_camera_head == head))
                 call check(error, maxval(abs(times - [(i/2.0_dp, i=1, 120)])), 0.0_dp, thr=1e-13_dp)
             end associate
@@ -231,12 +209,10 @@ contains
         type(observation_set_t) :: first, between, again
         type(error_t), allocatable :: failure
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
-        call prepare(another, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
+        call make_simulator('front-1', another)
         call observe(simulator, SEED, 7, first, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call observe(simulator, SEED, 3, between, failure)
         call observe(simulator, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
@@ -252,10 +228,9 @@ contains
         type(observation_set_t) :: reference, changed
         type(error_t), allocatable :: failure
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 7, reference, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         other = simulator
         call observe(other, SEED, 8, changed, failure)
         call check_changed('run')
@@ -286,17 +261,15 @@ contains
         type(error_t), allocatable :: failure
         integer :: head, i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         do head = 1, 2
             simulator%case%operator%head = head
             call observe(simulator, SEED, 4, full, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
-            if (failed(error, message_of(failure))) return
-            call check(error, all(alone%star_camera_head == head) .and. &
-                       size(alone%star_camera_head) == 120)
-            if (allocated(error)) return
+            if (failed(error, failure)) return
+            if (unmet(error, all(alone%star_camera_head == head) .and. &
+                      size(alone%star_camera_head) == 120)) return
             associate (used => pack([(i, i=1, 240)], full%star_camera_head == head))
                 call check(error, maxval(abs(alone%quaternion - full%quaternion(:, used))), 0.0_dp)
                 call check(error, maxval(abs(alone%star_camera_time - &
@@ -315,8 +288,7 @@ contains
         real(dp) :: a(3), expected(3), d(3), radius
         integer :: i, k
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         call observe_without_noise(simulator, density_wave_t(), observations)
         d = simulator%case%satellite%offset
         associate (arc => simulator%arc, instrument => simulator%case%satellite%accelerometer)
@@ -356,14 +328,13 @@ contains
         real(dp) :: squares(3, 3), total(3, 3), turn(4)     ! of accelerometer, magnetometer, star camera
         integer :: run, i
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         simulator%case%satellite%accelerometer%noise%corner = 0
         squares = 0
         total = 0
         do run = 1, RUNS
             call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
             call add(1, noisy%acceleration - clean%acceleration)
             call add(2, noisy%field - clean%field)
@@ -394,7 +365,6 @@ contains
         real(dp), intent(in) :: squares(3), total(3)    !! Sums of n numbers in units of sigma
         integer, intent(in) :: n
         type(error_type), allocatable, intent(inout) :: error
-
         real(dp) :: limits(2)
         character(80) :: found
 
@@ -414,8 +384,7 @@ contains
         real(dp) :: expected(3)
         integer :: k
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         call observe_without_noise(simulator, density_wave_t(), calm)
         call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
         do k = 1, 600
@@ -441,8 +410,7 @@ contains
         complex(dp) :: resultant
         integer :: run
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         resultant = 0
         do run = 1, N
             wave = drawn_wave(simulator, SEED, run)
@@ -466,13 +434,12 @@ contains
         type(observation_set_t) :: a, b, calm
         type(error_t), allocatable :: failure
 
-        call prepare(drawn, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', drawn)
         case = drawn%case
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
         call new_simulator(case, fixed, failure)
-        if (failed(error, message_of(failure))) return
+        if (failed(error, failure)) return
         call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
         call observe_without_noise(drawn, case%density_wave, b)
         call observe_without_noise(drawn, density_wave_t(), calm)
@@ -487,8 +454,7 @@ contains
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
 
-        call prepare(simulator, error)
-        if (allocated(error)) return
+        call make_simulator('front-1', simulator)
         call observe(simulator, SEED, 1, observations, failure)
         associate (knowledge => observations%knowledge, case => simulator%case)
             call check(error, all(knowledge%accelerometer_noise%level == &
@@ -512,16 +478,14 @@ contains
         bad = case
         bad%satellite%star_camera%sampling_interval = 0.25_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), &
-                         [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
+        call check_fails(error, failure, 'front-1 ... star camera ... 0.25 s ... 0.1 s')
         bad = case
         bad%satellite%accelerometer%sampling_interval = 0.05_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), &
-                         [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
+        call check_fails(error, failure, 'accelerometer ... 0.05 s ... 0.1 s')
         bad = case
         bad%satellite%magnetometer%sampling_interval = 1.04_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'magnetometer', '1.04 s'])
+        call check_fails(error, failure, 'magnetometer ... 1.04 s')
     end subroutine test_intervals
 end module test_simulation

@@ -1,13 +1,7 @@
 !> The trapezoidal satellite and its cross-sections.
 module test_plates
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_spacecraft_plates
-    use gracecg_base_vectors, only: cross
-    use fixture, only: check, check_fails
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_plates
@@ -176,26 +170,25 @@ contains
         good = grace()
         call new_trapezoid(surface, -LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
                            failure)
-        call check_fails(error, message_of(failure), ['positive'])
-        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, &
-                           ieee_value(1.0_dp, ieee_quiet_nan), 0.0_dp, 0.0_dp, failure)
-        call check_fails(error, message_of(failure), ['positive'])
+        call check_fails(error, failure, 'positive')
+        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, NAN, 0.0_dp, 0.0_dp, failure)
+        call check_fails(error, failure, 'positive')
         call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.7_dp, 0.4_dp, &
                            failure)
-        call check_fails(error, message_of(failure), ['specular'])
+        call check_fails(error, failure, 'specular')
         plates = [(good%plate(i), i=1, 6)]
         plates(2)%area = 1.01_dp*plates(2)%area
         call new_surface(surface, plates, failure)
-        call check_fails(error, message_of(failure), ['do not close'])
+        call check_fails(error, failure, 'do not close')
         plates = [(good%plate(i), i=1, 6)]
         plates(4)%normal = 1.001_dp*plates(4)%normal
         call new_surface(surface, plates, failure)
-        call check_fails(error, message_of(failure), ['length 1'])
+        call check_fails(error, failure, 'length 1')
         plates = [(good%plate(i), i=1, 6)]
-        plates(5)%centre(1) = ieee_value(1.0_dp, ieee_quiet_nan)
+        plates(5)%centre(1) = NAN
         call new_surface(surface, plates, failure)
-        call check_fails(error, message_of(failure), ['centre'])
+        call check_fails(error, failure, 'centre')
         call new_surface(surface, spread(plates(1), 1, MAX_PLATES + 1), failure)
-        call check_fails(error, message_of(failure), ['33 plates'])
+        call check_fails(error, failure, '33 plates')
     end subroutine test_refuses
 end module test_plates

@@ -1,12 +1,8 @@
 !> The torque of the gravity gradient.
 module test_torques
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM
-    use gracecg_base_vectors, only: cross, identity, unit
+    use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
-    use fixture, only: check
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_torques

@@ -1,13 +1,8 @@
 !> What the tests of beliefs have in common: the simulator of a case, and a density wave near the period of the rods.
 module belief_fixture
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_estimation_options, only: estimation_options_t
-    use fixture, only: check_passes
-    use testdrive, only: error_type
     implicit none
     private
     public :: simulator_of, WAVE_NEAR_RODS
@@ -18,20 +13,16 @@ module belief_fixture
 
 contains
 
-    subroutine simulator_of(name, simulator, options, error, wave)
+    subroutine simulator_of(name, simulator, options, wave)
         character(*), intent(in) :: name
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
-        type(error_type), allocatable, intent(inout) :: error
         type(density_wave_t), intent(in), optional :: wave  !! In place of the case's
-
         type(calibration_t) :: calibration
-        type(error_t), allocatable :: failure
 
-        call find_calibration(name, calibration, failure)
+        call take_calibration(name, calibration)
         if (present(wave)) calibration%case%density_wave = wave
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call make_simulator(calibration%case, simulator)
         options = calibration%options
     end subroutine simulator_of
 end module belief_fixture

@@ -1,16 +1,10 @@
 !> What the tests of beliefs say of wrong ones: whether they are contradicted, by what name, and with what power.
 module test_belief_verdicts
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of, number_text
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_observations_observation_set, only: observation_set_t
+    use vocabulary
+    use calibrations
+    use gracecg_base_error, only: number_text
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t, SQUARE
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_simulator, only: new_simulator, observe
     use gracecg_observations_parameters
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
     use gracecg_base_quaternion, only: quaternion_product
@@ -20,9 +14,7 @@ module test_belief_verdicts
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
-    use fixture, only: check, check_passes
     use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_belief_verdicts
@@ -49,21 +41,16 @@ contains
     !> the heads. Of sound samples both are confirmed.
     subroutine test_other_satellite(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: APART = 0.2_dp*DEGREE
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, wrong, others
-        type(error_t), allocatable :: failure
         integer :: i
 
-        call simulator_of('back-3', simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 7_i8, 1, others, failure)
-        call simulator_of('front-3', simulator, options, error)
-        if (.not. allocated(failure)) call observe(simulator, 7_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call simulator_of('back-3', simulator, options)
+        call make_observations(simulator, 7, 1, others)
+        call simulator_of('front-3', simulator, options)
+        call make_observations(simulator, 7, 1, observations)
         wrong = observations
         call tells('', 'magnetometer against field model')
         wrong%orbit_position = others%orbit_position
@@ -83,22 +70,18 @@ contains
         !> Nothing is contradicted where there are no words; else the test of that name is, with these words.
         subroutine tells(words, subject)
             character(*), intent(in) :: words, subject
-
             type(solution_t) :: solution
             type(error_t), allocatable :: refused
             character(:), allocatable :: text
             integer :: k
 
-            if (allocated(error)) return
             call estimate_offset('optimal', wrong, options, solution, refused)
-            call check(error, allocated(solution%beliefs), subject//': no tests')
-            if (allocated(error)) return
+            if (unmet(error, allocated(solution%beliefs), subject//': no tests')) return
             call say_contradiction(solution%beliefs, text)
             k = findloc(NOISE_SUBJECTS(solution%beliefs%noises%subject) == subject, .true., 1)
             call check(error, k > 0, subject//': not tested')
-            if (allocated(error)) return
             call check(error, (solution%beliefs%noises(k)%state == CONTRADICTED) .eqv. words /= '', subject//': '//text)
-            if (.not. allocated(error)) call check(error, index(text, words) > 0, text)
+            call check_says(error, text, words)
         end subroutine tells
     end subroutine test_other_satellite
 
@@ -115,10 +98,10 @@ contains
         report%explanations = [explanation_t(OF_VALUE, INERTIA(3), 100.0_dp, -11.0_dp, 0.7_dp)]
         report%arc = 60
         call say_contradiction(report, text)
-        call check(error, index(text, 'the inertia zz is 11') > 0 .and. index(text, 'even then') > 0, text)
+        call check_says(error, text, 'the inertia zz is 11 ... even then')
         report%arc = 600        ! the rotation fits: it is not the arc
         if (.not. allocated(error)) call say_contradiction(report, text)
-        if (.not. allocated(error)) call check(error, index(text, 'the inertia zz is 11') > 0, text)
+        call check_says(error, text, 'the inertia zz is 11')
         report%noises(2)%state = CONTRADICTED
         if (.not. allocated(error)) call say_contradiction(report, text)
         call check(error, index(text, 'inertia') == 0 .and. &
@@ -209,13 +192,12 @@ contains
     !> Wrong beliefs of several kinds: contradicted, and the right one named first.
     subroutine test_wrong_beliefs(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, wrong
 
         call check(error, all(len_trim(ALTERATIONS) < len(ALTERATIONS)), 'words are cut')
-        if (.not. allocated(error)) call simulator_of('front-3', simulator, options, error)
+        call simulator_of('front-3', simulator, options)
         if (.not. allocated(error)) call sound(7)
         if (allocated(error)) return
         wrong%knowledge%rods%activations%frequency = 0.11_dp
@@ -234,14 +216,14 @@ contains
         call named(OF_NOISE, 'noise of accelerometer', 10.0_dp)
         if (allocated(error)) return
         ! A delay of accelerometer x by a second would smooth its noise, a scale factor of 2.4 lower it: no explanations
-        call simulator_of('front-1', simulator, options, error)
+        call simulator_of('front-1', simulator, options)
         if (.not. allocated(error)) call sound(7)
         if (allocated(error)) return
         wrong%knowledge%rods%delay(3) = 0.2_dp
         call named(OF_VALUE, 'delay of rod z', -0.2_dp)
         if (allocated(error)) return
         ! Rod y does nearly all: a delay of it and one of all rods are the same. Axes turned this far no step leads back
-        call simulator_of('front-2', simulator, options, error, WAVE_NEAR_RODS)
+        call simulator_of('front-2', simulator, options, WAVE_NEAR_RODS)
         if (.not. allocated(error)) call sound(7)
         if (allocated(error)) return
         wrong%knowledge%rods%delay(2) = 0.2_dp
@@ -258,10 +240,7 @@ contains
         subroutine sound(run)
             integer, intent(in) :: run
 
-            type(error_t), allocatable :: failure
-
-            call observe(simulator, 4713_i8, run, observations, failure)
-            call check_passes(error, message_of(failure))
+            call make_observations(simulator, 4713, run, observations)
             wrong = observations
         end subroutine sound
 
@@ -276,18 +255,15 @@ contains
             character(*), intent(in) :: subject
             real(dp), intent(in) :: value       !! SI units; its first digit counts
             logical, intent(in), optional :: together       !! With others, not before them
-
             type(solution_t) :: solution
             type(error_t), allocatable :: failure
             character(52) :: found
             integer :: i
 
             call estimate_offset('optimal', wrong, options, solution, failure)  ! may be refused
-            call check(error, allocated(solution%beliefs), subject//': no tests')
-            if (allocated(error)) return
+            if (unmet(error, allocated(solution%beliefs), subject//': no tests')) return
             call check(error, solution%beliefs%has_contradiction(), subject//': not contradicted')
-            call check(error, size(solution%beliefs%explanations) > 0, subject//': not explained')
-            if (allocated(error)) return
+            if (unmet(error, size(solution%beliefs%explanations) > 0, subject//': not explained')) return
             i = 1
             if (present(together)) then
                 do i = 1, size(solution%beliefs%explanations) - 1
@@ -304,8 +280,7 @@ contains
                 else
                     found = NOISE_SUBJECTS(first%place)
                 end if
-                call check(error, first%kind == kind .and. index(found, subject) == 1, subject//' is named '//found)
-                if (allocated(error)) return
+                if (unmet(error, first%kind == kind .and. index(found, subject) == 1, subject//' is named '//found)) return
                 if (kind == OF_ALTERATION) return
                 call check(error, abs(first%value - value) < 0.15_dp*abs(value), subject//': '//number_text(first%value))
             end associate
@@ -316,7 +291,6 @@ contains
     !> beyond what is detectable counts as that.
     subroutine test_trials(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 1
         type(calibration_t) :: calibration
         type(wrong_belief_t), allocatable :: list(:)
@@ -324,14 +298,12 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call find_calibration('front-3', calibration, failure)
+        call take_calibration('front-3', calibration)
         list = all_wrong_beliefs()
         list = pack(list, [(any([character(52) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
                                 subject_of(list(i))), i=1, size(list))])
-        if (.not. allocated(failure)) &
-            call try_wrong_beliefs(calibration, ['optimal'], .true., list, 4715_i8, RUNS, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call try_wrong_beliefs(calibration, ['optimal'], .true., list, 4715_i8, RUNS, 1, tallies, failure)
+        if (failed(error, failure)) return
         call check(error, size(tallies), 1 + 3 + 3)
         call check(error, all(tallies%silent == 0), 'silent')
         call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
@@ -346,20 +318,17 @@ contains
     !> `sequential` makes of them does not converge, which is no silent result.
     subroutine test_not_converged(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(calibration_t) :: calibration
         type(wrong_belief_t), allocatable :: list(:)
         type(tally_t), allocatable :: tallies(:)
         type(error_t), allocatable :: failure
         integer :: i
 
-        call find_calibration('back-1', calibration, failure)
+        call take_calibration('back-1', calibration)
         list = all_wrong_beliefs()
         list = pack(list, [(subject_of(list(i)) == 'the quaternions have the scalar first', i=1, size(list))])
-        if (.not. allocated(failure)) &
-            call try_wrong_beliefs(calibration, ['sequential'], .false., list, 7001_i8, 2, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call try_wrong_beliefs(calibration, ['sequential'], .false., list, 7001_i8, 2, 1, tallies, failure)
+        if (failed(error, failure)) return
         call check(error, size(tallies) == 1 .and. tallies(1)%refused == 2 .and. tallies(1)%silent == 0)
     end subroutine test_not_converged
 
@@ -367,7 +336,6 @@ contains
     !> fits whose normal matrix with the forces' shapes is singular, of which no belief is tested.
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: FREQUENCY(3) = [0.18332252381644681_dp, 0.13355009605689397_dp, 0.18332868418778148_dp]   ! Hz
         real(dp), parameter :: PHASE(3) = [77.73997155859475_dp, 97.95996108970257_dp, 77.69514825950904_dp]     ! deg
         type(calibration_t) :: calibration
@@ -378,7 +346,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, k
 
-        call find_calibration('front-1', calibration, failure)
+        call take_calibration('front-1', calibration)
         calibration%options%optimal%estimate_scale_factors = .true.
         calibration%options%optimal%estimate_magnetometer_bias = .true.
         options = calibration%options
@@ -388,9 +356,8 @@ contains
         end associate
         if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         do k = 1, size(ALTERATIONS)
-            if (allocated(error)) return
             if (index(ALTERATIONS(k), 'the quaternions') /= 1) cycle
             wrong = observations
             call apply_alteration(k, wrong)
@@ -404,7 +371,6 @@ contains
     !> A belief that is wrong by its minimal detectable value is contradicted with the power that is stated.
     subroutine test_power(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 60, TESTED(3) = [ROD_FREQUENCIES(3), TORQUE_CHANGE(1), INERTIA(4)]
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -414,15 +380,13 @@ contains
         integer :: run, i, k, found
 
         ! without a wave in the data the search takes what a wrong frequency does for one, which what is stated leaves out
-        call simulator_of('front-3', simulator, options, error, WAVE_NEAR_RODS)
+        call simulator_of('front-3', simulator, options, WAVE_NEAR_RODS)
         do k = 1, size(TESTED)
             found = 0
             do run = 1, RUNS
-                if (allocated(error)) return
-                call observe(simulator, 4714_i8, run, observations, failure)
-                if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                call make_observations(simulator, 4714, run, observations)
+                call estimate_optimal(observations, options, solution, failure)
+                if (failed(error, failure)) return
                 i = findloc(solution%beliefs%values%belief, TESTED(k), 1)
                 wrong = observations
                 call apply_value(TESTED(k), solution%beliefs%values(i)%detectable, wrong)

@@ -1,20 +1,12 @@
 !> The tests of the operator's beliefs: their partials against altered observations, and their scores against what chance
 !> makes of them.
 module test_beliefs_of_operator
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, message_of, number_text
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_random, only: random_stream_t, new_stream
+    use vocabulary
+    use calibrations
+    use gracecg_base_error, only: number_text
     use gracecg_base_statistics, only: normal_quantile
-    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters
@@ -22,10 +14,8 @@ module test_beliefs_of_operator
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
-    use fixture, only: check, check_passes
     use statistics, only: chi_square_limits
     use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_beliefs
@@ -62,7 +52,6 @@ contains
     !> that are changed by it, up and down. Samples that are shifted in time blur the abrupt edges of the rods.
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: SIMILAR = 0.03_dp, BLURRED = 0.2_dp
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -73,14 +62,12 @@ contains
         real(dp) :: step, deviation, size_of_partials
         integer :: i
 
-        call simulator_of('front-3', simulator, options, error)
-        if (allocated(error)) return
+        call simulator_of('front-3', simulator, options)
         call observe_without_noise(simulator, density_wave_t(), observations)
         call estimate_offset('optimal', observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         if (.not. allocated(error)) call whitened(observations, partials, residuals)
         do i = 1, size(BELIEFS)
-            if (allocated(error)) return
             step = size_of(BELIEFS(i))
             other = observations
             call apply_value(BELIEFS(i), step, other)
@@ -109,7 +96,6 @@ contains
         subroutine whitened(set, rows, left)
             type(observation_set_t), intent(in) :: set
             real(dp), allocatable, intent(out) :: rows(:, :), left(:)
-
             type(fitting_data_t) :: data
             type(whitened_problem_t) :: problem
             real(dp), allocatable :: weights(:)
@@ -128,8 +114,7 @@ contains
                           weights(problem%observations))
             end if
             if (.not. allocated(failure)) call problem%linearise(rows, left, weights, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             known = problem%star_rows + problem%acceleration_rows
             rows = rows(:, :known)
             left = left(:known)
@@ -160,7 +145,6 @@ contains
     !> back by its negative.
     subroutine test_applied(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: N = 2000
         real(dp), parameter :: DELAYS(3) = [0.05_dp, -0.03_dp, 0.237_dp], PERIOD = 5
         type(observation_set_t) :: observations, other
@@ -197,28 +181,23 @@ contains
     !> Over sound runs the scores are those of standard normal variables, and none contradicts.
     subroutine test_scores(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(8), parameter :: NAMES(3) = [character(8) :: 'front-1', 'front-3', 'back-3']
         integer, parameter :: RUNS = 40
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: limits(2)
         real(dp), allocatable :: squares(:)
         character(:), allocatable :: found
         integer :: run, i, k
 
         do k = 1, size(NAMES)
-            call simulator_of(trim(NAMES(k)), simulator, options, error)
-            if (allocated(error)) return
+            call simulator_of(trim(NAMES(k)), simulator, options)
             allocate (squares(PARAMETERS), source=0.0_dp)
             do run = 1, RUNS
-                call observe(simulator, 4712_i8, run, observations, failure)
-                if (.not. allocated(failure)) call estimate_offset('optimal', observations, options, solution, failure)
-                call check_passes(error, message_of(failure))
-                if (allocated(error)) return
+                call make_observations(simulator, 4712, run, observations)
+                if (estimate_fails(error, 'optimal', observations, options, solution)) return
                 call say_contradiction(solution%beliefs, found)
                 call check(error, found, '', NAMES(k)//' run '//integer_text(run))
                 do i = 1, size(solution%beliefs%values)
@@ -232,8 +211,7 @@ contains
                 call check(error, squares(BELIEFS(i)) < 1.5_dp*limits(2), NAMES(k)//' '//trim(belief_subject(BELIEFS(i)))// &
                            number_text(squares(BELIEFS(i))/RUNS))
             end do
-            call check(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')
-            if (allocated(error)) return
+            if (unmet(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')) return
             deallocate (squares)
         end do
     end subroutine test_scores
@@ -242,7 +220,6 @@ contains
     !> against rows made orthogonal to those of the others, twice, as Gram and Schmidt do.
     subroutine test_information_left(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -254,12 +231,10 @@ contains
         integer, allocatable :: tested(:)
         integer :: i, k, round, n, all_of
 
-        call simulator_of('front-1', simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 77_i8, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure, problem=fitted)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call simulator_of('front-1', simulator, options)
+        call make_observations(simulator, 77, 1, observations)
+        call estimate_optimal(observations, options, solution, failure, problem=fitted)
+        if (failed(error, failure)) return
         n = size(fitted%model%estimated)
         tested = pack(solution%beliefs%values%belief, &
                       [(all(fitted%model%estimated /= solution%beliefs%values(i)%belief), &
@@ -272,8 +247,7 @@ contains
         all_of = n + size(tested)
         allocate (rows(all_of, problem%observations), residuals(problem%observations), weights(problem%observations))
         if (.not. allocated(failure)) call problem%linearise(rows, residuals, weights, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         rows(n + 1:, problem%star_rows + problem%acceleration_rows + 1:) = 0    ! what the operator states of them
         do i = 1, all_of
             whole = norm2(rows(i, :))
@@ -299,7 +273,6 @@ contains
     !> data could speak of: they change nothing.
     subroutine test_traces(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -307,10 +280,9 @@ contains
         type(error_t), allocatable :: failure
         integer :: axis
 
-        call simulator_of('back-1', simulator, options, error)
-        if (allocated(error)) return
-        call observe(simulator, 77_i8, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
+        call simulator_of('back-1', simulator, options)
+        call make_observations(simulator, 77, 1, observations)
+        call estimate_optimal(observations, options, solution, failure)
         if (.not. allocated(failure)) then
             associate (rods => observations%knowledge%rods)
                 axis = findloc([(any(rods%activations(:rods%count)%axis == axis), axis=1, 3)], .false., 1)
@@ -321,8 +293,7 @@ contains
             end associate
             call estimate_optimal(observations, options, with_trace, failure)
         end if
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, axis > 0 .and. all(solution%beliefs%values%belief > 0), 'a rod is free')
         call check(error, size(with_trace%beliefs%values), size(solution%beliefs%values))
         call check(error, with_trace%beliefs%critical, solution%beliefs%critical, thr=1e-12_dp)
@@ -331,7 +302,6 @@ contains
     !> A score that the fits do not bear out is none; one of a belief that is wrong stays, near to what it was.
     subroutine test_confirmation(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: SIMILAR = 0.1_dp
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
@@ -341,12 +311,10 @@ contains
         real(dp) :: score
         integer :: i
 
-        call simulator_of('front-3', simulator, options, error, WAVE_NEAR_RODS)
-        if (allocated(error)) return
-        call observe(simulator, 4716_i8, 1, observations, failure)
-        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call simulator_of('front-3', simulator, options, WAVE_NEAR_RODS)
+        call make_observations(simulator, 4716, 1, observations)
+        call estimate_optimal(observations, options, solution, failure)
+        if (failed(error, failure)) return
         i = findloc(solution%beliefs%values%belief, ROD_FREQUENCIES(3), 1)
         wrong = observations
         call apply_value(ROD_FREQUENCIES(3), 1.4_dp*solution%beliefs%values(i)%detectable, wrong)
@@ -357,8 +325,7 @@ contains
         call check(error, .not. solution%beliefs%has_contradiction(), 'a score without a reason')
 
         call estimate_optimal(wrong, options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         score = solution%beliefs%values(i)%score
         call check(error, solution%beliefs%has_contradiction(), 'wrong frequency')
         call check(error, maxval(abs(solution%beliefs%values%score)) < 8, 'a score within what is confirmed')
@@ -372,26 +339,18 @@ contains
     !> the accelerometer, which would make more of both, is not contradicted for it.
     subroutine test_bent_forces(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp), allocatable :: x(:)
         integer :: i
 
-        call find_calibration('front-1', calibration, failure)
+        call take_calibration('front-1', calibration)
         calibration%case%satellite%offset = 1e-6_dp
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call make_observations(calibration%case, 4711, 1, observations)
         x = 2*observations%accelerometer_time/calibration%case%duration - 1
         observations%acceleration(1, :) = observations%acceleration(1, :) + 6e-10_dp*(35*x**4 - 30*x**2 + 3)/8
-        call estimate_offset('optimal', observations, calibration%options, solution, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
         i = SCALE_FACTORS(1)
         associate (test => solution%beliefs%values(findloc(solution%beliefs%values%belief, i, 1)))
             call check(error, abs(test%score) < 4, 'scale factor '//number_text(test%score))
@@ -401,28 +360,21 @@ contains
     !> Forces that bend, and torques that change, over five minutes are no wrong beliefs.
     subroutine test_long_arcs(error)
         type(error_type), allocatable, intent(out) :: error
-
         character(8), parameter :: NAMES(2) = [character(8) :: 'front-1', 'front-3']
         real(dp), parameter :: LENGTH = 300
         type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         character(:), allocatable :: found
         real(dp) :: sigma
         integer :: i, k
 
         do k = 1, size(NAMES)
-            call find_calibration(trim(NAMES(k)), calibration, failure)
+            call take_calibration(NAMES(k), calibration)
             calibration%case%duration = LENGTH
             calibration%case%satellite%rods%activations%stop = LENGTH
-            if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-            if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
-            if (.not. allocated(failure)) &
-                call estimate_offset('optimal', observations, calibration%options, solution, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            call make_observations(calibration%case, 4711, 1, observations)
+            if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
             call say_contradiction(solution%beliefs, found)
             call check(error, found, '', NAMES(k))
             do i = 1, 3

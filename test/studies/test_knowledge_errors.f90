@@ -1,21 +1,14 @@
 !> Errors in the operator's knowledge, each alone: the bound's consider covariance and differences of estimates agree.
 module test_knowledge_errors
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_estimation_options, only: estimation_options_t, NOISE_GIVEN
+    use gracecg_estimation_options, only: NOISE_GIVEN
     use gracecg_estimation_report_options, only: report_options
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, OPERATOR_PLACES
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, tell_operator
+    use gracecg_simulation_simulator, only: tell_operator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
-    use fixture, only: check, check_passes
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_knowledge_errors
@@ -46,7 +39,7 @@ contains
 
         options = report_options('front-1')
         do i = 1, size(CHECKED)
-            call report_case('front-1', case, failure)
+            call take_case('front-1', case)
             associate (sigma => sizes_of(case%operator, CHECKED(i)))
                 case%operator%sigma = 0
                 case%operator%sigma(:size(sigma), CHECKED(i)) = sigma
@@ -58,8 +51,7 @@ contains
             options%optimal%estimate_within_limits = .false.    ! but considered
             if (.not. allocated(failure)) call differences(simulator, 'optimal', options, CHECKED(i), found, failure)
             options = report_options('front-1')
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             place = findloc(OPERATOR_PLACES, CHECKED(i), 1)
             considered = bound%by_knowledge(:, CHECKED(i))
             if (place > 0) considered = bound%by_source(:, place)
@@ -104,7 +96,6 @@ contains
         integer, intent(in) :: source
         real(dp), intent(out) :: found(3)
         type(error_t), allocatable, intent(out) :: failure
-
         type(observation_set_t) :: observations, told
         type(estimation_options_t) :: own
         type(operator_t) :: wrong
@@ -138,20 +129,16 @@ contains
     subroutine test_estimators(error)
         type(error_type), allocatable, intent(out) :: error
         character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-rde', 'ascfest', 'optimal', 'sequential']
-        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
         real(dp) :: found(3)
         integer :: i, k
 
-        call report_case('back-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
+        call make_simulator('back-1', simulator)
         do k = 1, size(ALGORITHMS)
             do i = 1, size(SOURCES)
-                if (allocated(error)) return
                 call differences(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, found, failure)
-                call check_passes(error, message_of(failure))
+                call check_passes(error, failure)
                 if (i == COMMON_ROD_GAIN) call check(error, any(found > 1e-7_dp), ALGORITHMS(k))
             end do
         end do

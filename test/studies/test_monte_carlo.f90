@@ -1,22 +1,13 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use vocabulary
+    use calibrations
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_studies_published_rms, only: published_rms, allowed_by_fifteen_runs
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_monte_carlo
-
 
 contains
 
@@ -31,50 +22,25 @@ contains
                     new_unittest('runs-do-not-depend-on-threads-or-neighbours', test_reproducible)]
     end subroutine collect_monte_carlo
 
-    pure function first_runs(n) result(runs)
-        integer, intent(in) :: n
-        integer :: runs(n)
-
-        integer :: i
-
-        runs = [(i, i=1, n)]
-    end function first_runs
-
-    subroutine prepare(number, simulator, error)
-        integer, intent(in) :: number       !! Of the case, 1..6
-        type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(inout) :: error
-
-        type(case_t) :: case
-        type(error_t), allocatable :: failure
-
-        call report_case(trim(REPORT_CASE_NAMES(number)), case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine prepare
-
     !> 300 runs: the RMS has a standard error of 4 %, so 12 % is three of them.
     subroutine test_rms(error)
         type(error_type), allocatable, intent(out) :: error
-
         integer, parameter :: RUNS = 300
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
         type(error_statistics_t) :: statistics
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
-        integer :: i
+        integer :: i, k
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator, error)
-            if (allocated(error)) return
+            call make_simulator(REPORT_CASE_NAMES(i), simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, first_runs(RUNS), 2, &
+                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, [(k, k=1, RUNS)], 2, &
                                      results, failure)
             end if
-            call check(error,.not. allocated(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             call check(error, all(results%converged))
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.12_dp, &
@@ -86,7 +52,6 @@ contains
     !> noise, the report's weights, bias of the accelerometer's scale factors, no density wave), mm.
     subroutine test_independent(error)
         type(error_type), allocatable, intent(out) :: error
-
         real(dp), parameter :: INDEPENDENT(3, 6) = reshape([ &
             0.118_dp, 0.046_dp, 0.047_dp, 1.10_dp, 0.0053_dp, 0.0153_dp, 0.0129_dp, 0.0352_dp, 0.0319_dp, &
             0.094_dp, 0.048_dp, 0.047_dp, 1.12_dp, 0.0088_dp, 0.0178_dp, 0.0324_dp, 0.0348_dp, 0.0340_dp], &
@@ -98,11 +63,9 @@ contains
         integer :: i
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator, error)
-            if (allocated(error)) return
+            call make_simulator(REPORT_CASE_NAMES(i), simulator)
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
-            call check(error,.not. allocated(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             without_wave = sqrt(prediction%noise**2 + prediction%bias**2)/MILLIMETRE
             call check(error, maxval(abs(without_wave/INDEPENDENT(:, i) - 1)) < 0.15_dp, REPORT_CASE_NAMES(i))
         end do
@@ -114,7 +77,6 @@ contains
     !> wave of 0.003 and 12 s z is 19 % off.
     subroutine test_published(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
@@ -125,13 +87,11 @@ contains
         inside = 0
         squares = 0
         do i = 1, size(REPORT_CASE_NAMES)
-            call prepare(i, simulator, error)
-            if (allocated(error)) return
+            call make_simulator(REPORT_CASE_NAMES(i), simulator)
             do a = 1, size(REPORT_ESTIMATORS)
                 call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, &
                                     failure)
-                call check(error,.not. allocated(failure))
-                if (allocated(error)) return
+                if (failed(error, failure)) return
                 associate (rms => published_rms(REPORT_CASE_NAMES(i), trim(REPORT_ESTIMATORS(a))))
                     published = published + count(rms > 0)
                     inside = inside + count(allowed_by_fifteen_runs(rms, prediction%rms/MILLIMETRE))
@@ -148,25 +108,21 @@ contains
     !> error of 7 %, against theory; 21 % are three of them.
     subroutine test_every_algorithm(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
         type(error_statistics_t) :: statistics
         type(prediction_t) :: prediction
         type(error_t), allocatable :: failure
-        integer :: a
+        integer :: a, i
 
-        call prepare(6, simulator, error)
-        if (allocated(error)) return
+        call make_simulator(REPORT_CASE_NAMES(6), simulator)
         do a = 1, size(REPORT_ESTIMATORS)
             call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
                 call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), 12_i8, &
-                                     first_runs(100), 2, results, &
-                                     failure)
+                                     [(i, i=1, 100)], 2, results, failure)
             end if
-            call check(error,.not. allocated(failure))
-            if (allocated(error)) return
+            if (failed(error, failure)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.21_dp, &
                        REPORT_ESTIMATORS(a))
@@ -175,17 +131,15 @@ contains
 
     subroutine test_reproducible(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: one_thread, two_threads
         type(error_t), allocatable :: failure
+        integer :: i
 
-        call prepare(4, simulator, error)
-        if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, first_runs(8), 1, one_thread, &
+        call make_simulator(REPORT_CASE_NAMES(4), simulator)
+        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [(i, i=1, 8)], 1, one_thread, &
                              failure)
-        call check(error,.not. allocated(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [2, 3, 7], 2, two_threads, failure)
         call check(error, maxval(abs(one_thread%offset(:, [2, 3, 7]) - two_threads%offset)), 0.0_dp)
         call check(error, norm2(one_thread%offset(:, 1) - one_thread%offset(:, 2)) > 1e-7_dp, 'runs differ')

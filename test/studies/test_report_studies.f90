@@ -1,17 +1,13 @@
 !> The studies behind the report's chapters: what they count, choose and compare, on made-up results where
 !> that is enough, and on few runs where it is not.
 module test_report_studies
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
+    use calibrations
     use gracecg_base_progress, only: progress_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_simulation_simulator, only: new_simulator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_design, only: manoeuvre_design_t
@@ -23,8 +19,6 @@ module test_report_studies
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, check_passes
     implicit none
     private
     public :: collect_report_studies
@@ -73,12 +67,11 @@ contains
 
         three = new_campaign(ALGORITHMS, 1, 7_i8, 3, 1, 1)
         two = new_campaign(ALGORITHMS, 1, 7_i8, 2, 1, 1)
-        call find_calibration('back-3', calibration, failure)
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (.not. allocated(failure)) call run_case(three, 1, calibration, simulator, 2, failure, listener)
+        call take_calibration('back-3', calibration)
+        call make_simulator(calibration%case, simulator)
+        call run_case(three, 1, calibration, simulator, 2, failure, listener)
         if (.not. allocated(failure)) call run_case(two, 1, calibration, simulator, 1, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         cut = first_runs(three, 2)
         call check(error, cut%runs == 2 .and. all(cut%entries(2, 1)%run == [1, 2]))
         call check(error, all(abs(cut%entries(2, 1)%statistics%rms - two%entries(2, 1)%statistics%rms) <= 0))
@@ -156,16 +149,15 @@ contains
         type(listener_t) :: listener
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
-        if (.not. allocated(failure)) call study_limit(calibration, 5_i8, 2, 2, study, failure, listener)
+        call take_calibration('front-3', calibration)
+        call study_limit(calibration, 5_i8, 2, 2, study, failure, listener)
         if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
         if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
         if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
         if (.not. allocated(failure)) &
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(ASCREST)), calibration%options, 5_i8, [1, 2], 1, &
                                  results, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         call check(error, all(abs(study%bound - bound%sigma) <= 0))
         call check(error, all(study%runs == 2) .and. all(study%not_converged == 0))
@@ -180,11 +172,11 @@ contains
         type(error_study_t) :: all_studies(size(STUDY_NAMES)), study
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-1', calibration, failure)
-        if (.not. allocated(failure)) call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
+        call take_calibration('front-1', calibration)
+        call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
         if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
                                                           calibration%options, 2_i8, 2, 1, study, failure)
-        call check_passes(error, message_of(failure))
+        call check_passes(error, failure)
         call check(error, all(abs(all_studies(3)%rms - study%rms) <= 0))
         call check(error, all(all_studies(3)%predicted < all_studies(1)%predicted))
     end subroutine test_error_sources
@@ -203,8 +195,7 @@ contains
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) &
             call study_field(simulator, 'ascrest', report_options('back-3'), .true., 100e-9_dp, 3_i8, 1, 1, study, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(studies%with_model .eqv. [(modulo(i, 2) == 0, i=1, LOSS_STUDIES)]))
         call check(error, trim(studies(1)%case_name)//' '//trim(studies(1)%algorithm)//' '// &
                                                trim(studies(3)%algorithm)//' '//trim(studies(8)%case_name), &
@@ -221,12 +212,11 @@ contains
         type(designed_calibration_t) :: reached
         type(error_t), allocatable :: failure
 
-        call find_calibration('back-3', calibration, failure)
-        if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
+        call take_calibration('back-3', calibration)
+        call bound_of_case(calibration%case, calibration%options, bound, failure)
         design%rods = calibration%case%satellite%rods
         if (.not. allocated(failure)) call calibrate_with_design('back-3', design, 1_i8, 2, 2, reached, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
         call check(error, all(abs(reached%bound - bound%sigma) <= 0) .and. reached%runs == 2)
         call check(error, all(reached%rms > 0) .and. all(reached%rms < 1e-4_dp) .and. &
                                                all(reached%trimmed < 1e-4_dp))

@@ -1,13 +1,8 @@
 !> Statements of the report that are examined by `gracecg statements`.
 module test_statements
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE, ARCSECOND, DEGREE, PI
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t
+    use vocabulary
     use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_statements
-    use testdrive, only: new_unittest, unittest_type, error_type
-    use fixture, only: check, check_passes, check_fails
     implicit none
     private
     public :: collect_statements
@@ -31,17 +26,18 @@ contains
                     new_unittest('unknown', test_unknown)]
     end subroutine collect_statements
 
-    subroutine examine(error, name, runs, statement)
+    !> Examines a statement, which must give so many rows. Cannot the test go on?
+    logical function fails(error, name, runs, rows, statement)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name
-        integer, intent(in) :: runs
+        integer, intent(in) :: runs, rows
         type(statement_t), intent(out) :: statement
-
         type(error_t), allocatable :: failure
 
         call examine_statement(name, runs, 1_i8, 2, statement, failure)
-        call check_passes(error, message_of(failure))
-    end subroutine examine
+        fails = failed(error, failure)
+        if (.not. fails) fails = unmet(error, size(statement%rows), rows, name)
+    end function fails
 
     !> A rod does not turn the satellite about its own axis: a manoeuvre by one rod leaves the offset along it
     !> better than the others, and some other axis worse than two rods.
@@ -50,9 +46,7 @@ contains
         type(statement_t) :: s
         integer :: i
 
-        call examine(error, 'one-rod', 0, s)
-        call check(error, size(s%rows), 12)
-        if (allocated(error)) return
+        if (fails(error, 'one-rod', 0, 12, s)) return
         call check(error, s%verdict == HOLDS_IN_PART .and. index(s%found, '4 of 27') > 0, s%found)
         do i = 1, 12, 4
             call check(error, maxval(s%rows(i)%predicted) < &
@@ -66,9 +60,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(statement_t) :: s
 
-        call examine(error, 'dominance', 0, s)
-        call check(error, size(s%rows), 12)
-        if (allocated(error)) return
+        if (fails(error, 'dominance', 0, 12, s)) return
         call check(error, s%verdict == HOLDS_NOT .and. index(s%details, '6 of 9') > 0, s%found)
         call check(error, s%rows(10)%torque_ratio < 3 .and. &
                                                minval(s%rows([9, 11, 12])%torque_ratio) > 15)
@@ -85,9 +77,7 @@ contains
         real(dp), dimension(3, 6) :: share, smooth
         integer :: i
 
-        call examine(error, 'curved-force', 60, s)
-        call check(error, size(s%rows), 18)
-        if (allocated(error)) return
+        if (fails(error, 'curved-force', 60, 18, s)) return
         do i = 1, 6
             share(:, i) = 1 - (s%rows(3*i)%predicted/s%rows(3*i - 2)%predicted)**2
             smooth(:, i) = 1 - (s%rows(3*i)%predicted/s%rows(3*i - 1)%predicted)**2
@@ -104,9 +94,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(statement_t) :: s
 
-        call examine(error, 'arc-length', 0, s)
-        call check(error, size(s%rows), 18)
-        if (allocated(error)) return
+        if (fails(error, 'arc-length', 0, 18, s)) return
         call check(error, maxval(s%rows(4)%predicted) < maxval(s%rows(1)%predicted)/3 .and. &
                    s%rows(12)%predicted(2) > s%rows(8)%predicted(2), s%found)
         call check(error, s%verdict == HOLDS_NOT .and. &
@@ -119,9 +107,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(statement_t) :: s
 
-        call examine(error, 'weights', 0, s)
-        call check(error, size(s%rows), 8)
-        if (allocated(error)) return
+        if (fails(error, 'weights', 0, 8, s)) return
         call check(error, all(abs(s%rows(4)%predicted/s%rows(1)%predicted - 1) < 1e-6_dp) .and. &
                    all(s%rows(6)%predicted > [5, 5, 4]*s%rows(1)%predicted), s%found)
         call check(error, s%verdict == HOLDS_IN_PART, s%found)
@@ -133,10 +119,9 @@ contains
         type(statement_t) :: s
         integer :: i
 
-        call examine(error, 'accuracy', 40, s)
+        if (fails(error, 'accuracy', 40, 3, s)) return
         call check(error, s%verdict == HOLDS, s%found)
         do i = 1, 3
-            if (allocated(error)) return
             call check(error, all(abs(s%rows(i)%rms/s%rows(i)%predicted - 1) < 4/sqrt(80.0_dp)), s%rows(i)%case_name)
         end do
     end subroutine test_accuracy
@@ -146,8 +131,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(statement_t) :: s
 
-        call examine(error, 'condition', 0, s)
-        call check(error, size(s%rows), 9)
+        if (fails(error, 'condition', 0, 9, s)) return
         call check(error, all(abs(s%rows(1::3)%condition/s%rows(2::3)%condition - 1) < 0.05_dp))
         call check(error, all(s%rows(3::3)%condition > 1e12_dp) .and. s%verdict == HOLDS, s%found)
     end subroutine test_condition
@@ -158,9 +142,7 @@ contains
         type(statement_t) :: s
         integer :: i
 
-        call examine(error, 'two-steps', 0, s)
-        call check(error, size(s%rows), 14)
-        if (allocated(error)) return
+        if (fails(error, 'two-steps', 0, 14, s)) return
         do i = 1, 6
             call check(error, all(s%rows(7)%predicted <= s%rows(i)%predicted*(1 + 1e-9_dp)))
         end do
@@ -180,13 +162,10 @@ contains
         character(8) :: mean
         integer :: i
 
-        call examine(error, 'stars', 0, s)
-        call check(error, size(s%rows), 12)
-        if (allocated(error)) return
+        if (fails(error, 'stars', 0, 12, s)) return
         write (mean, '(f8.1)') STARS_OF_CATALOGUE*4*asin(sin(11*DEGREE)*sin(8*DEGREE))/(4*PI)
         call check(error, s%verdict == HOLDS_IN_PART .and. index(s%found, trim(adjustl(mean))//' stars') > 0, s%found)
         do i = 1, 12, 2
-            if (allocated(error)) return
             associate (first => s%rows(i), best => s%rows(i + 1))
                 call check(error, abs(first%stars - best%stars) <= 0 .and. first%stars >= 20 .and. &
                            best%camera_sigma(3) < first%camera_sigma(3) .and. &
@@ -206,20 +185,17 @@ contains
         type(string_t), allocatable :: lines(:)
         type(error_t), allocatable :: failure
 
-        call examine(error, 'condition', 0, s(1))
-        if (.not. allocated(error)) call examine(error, 'two-steps', 0, s(2))
-        if (allocated(error)) return
+        if (fails(error, 'condition', 0, 9, s(1))) return
+        if (fails(error, 'two-steps', 0, 14, s(2))) return
         table = statement_table(s(1:1))
         call table%lines(100, lines)
         call check(error, size(lines), 10)
-        call check(error, index(lines(1)%text, 'condition') > 0 .and. &
-                                               index(lines(1)%text, 'sigma') == 0, lines(1)%text)
-        if (allocated(error)) return
+        if (unmet(error, index(lines(1)%text, 'condition') > 0 .and. &
+                                              index(lines(1)%text, 'sigma') == 0, lines(1)%text)) return
         table = statement_table(s)
         call table%csv(lines, failure)
-        call check_passes(error, message_of(failure))
-        call check(error, size(lines), 1 + 9 + 14)
-        if (allocated(error)) return
+        call check_passes(error, failure)
+        if (unmet(error, size(lines), 1 + 9 + 14)) return
         call check(error, index(lines(2)%text, 'condition,front-1,full state (FDE),0,,,,,,,14.6') == 1 .and. &
                    index(lines(2)%text, ',,,,', back=.true.) == len(lines(2)%text) - 3, lines(2)%text)
     end subroutine test_table
@@ -230,6 +206,6 @@ contains
         type(error_t), allocatable :: failure
 
         call examine_statement('two-rods', 0, 1_i8, 1, s, failure)
-        call check_fails(error, message_of(failure), [character(40) :: 'no statement "two-rods"', 'one-rod'])
+        call check_fails(error, failure, 'no statement "two-rods" ... one-rod')
     end subroutine test_unknown
 end module test_statements

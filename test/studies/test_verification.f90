@@ -1,12 +1,8 @@
 !> Section 5.3 of the report: the curves of Figures 5.2-5.8 against the printed axis windows.
 module test_verification
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text, calibration_from_text
+    use vocabulary
+    use calibrations
+    use gracecg_planning_calibration, only: calibration_text, calibration_from_text
     use gracecg_studies_axis_ticks
     use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_curves
@@ -15,8 +11,6 @@ module test_verification
     use gracecg_studies_published_case
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_LOW, LIMIT_HIGH, LIMIT_STEP
     use gracecg_studies_table_figure_windows, only: WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
-    use fixture, only: check, test_failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_verification
@@ -38,18 +32,17 @@ contains
                     new_unittest('a-shifted-curve-misses-its-window', test_shifted)]
     end subroutine collect_verification
 
-    subroutine verify(name, verification, error)
+    logical function verify_fails(name, verification, error)
         character(*), intent(in) :: name
         type(verification_t), intent(out) :: verification
         type(error_type), allocatable, intent(inout) :: error
-
         type(case_t) :: case
         type(error_t), allocatable :: failure
 
-        call report_case(name, case, failure)
-        if (.not. allocated(failure)) call verify_case(case, verification, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine verify
+        call take_case(name, case)
+        call verify_case(case, verification, failure)
+        verify_fails = failed(error, failure)
+    end function verify_fails
 
     !> All 54 windows that depend on the attitude dynamics alone, and nearly all of them reached at both ends; of
     !> the 36 that need the
@@ -61,28 +54,21 @@ contains
         type(window_check_t), allocatable :: checks(:)
         logical, allocatable :: attitude_only(:), inside(:)
 
-        call verify('front-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('front-1', verification, error)) return
         checks = check_windows('front', verification)
-        call verify('back-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('back-1', verification, error)) return
         checks = [checks, check_windows('back', verification)]
         attitude_only = checks%attitude_only
         inside = checks%inside
-        call check(error, size(checks), 90)
-        if (allocated(error)) return
-        call check(error, count(attitude_only), 54)
-        if (allocated(error)) return
-        call check(error, count(attitude_only .and. inside), 54, &
-                   'attitude windows met; missed:'//missed(attitude_only))
-        if (allocated(error)) return
-        call check(error, count(attitude_only .and. checks%on_ticks) >= 50, 'too few end intervals reached')
-        if (allocated(error)) return
+        if (unmet(error, size(checks), 90)) return
+        if (unmet(error, count(attitude_only), 54)) return
+        if (unmet(error, count(attitude_only .and. inside), 54, &
+                  'attitude windows met; missed:'//missed(attitude_only))) return
+        if (unmet(error, count(attitude_only .and. checks%on_ticks) >= 50, 'too few end intervals reached')) return
         call check(error, all(checks%fill >= 0 .and. checks%fill <= 1) .and. &
                    minval(checks%fill, attitude_only) > 0.35_dp, 'fill')
-        call check(error, count(.not. attitude_only .and. inside) >= 22, &
-                   'too few environment windows met; missed:'//missed(.not. attitude_only))
-        if (allocated(error)) return
+        if (unmet(error, count(.not. attitude_only .and. inside) >= 22, &
+                  'too few environment windows met; missed:'//missed(.not. attitude_only))) return
         call check(error, count(.not. attitude_only .and. checks%near_centre) >= 30, &
                    'too few environment curves near their window''s centre')
 
@@ -114,8 +100,7 @@ contains
 
         met = 0
         do i = 1, 2
-            call verify(trim(SATELLITES(i))//'-1', verification, error)
-            if (allocated(error)) return
+            if (verify_fails(trim(SATELLITES(i))//'-1', verification, error)) return
             curve = findloc(CURVE_NAMES == 'erp', .true., 1)
             checks = check_windows(trim(SATELLITES(i)), verification)
             met(1) = met(1) + count(checks%inside .and. checks%quantity == 'erp')
@@ -132,10 +117,8 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(verification_t) :: verification
 
-        call verify('front-1', verification, error)
-        if (allocated(error)) return
-        call check(error, size(verification%time), 601)
-        if (allocated(error)) return
+        if (verify_fails('front-1', verification, error)) return
+        if (unmet(error, size(verification%time), 601)) return
         call check(error, verification%time(600), 60.0_dp, thr=1e-12_dp)
         call check_sum('non_gravitational', [character(20) :: 'drag', 'srp', 'erp'], 1e-20_dp)
         if (allocated(error)) return
@@ -171,8 +154,7 @@ contains
         real(dp) :: low, high
         integer :: curve, place
 
-        call verify('front-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('front-1', verification, error)) return
         curve = findloc(CURVE_NAMES == 'omega', .true., 1)
         omega = verification%curve(1, curve, :)
         checks = check_windows('front', verification)
@@ -205,11 +187,9 @@ contains
 
         call check(error, size(WINDOW_STEP), 90)
         do i = 1, size(WINDOW_STEP)
-            if (allocated(error)) return
             call check_axis(WINDOW_LOW(i), WINDOW_HIGH(i), WINDOW_STEP(i))
         end do
         do i = 1, size(LIMIT_STEP)
-            if (allocated(error)) return
             if (any(LIMIT_FIGURE(i) == ['6.2', '6.3', '6.6'])) call check_axis(LIMIT_LOW(i), LIMIT_HIGH(i), LIMIT_STEP(i))
         end do
 
@@ -230,8 +210,7 @@ contains
         type(window_check_t), allocatable :: checks(:)
         integer :: curve
 
-        call verify('back-1', verification, error)
-        if (allocated(error)) return
+        if (verify_fails('back-1', verification, error)) return
         curve = findloc(CURVE_NAMES == 'torque_magnetic', .true., 1)
         verification%curve(:, curve, :) = verification%curve(:, curve, :)/10
         checks = check_windows('back', verification)
@@ -286,7 +265,7 @@ contains
         integer :: i, checksum
 
         do i = 1, size(REPORT_CASE_NAMES)
-            call find_calibration(REPORT_CASE_NAMES(i), calibration, failure)
+            call take_calibration(REPORT_CASE_NAMES(i), calibration)
             if (.not. allocated(failure)) then
                 calibration%case%name = 'another name'
                 call calibration_text(calibration, text, failure)

@@ -1,19 +1,13 @@
 !> The star camera: mounting, field of view, noise of the attitudes.
 module test_star_camera
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_vectors, only: cross, inverse_3x3
+    use vocabulary
+    use test_quest, only: random_attitude
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use statistics, only: Z_999, chi_square_limits, ljung_box
-    use fixture, only: check, check_fails, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_star_camera
@@ -62,10 +56,9 @@ contains
             if (camera%stars_in_field(catalogue, q, 1) < 2) cycle
             call camera%see(catalogue, q, 1, first, failure)
             if (.not. allocated(failure)) call best_camera%see(catalogue, q, 1, best, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             trace = [trace_of(first), trace_of(best)]
-            call check(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))
-            if (allocated(error)) return
+            if (unmet(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))) return
             if (camera%stars_in_field(catalogue, q, 1) <= camera%star_count) then
                 call check(error, all(abs(best%reference - first%reference) <= 0), 'no choice')
                 cycle
@@ -79,7 +72,6 @@ contains
 
         real(dp) function trace_of(frame) result(trace)
             type(star_frame_t), intent(in) :: frame
-
             real(dp) :: information(3, 3), inverse(3, 3)
             integer :: k, j
 
@@ -121,14 +113,6 @@ contains
         call check(error, camera%mean_stars_in_field(catalogue), size(catalogue%direction, 2)/2.0_dp, thr=1.0_dp)
     end subroutine test_star_number
 
-    function random_attitude(stream) result(q)
-        type(random_stream_t), intent(inout) :: stream
-        real(dp) :: q(4)
-
-        call stream%normals(q)
-        q = normalised(q)
-    end function random_attitude
-
     !> Boresights at +-45 deg from -z in the y-z plane, camera x along body x.
     subroutine test_mounting(error)
         type(error_type), allocatable, intent(out) :: error
@@ -162,12 +146,11 @@ contains
             q = random_attitude(stream)
             head = 1 + mod(i, HEADS)
             call camera%see(catalogue, q, head, frame, failure)
-            if (failed(error, message_of(failure))) return
+            if (failed(error, failure)) return
             associate (v => frame%line_of_sight)
-                call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
-                           all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
-                           all(abs(v(2, :)) <= v(3, :)*tan(8*DEGREE)))
-                if (allocated(error)) return
+                if (unmet(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
+                          all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
+                          all(abs(v(2, :)) <= v(3, :)*tan(8*DEGREE)))) return
                 m = matmul(rotation_matrix(camera%mounting(head)), rotation_matrix(q))
                 call check(error, maxval(abs(matmul(m, frame%reference) - v)) < 1e-15_dp)
             end associate
@@ -283,9 +266,7 @@ contains
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error
         type(star_camera_t) :: camera
-        real(dp) :: nan
 
-        nan = ieee_value(nan, ieee_quiet_nan)
         call expect_failure('head', normalised(ATTITUDE), 3)
         call expect_failure('quaternion', 2*ATTITUDE, 1)
         call expect_failure('quaternion', [nan, 0.0_dp, 0.0_dp, 1.0_dp], 1)
@@ -299,9 +280,9 @@ contains
         call expect_failure('number of stars', normalised(ATTITUDE), 1)
         camera = star_camera_t(measurement_noise=-1.0_dp)
         call expect_failure('noise', normalised(ATTITUDE), 1)
-        camera = star_camera_t(catalogue_noise=nan)
+        camera = star_camera_t(catalogue_noise=NAN)
         call expect_failure('noise', normalised(ATTITUDE), 1)
-        camera = star_camera_t(elevation=[nan, 0.0_dp])
+        camera = star_camera_t(elevation=[NAN, 0.0_dp])
         call expect_failure('elevation', normalised(ATTITUDE), 2)
 
     contains
@@ -310,12 +291,11 @@ contains
             character(*), intent(in) :: words
             real(dp), intent(in) :: q(4)
             integer, intent(in) :: head
-
             type(star_frame_t) :: frame
             type(error_t), allocatable :: failure
 
             call camera%see(builtin_star_catalogue(), q, head, frame, failure)
-            call check_fails(error, message_of(failure), [words])
+            call check_fails(error, failure, words)
         end subroutine expect_failure
     end subroutine test_settings
 end module test_star_camera

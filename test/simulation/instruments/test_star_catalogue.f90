@@ -1,14 +1,9 @@
 !> The star catalogue: the built-in stars, the field of view, files good and corrupted.
 module test_star_catalogue
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_base_error, only: error_t, message_of
+    use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix, normalised
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use statistics, only: Z_999, mean, variance
-    use fixture, only: check, check_fails, failed
-    use testdrive, only: new_unittest, unittest_type, error_type
     implicit none
     private
     public :: collect_star_catalogue
@@ -43,8 +38,7 @@ contains
         integer :: i
 
         catalogue = builtin_star_catalogue()
-        call check(error, size(catalogue%direction, 2), 4616)
-        if (allocated(error)) return
+        if (unmet(error, size(catalogue%direction, 2), 4616)) return
         call check(error, maxval(abs(norm2(catalogue%direction, 1) - 1)) < VECTORISED)
         call check(error, minval(catalogue%magnitude) >= 1 .and. maxval(catalogue%magnitude) <= 6)
         i = maxloc(catalogue%direction(3, :), 1)
@@ -62,9 +56,8 @@ contains
 
         builtin = builtin_star_catalogue()
         call read_star_catalogue('data/bright_stars.txt', source, failure)
-        if (failed(error, message_of(failure))) return
-        call check(error, size(source%magnitude), size(builtin%magnitude))
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, size(source%magnitude), size(builtin%magnitude))) return
         call check(error, all(abs(builtin%direction - source%direction) < VECTORISED) .and. &
                    all(builtin%magnitude == source%magnitude))
     end subroutine test_source
@@ -91,12 +84,10 @@ contains
             end do
             expected = pack([(i, i=1, size(inside))], inside)
             call catalogue%visible_stars(camera, FIELD, indices, n)
-            call check(error, n, size(expected))
-            if (allocated(error)) return
+            if (unmet(error, n, size(expected))) return
             call check(error, all(indices(:n) == expected) .and. all(indices(n + 1:) == 0))
             call catalogue%visible_stars(camera, FIELD, first, n)
-            call check(error, n == min(7, size(expected)) .and. all(first(:n) == expected(:n)))
-            if (allocated(error)) return
+            if (unmet(error, n == min(7, size(expected)) .and. all(first(:n) == expected(:n)))) return
         end do
     end subroutine test_field
 
@@ -136,9 +127,8 @@ contains
         type(error_t), allocatable :: failure
 
         call read_star_catalogue(FIXTURES//'three-stars.txt', catalogue, failure)
-        if (failed(error, message_of(failure))) return
-        call check(error, size(catalogue%direction, 2), 2)
-        if (allocated(error)) return
+        if (failed(error, failure)) return
+        if (unmet(error, size(catalogue%direction, 2), 2)) return
         call check(error, catalogue%magnitude(1) == 2.83_dp .and. catalogue%magnitude(2) == 1.97_dp)
         call check(error, catalogue%direction(3, 2), sin(89.2641095_dp*DEGREE))
     end subroutine test_file
@@ -164,13 +154,11 @@ contains
 
         subroutine expect_failure(name, words)
             character(*), intent(in) :: name, words
-
             type(star_catalogue_t) :: catalogue
             type(error_t), allocatable :: failure
 
-            if (allocated(error)) return
             call read_star_catalogue(FIXTURES//name//'.txt', catalogue, failure)
-            call check_fails(error, message_of(failure), [words])
+            call check_fails(error, failure, words)
         end subroutine expect_failure
     end subroutine test_corrupted
 end module test_star_catalogue

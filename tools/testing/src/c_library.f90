@@ -102,7 +102,6 @@ contains
         integer(c_intptr_t), intent(in) :: object
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: words
-
         character(kind=c_char), allocatable :: text(:)
         integer(c_size_t) :: length, i
         integer(c_int) :: status

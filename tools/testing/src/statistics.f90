@@ -49,7 +49,6 @@ contains
     pure real(dp) function ljung_box(x, lags) result(statistic)
         real(dp), intent(in) :: x(:)
         integer, intent(in) :: lags
-
         real(dp) :: centred(size(x)), r
         integer :: k, n
 
