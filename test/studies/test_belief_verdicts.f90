@@ -174,17 +174,14 @@ contains
     !> model tells, and x, which is 0.1 mm off, is not trimmed.
     subroutine test_skew_magnetometer(error)
         type(error_type), allocatable, intent(out) :: error
-
         type(calibration_t) :: calibration
         type(tally_t), allocatable :: tallies(:)
         type(error_t), allocatable :: failure
 
-        call find_calibration('front-3', calibration, failure)
-        if (.not. allocated(failure)) &
-            call try_wrong_beliefs(calibration, ['optimal'], .false., [wrong_belief_t(OF_VALUE, FIELD_SHEARS(3), 0.05_dp)], &
-                                   1_i8, 1, 1, tallies, failure)
-        call check_passes(error, message_of(failure))
-        if (allocated(error)) return
+        call take_calibration('front-3', calibration)
+        call try_wrong_beliefs(calibration, ['optimal'], .false., [wrong_belief_t(OF_VALUE, FIELD_SHEARS(3), 0.05_dp)], &
+                               1_i8, 1, 1, tallies, failure)
+        if (failed(error, failure)) return
         call check(error, tallies(1)%worst > 4, 'the offset is wrong')
         call check(error, tallies(1)%harmful, 0, 'trim')
     end subroutine test_skew_magnetometer
