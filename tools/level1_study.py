@@ -43,6 +43,8 @@ WHISPER = ("spans = 0, duration = 86400, whisper_ma = 4, 4, 4, rod_control = .tr
 LONG_SCENARIOS = {
     "whisper": (WHISPER, "", 0.0, 0.0),
     "whisper-trim": (WHISPER + ", moved_at = 43200, moved_um = 20, 0, 0", "", 0.0, 0.0),
+    # The controller's own currents alone, no tones
+    "passive": ("spans = 0, duration = 86400, rod_control = .true., firing_interval = 60, 228", "", 0.0, 0.0),
 }
 # Seven spans of 180 s, period 12 s, one rod after the other, as GRACE-FO flies them; with what may add to the scatter
 FLOWN = {"": "", "-leakage": "leakage = 5e-13, 1.5e-11", "-alignment": "alignment_deg = 0.04",
@@ -259,7 +261,7 @@ def main():
         settings, spans, torque_delay, accelerometer_delay = {**SCENARIOS, **LONG_SCENARIOS, **FLOWN_SCENARIOS}[name]
         how = ["--every", "5640"] if name in LONG_SCENARIOS else []
         errors = {source: [] for source in SOURCES}
-        gains, torque_delays, accelerometer_delays, plain = [], [], [], []
+        gains, torque_delays, accelerometer_delays, leaks, plain = [], [], [], [], []
         for seed in range(options.first_seed, options.first_seed + options.seeds):
             with tempfile.TemporaryDirectory() as folder:
                 truth, document, fits = one(options.gracecg, options.case, settings, spans, seed, folder, options.binary,
@@ -279,9 +281,10 @@ def main():
                 errors[solution["source"]].append((error, sigma, solution["flag"], mean))
                 rows.append([name, seed, solution["source"], solution["flag"], *error, *sigma])
             gains.append(max(abs(a/b - 1) for a, b in zip(document["rod_gain"], true_gain)))
+            leaks += leak_squares(document, truth)
             torque_delays.append(abs(document["torque_delay_s"] - torque_delay))
             accelerometer_delays.append(abs(document["accelerometer_delay_s"] - accelerometer_delay))
-        missed += report(name, errors, gains, torque_delays, accelerometer_delays)
+        missed += report(name, errors, gains, torque_delays, accelerometer_delays, leaks)
         if plain:
             report_plain(plain)
     if options.out:
@@ -302,7 +305,17 @@ def square(error, covariance):
     return sum(error[i]*inverse[i][k]*error[k] for i in range(3) for k in range(3))/determinant
 
 
-def report(name, errors, gains, torque_delays, accelerometer_delays):
+def leak_squares(document, truth):
+    """The squared errors of the leakage's elements in units of their sigmas; none where it was not estimated."""
+    squares = []
+    for what, unit in (("leakage", "m_s2_ma"), ("leakage_rate", "m_s_ma")):
+        true = [number(truth, f"{what}_rod_{rod}") for rod in (1, 2, 3)]
+        for axis, (found, sigmas) in enumerate(zip(document[f"{what}_{unit}"], document[f"{what}_sigma_{unit}"])):
+            squares += [((value - true[rod][axis])/sigma)**2 for rod, (value, sigma) in enumerate(zip(found, sigmas)) if sigma > 0]
+    return squares
+
+
+def report(name, errors, gains, torque_delays, accelerometer_delays, leaks):
     """Prints a scenario; what misses a standard."""
     missed = []
     print(f"{name}")
@@ -327,6 +340,8 @@ def report(name, errors, gains, torque_delays, accelerometer_delays):
             missed.append(f"{name}, {source}: mean normalised square {mean:.2f}, 3 +- {math.sqrt(6/len(found)):.2f}")
     print(f"  largest error of gains {100*max(gains):.2f} %, delays: torque {1e3*max(torque_delays):.1f} ms, "
           f"accelerometer {1e3*max(accelerometer_delays):.1f} ms")
+    if leaks:
+        print(f"  leakage: mean normalised square {sum(leaks)/len(leaks):.2f} of {len(leaks)} elements, 1 expected")
     for what, worst, limit in (("gains", max(gains), 0.005), ("torque delay", max(torque_delays), 0.01),
                                ("accelerometer delay", max(accelerometer_delays), 0.01)):
         if worst > limit:

@@ -35,7 +35,7 @@ contains
 
         real(dp), parameter :: LEAST = 0.05_dp      ! Of a: a gyro that is off sees nothing
         real(dp), parameter :: TO_SIGMA = 1.4826_dp     ! Of the median of normal magnitudes
-        real(dp), parameter :: FAR_OFF = 20         ! Times the median, to which drifts of the gyros belong
+        real(dp), parameter :: FAR_OFF = 20         ! Times the median, to which drifts of the gyros belong; chosen
         real(dp), parameter :: LEAST_ANGLE = 1e-9_dp    ! rad: files without noise
         real(dp), allocatable :: rows(:, :), gyros(:, :), squares(:, :), values(:), vectors(:, :), moved(:, :), left(:, :), off(:)
         logical, allocatable :: kept(:)

@@ -91,7 +91,7 @@ contains
         end do
     end subroutine actuate
 
-    !> The controller's currents at a time and state; 0 if it acts without.
+    !> The controller's currents at a time and state, from the field alone: all loads take many times as long. 0 if it acts without.
     pure function control_current(self, t, y) result(current)
         class(day_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t                   !! s
