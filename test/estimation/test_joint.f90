@@ -325,6 +325,11 @@ contains
         call make_file('bound.json', '{"command": "estimate", "epoch_utc": "1989-02-30"}')
         call read_offsets(FOLDER//'bound.json', offsets, failure)
         call check_fails(error, failure, 'day 30')
+        call make_file('spoiled.json', '{"command": "estimate", "epoch_utc": "1989-01-02", '// &
+                       '"action": {"kind": "do not use", "text": "do not use: axes"}, "offset_m": [0, 0, 0], '// &
+                       '"covariance": {"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}')
+        call read_offsets(FOLDER//'spoiled.json', offsets, failure)
+        call check_fails(error, failure, 'spoiled.json ... not to be used ... axes')
         call make_file('changes.csv', HEAD//'1989-01-02T00:00:00,1,2,3,-1,0,0'//LF)
         call read_changes(FOLDER//'changes.csv', changes, failure)
         call check_fails(error, failure, 'changes.csv:2 ... negative')

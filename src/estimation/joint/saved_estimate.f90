@@ -57,7 +57,7 @@ contains
         call add_context(error, path)
     end subroutine read_offsets
 
-    !> Of what `gracecg estimate --format json` prints.
+    !> Of what `gracecg estimate --format json` prints. Fails when its action says that it is not to be used.
     subroutine read_offset(text, offset, error)
         character(*), intent(in) :: text
         type(dated_offset_t), intent(inout) :: offset
@@ -77,6 +77,12 @@ contains
         end if
         call parse_utc(value, offset%time, error)
         if (allocated(error)) return
+        call read_json_text(text, 'action.kind', value, ok)
+        if (value == 'do not use') then
+            call read_json_text(text, 'action.text', value, ok)
+            call fail(error, 'this estimate is not to be used ('//value//'): leave it out')
+            return
+        end if
         wrong = ''
         call read_json_numbers(text, 'offset_m', values, ok, wrong)
         if (ok) call read_json_numbers(text, 'covariance.matrix', elements, ok, wrong)
