@@ -7,7 +7,7 @@ module gracecg_environment_sun
     use gracecg_base_vectors, only: cross
     implicit none
     private
-    public :: sun_position, conical_shadow
+    public :: sun_position, conical_shadow, edge_of_shadow
 
     real(dp), parameter :: OBLIQUITY_J2000 = 23.43929111_dp*DEGREE
     !! Mean obliquity of the ecliptic at J2000 (IAU 1976), rad
@@ -125,6 +125,28 @@ contains
             illumination = 1 - common_area(sun_disc, earth_disc, separation)/(PI*sun_disc**2)
         end if
     end function conical_shadow
+
+    !> When in an arc the satellite enters or leaves the full light of the Sun, s; negative where it does not, or its orbit is
+    !> not known.
+    pure real(dp) function edge_of_shadow(centuries, time, position, duration) result(edge)
+        real(dp), intent(in) :: centuries       !! Of the arc, Julian, TT from J2000
+        real(dp), intent(in) :: time(:)         !! Of the positions, rising, s from the begin of the arc
+        real(dp), intent(in) :: position(:, :)  !! Inertial frame, (3, size(time)), m
+        real(dp), intent(in) :: duration        !! Of the arc, s
+
+        real(dp) :: sun(3), light, before
+        integer :: i
+
+        edge = -1
+        sun = sun_position(centuries)
+        before = -1
+        do i = 1, size(time)
+            if (time(i) < 0 .or. time(i) > duration) cycle
+            light = conical_shadow(position(:, i), sun)
+            if (before >= 0 .and. (light >= 1 .neqv. before >= 1)) edge = time(i)
+            before = light
+        end do
+    end function edge_of_shadow
 
     !> Area common to two circles that cut each other, Montenbruck and Gill eqs. (3.92)-(3.93), with
     !> the arc cosines as arc tangents: an arc cosine of a number near 1 loses half its digits.

@@ -5,6 +5,8 @@ module gracecg_planning_bound
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_environment_sun, only: edge_of_shadow
+    use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
     use gracecg_observations_observation_set, only: observation_set_t
@@ -44,6 +46,7 @@ module gracecg_planning_bound
         !! Standard deviation of d by each of SOURCES, m; 0 for what is estimated
         real(dp) :: by_knowledge(3, size(KNOWLEDGE_SOURCES)) = 0
         !! The same by what the operator's errors have a standard deviation of, m; 0 for what SOURCES has, too
+        real(dp) :: shadow_edge = -1    !! When the arc passes the edge of the Earth's shadow, s; negative: never
     end type case_bound_t
 
 contains
@@ -64,6 +67,8 @@ contains
 
         call observe_case(case, simulator, observations, error)
         if (.not. allocated(error)) call bound_at_truth(simulator, observations, options, bound, error)
+        if (.not. allocated(error)) bound%shadow_edge = &
+            edge_of_shadow(julian_centuries_tt(case%epoch), observations%orbit_time, observations%orbit_position, case%duration)
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 

@@ -21,9 +21,11 @@ module gracecg_planning_next_manoeuvre
 contains
 
     !> Words for an operator: manoeuvre, time and the standard deviations that its bound promises. Nothing where that cannot be
-    !> said: no orbit, no attitude, rods that are not known by amplitude, or a motion beyond the limits.
-    subroutine say_next_manoeuvre(observations, text)
+    !> said: no orbit, no attitude, rods that are not known by amplitude, a motion beyond the limits; nor where it would be no
+    !> better than what was flown.
+    subroutine say_next_manoeuvre(observations, flown, text)
         type(observation_set_t), intent(in) :: observations
+        real(dp), intent(in) :: flown(3)        !! Standard deviations of the offset by it, m; 0 on axes that need no other
         character(:), allocatable, intent(out) :: text      !! Without a full stop
 
         type(calibration_t) :: calibration
@@ -42,6 +44,7 @@ contains
         if (allocated(failure)) return
         rods = pattern_567(request%settings, calibration%case%duration)
         call evaluate_manoeuvre(plan%arc, plan%sites(1), rods, quality)
+        if (quality%is_seen() .and. .not. any(quality%sigma < flown)) return
         if (.not. quality%is_seen() .or. exceeds_limits(plan%arc%knowledge%limits, quality%motion)) return
         text = 'with rods x, y and z at '//rounded_text(rods%activations(1)%frequency, 3)//', '// &
             rounded_text(rods%activations(2)%frequency, 3)//' and '//rounded_text(rods%activations(3)%frequency, 3)// &

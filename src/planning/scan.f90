@@ -11,7 +11,9 @@ module gracecg_planning_scan
     use gracecg_spacecraft_rod_pattern, only: rod_pattern
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, torque_of
     use gracecg_base_runge_kutta, only: rkf78_step
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
+    use gracecg_environment_sun, only: edge_of_shadow
+    use gracecg_environment_time, only: utc_plus, julian_centuries_tt
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, POSITION
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -36,6 +38,7 @@ module gracecg_planning_scan
         integer :: pattern(3) = 0           !! Signs of the rods: by the case's rule, of this field
         real(dp) :: acceleration(3) = 0     !! Amplitude of the angular acceleration, rad/s^2
         real(dp) :: sigma(3) = 0            !! Predicted standard deviation of the CG offset, m
+        logical :: at_edge = .false.        !! It passes the edge of the Earth's shadow, where the forces change
     end type orbit_place_t
 
     !> The places as pieces of work.
@@ -97,7 +100,7 @@ contains
 
         type(loads_t) :: acting
         type(torque_rods_t) :: rods
-        integer :: k
+        integer :: k, last, j
 
         associate (place => self%places(i), time => self%times(i), case => self%case, orbit => self%orbit, &
                    knowledge => self%knowledge)
@@ -106,6 +109,10 @@ contains
             call orbit%geodetic_place(k, place%latitude, place%longitude)
             call orbit%dynamics%loads(real(time, dp), orbit%state(:, k), acting)
             place%field = acting%field
+            last = min(ubound(orbit%state, 2), k + ceiling(case%duration/ORBIT_INTERVAL))
+            place%at_edge = edge_of_shadow(julian_centuries_tt(utc_plus(case%epoch, real(time, dp))), &
+                                           [((j - k)*ORBIT_INTERVAL, j=k, last)], orbit%state(POSITION, k:last), &
+                                           case%duration) >= 0
             place%pattern = rod_pattern(case%pattern_rule, place%field)
             place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
                                             torque_of(knowledge%rods, usual_amplitude(knowledge%rods)* &

@@ -106,7 +106,7 @@ contains
     end function x_is_strongest
 
     !> Numbers of the places that are best for x, y, z, and for all: where the largest of the three standard
-    !> deviations is least.
+    !> deviations is least. None passes the edge of the Earth's shadow.
     pure function best_places(places) result(best)
         type(orbit_place_t), intent(in) :: places(:)
         integer :: best(4)
@@ -117,7 +117,7 @@ contains
         do i = 1, size(places)
             sigma(:, i) = places(i)%sigma
         end do
-        best = [(minloc(sigma(i, :), 1), i=1, 3), minloc(maxval(sigma, 1), 1)]
+        best = [(minloc(sigma(i, :), 1, .not. places%at_edge), i=1, 3), minloc(maxval(sigma, 1), 1, .not. places%at_edge)]
     end function best_places
 
     !> Figures 6.1 and 6.4: the calibrations at places of an orbit. For people: their columns.

@@ -7,10 +7,9 @@ module test_preprocessing
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
     use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE
-    use gracecg_environment_sun, only: sun_position
+    use gracecg_environment_sun, only: sun_position, edge_of_shadow
     use gracecg_environment_time, only: utc_t, parse_utc, julian_centuries_tt
     use gracecg_estimation_fitting_data
-    use gracecg_estimation_jump_search, only: edge_of_shadow
     implicit none
     private
     public :: collect_preprocessing
@@ -471,28 +470,25 @@ contains
     subroutine test_shadow(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: BEHIND = 7e6_dp, SPEED = 5e3_dp, INSIDE = 1e5_dp    ! m, m/s
-        type(fitting_data_t) :: data
+        real(dp), allocatable :: time(:), position(:, :)        ! s, m
         type(utc_t) :: epoch
         type(error_t), allocatable :: failure
-        real(dp) :: sun(3), across(3), reached
+        real(dp) :: sun(3), across(3), centuries, reached
         integer :: i
 
         call parse_utc('1989-01-02T00:00:00', epoch, failure)
-        sun = sun_position(julian_centuries_tt(epoch))
+        centuries = julian_centuries_tt(epoch)
+        sun = sun_position(centuries)
         across = unit(cross(sun, [0.0_dp, 0.0_dp, 1.0_dp]))
-        data%steps = 600
-        data%interval = 0.1_dp
-        data%orbit_time = [(real(i, dp), i=-5, 65)]
-        allocate (data%orbit_position(3, size(data%orbit_time)))
-        do i = 1, size(data%orbit_time)
-            data%orbit_position(:, i) = -BEHIND*unit(sun) + (WGS84_SEMI_MAJOR_AXIS - INSIDE + SPEED*data%orbit_time(i))*across
+        time = [(real(i, dp), i=-5, 65)]
+        allocate (position(3, size(time)))
+        do i = 1, size(time)
+            position(:, i) = -BEHIND*unit(sun) + (WGS84_SEMI_MAJOR_AXIS - INSIDE + SPEED*time(i))*across
         end do
         reached = (INSIDE + BEHIND*(SOLAR_RADIUS + WGS84_SEMI_MAJOR_AXIS)/norm2(sun))/SPEED
-        call check(error, edge_of_shadow(epoch, data) - reached, 0.5_dp, thr=0.6_dp)
-        data%orbit_position = -data%orbit_position
-        call check(error, edge_of_shadow(epoch, data) < 0)
-        deallocate (data%orbit_time, data%orbit_position)
-        allocate (data%orbit_time(0), data%orbit_position(3, 0))
-        call check(error, edge_of_shadow(epoch, data) < 0)
+        call check(error, edge_of_shadow(centuries, time, position, 60.0_dp) - reached, 0.5_dp, thr=0.6_dp)
+        position = -position
+        call check(error, edge_of_shadow(centuries, time, position, 60.0_dp) < 0)
+        call check(error, edge_of_shadow(centuries, time(:0), position(:, :0), 60.0_dp) < 0)
     end subroutine test_shadow
 end module test_preprocessing

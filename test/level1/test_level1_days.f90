@@ -5,6 +5,7 @@ module test_level1_days
     use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
     use f77_interfaces, only: gcl1dy
     use gracecg_base_text, only: split_words
+    use gracecg_files_file, only: make_directory
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t
     use gracecg_level1_commands, only: level1_commands
@@ -82,6 +83,8 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
         real(dp) :: none(2, 0)
+        integer(i8) :: start
+        integer :: i
 
         call write_day('l1_first', flaws_t(spans=1), path)
         call copy_day(path, FOLDER//'l1_days', '2020-02-01', -1e4_dp, 1e4_dp, 0)
@@ -99,6 +102,16 @@ contains
         call check_fails(error, failure, 'no Level-1 files of 2020-02-03')
         call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-30')
         call check_fails(error, failure, '"2020-02-30" is no date')
+        ! Each day has an SOE file of its own: all count
+        do i = 1, 2
+            call make_directory(FOLDER//'l1_soe_'//integer_text(i), failure)
+            start = EPOCH + nint(start_of(0), i8) + (i - 1)*3*86400
+            call make_file('l1_soe_'//integer_text(i)//'/SOE.txt', integer_text(start)//'.000 GRACEC CMCAL 1 1 start'//achar(10)// &
+                           integer_text(start + 60)//'.000 GRACEC CMCAL 1 0 stop'//achar(10))
+        end do
+        call gather_calibration([FOLDER//'l1_days ', FOLDER//'l1_soe_1', FOLDER//'l1_soe_2'], setup_said(), '', '', none, &
+                                'model', calibration, failure)
+        call check_fails(error, failure, '2 manoeuvres ... 2020-02-01T03:01 (1 spans) ... 2020-02-04T03:01 (1 spans) ... --day')
         ! Days that follow one another: the next one has no manoeuvre, which is said with where there is one.
         call copy_day(path, FOLDER//'l1_days', '2020-02-05', -1e4_dp, start_of(0) - 10, 4*86400)
         call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-05')

@@ -83,7 +83,7 @@ contains
         estimate%solutions(2)%offset = estimate%solutions(2)%offset + 30*MICROMETRE
         call judge(calibration, setup, estimate)
         call check(error, all(estimate%solutions%flag == 2), 'solutions that disagree')
-        call take_action(setup%mass, estimate)
+        call take_action(calibration, setup%mass, estimate)
         call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
                    estimate%action%text)
         estimate%solutions(1)%offset = 11e-3_dp

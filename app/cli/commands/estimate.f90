@@ -1,22 +1,22 @@
 !> gracecg estimate: the CG offset from an observation set.
 module gracecg_cli_estimate
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_spacecraft_torque_rods, only: check_rods_fire
+    use gracecg_environment_sun, only: edge_of_shadow
+    use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_estimation_action, only: DO_NOT_USE
     use gracecg_estimation_arc_chain, only: USUAL_ARC, SHORTEST_ARC
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_joint_estimate, only: joint_options_t
-    use gracecg_estimation_options, only: estimation_options_t, read_options
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_estimation_solution, only: solution_t, running_estimate_t
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_estimate_results, only: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, &
         publish_estimate, write_estimate_page
-    use gracecg_cli_joint, only: declare_joint_options, read_joint_options, run_joint, run_chain
+    use gracecg_cli_joint, only: declare_joint_options, read_joint_options, read_observed, run_joint, run_chain
     use gracecg_cli_page_program, only: page_folder
     use gracecg_cli_work
     implicit none
@@ -91,7 +91,7 @@ contains
         call check_writable(request%page, error)
         if (.not. allocated(error)) call check_writable(request%running_file, error)
         if (allocated(error)) return
-        call read_run(request%asked%folder, request%asked%options_file, observations, options, error)
+        call read_observed(request%asked%folder, request%asked%options_file, observations, options, error)
         chained = .false.
         if (.not. allocated(error) .and. request%asked%algorithm == 'optimal') &
             chained = observations%knowledge%duration > merge(request%arc, longest_arc(observations%knowledge), request%arc > 0)
@@ -164,14 +164,20 @@ contains
         type(solution_t) :: solution
         type(fit_record_t) :: record
         type(judged_t) :: judged
+        logical :: begun
 
-        if (.not. allocated(error)) call estimate(request, observations, options, solution, record, error)
+        begun = .not. allocated(error)
+        if (begun) call estimate(request, observations, options, solution, record, error)
+        if (begun .and. allocated(error)) call warn_of_edge(observations, console)
         if (.not. allocated(error)) then
             if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
             if (allocated(error)) return
             call judge_estimate(observations, solution, record, judged, error)
             if (allocated(error)) return
-            if (judged%verdict%action%kind == DO_NOT_USE) console%status_done = STATUS_NOT_TO_BE_USED
+            if (judged%verdict%action%kind == DO_NOT_USE) then
+                console%status_done = STATUS_NOT_TO_BE_USED
+                call warn_of_edge(observations, console)
+            end if
             call show_estimate(observations%knowledge, solution, judged, console)
             call warn(observations%knowledge, solution, console)
             if (allocated(solution%history)) call show_iterations(solution, console)
@@ -184,6 +190,23 @@ contains
         end if
         if (request%page /= '') call write_page(request, observations, solution, record, judged, console, error)
     end subroutine run_one
+
+    !> Of samples that cannot be used, where the satellite passes the edge of the Earth's shadow.
+    subroutine warn_of_edge(observations, console)
+        type(observation_set_t), intent(in) :: observations
+        type(console_t), intent(inout) :: console
+
+        real(dp) :: edge
+
+        if (.not. has_orbit(observations)) return
+        associate (o => observations, duration => observations%knowledge%duration)
+            edge = edge_of_shadow(julian_centuries_tt(o%knowledge%epoch), o%orbit_time, o%orbit_position, duration)
+            if (edge < 0) return
+            call console%warn('the satellite passes the edge of the Earth''s shadow at '//rounded_text(edge, 3)//' s, where '// &
+                              'the forces change: optimal estimates such a step; for the other algorithms take another '// &
+                              'time, or a part of the samples without it (duration and epoch of setup.nml)')
+        end associate
+    end subroutine warn_of_edge
 
     !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
     subroutine write_page(request, observations, solution, record, judged, console, error)
@@ -213,24 +236,6 @@ contains
         end if
     end subroutine write_page
 
-    !> The observations of a folder, and how to estimate.
-    subroutine read_run(folder, options_file, observations, options, error)
-        character(*), intent(in) :: folder, options_file
-        type(observation_set_t), intent(out) :: observations
-        type(estimation_options_t), intent(out) :: options
-        type(error_t), allocatable, intent(out) :: error
-
-        type(observation_set_t) :: nothing
-
-        call read_observations(folder, observations, error)
-        if (allocated(error)) then
-            observations = nothing      ! not the part that was read
-            return
-        end if
-        call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call choose_options(folder, options_file, options, error)
-    end subroutine read_run
-
     !> What the algorithm makes of the observations.
     subroutine estimate(request, observations, options, solution, record, error)
         type(request_t), intent(in) :: request
@@ -244,17 +249,6 @@ contains
         call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
         if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
     end subroutine estimate
-
-    !> The options of --options; without it those in the setup, or those that need no telling.
-    subroutine choose_options(folder, options_file, options, error)
-        character(*), intent(in) :: folder, options_file
-        type(estimation_options_t), intent(out) :: options
-        type(error_t), allocatable, intent(out) :: error
-
-        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
-        if (allocated(error) .or. options_file == '') return
-        call read_options(options_file, options, error)
-    end subroutine choose_options
 
     !> What the estimator had to bridge, and what the formal errors leave out.
     subroutine warn(knowledge, solution, console)

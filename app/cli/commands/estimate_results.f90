@@ -104,7 +104,7 @@ contains
         judged%verdict = judge(observations%knowledge, solution, record, judged%diagnostics, refusal)
         associate (action => judged%verdict%action)
             if (action%kind /= DO_NOT_USE .and. any(action%again)) then
-                call say_next_manoeuvre(observations, proposal)
+                call say_next_manoeuvre(observations, merge(sigmas(solution), 0.0_dp, action%again), proposal)
                 if (proposal /= '') action%text = action%text//', '//proposal
             end if
         end associate

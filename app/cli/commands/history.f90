@@ -3,6 +3,7 @@ module gracecg_cli_history
     use gracecg_base_constants, only: MICROMETRE, SECONDS_PER_DAY, JULIAN_YEAR
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_table, only: table_file_t
+    use gracecg_estimation_action, only: listed_axes
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
         history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
@@ -19,6 +20,7 @@ module gracecg_cli_history
     integer, parameter :: MOST_FILES = 1000
     character(11), parameter :: TANK_COLUMNS(3) = [character(11) :: 'time_utc', 'tank_1_kg', 'tank_2_kg']
 
+    real(dp), parameter :: NOT_ZERO = 3             !! Standard deviations of a component that is not 0
     real(dp), parameter :: LATE = 0.84_dp       !! Part of the futures that have left at the last of the dates told
 
 contains
@@ -82,7 +84,7 @@ contains
             call parse_utc(date, today, error)
             call add_context(error, '--today')
         end if
-        if (.not. allocated(error)) call read_all_offsets(arguments, offsets, error)
+        if (.not. allocated(error)) call read_all_offsets(arguments, console, offsets, error)
         if (.not. allocated(error)) call read_known_changes(arguments, changes, misuse, tanks, error)
         if (allocated(error) .or. allocated(misuse)) return
         if (allocated(today)) then
@@ -97,8 +99,8 @@ contains
                               ' degrees of freedom; masses that were moved belong into --changes, or --walk-um is too small')
         if (history%movement%kind /= 'none') call console%warn('not expected: '//trim(movement_words(history%movement))// &
                                                                '; masses that were moved belong into --changes')
-        call show(history, settings, console)
-        call publish(page, out, history, settings, console, error)
+        call show(history, settings, any(offsets%moves_masses), console)
+        call publish(page, out, history, settings, any(offsets%moves_masses), console, error)
         if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
     end subroutine run_history
 
@@ -118,8 +120,9 @@ contains
         settings%step = settings%step*SECONDS_PER_DAY
     end subroutine read_settings
 
-    subroutine read_all_offsets(arguments, offsets, error)
+    subroutine read_all_offsets(arguments, console, offsets, error)
         type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
         type(dated_offset_t), allocatable, intent(out) :: offsets(:)
         type(error_t), allocatable, intent(out) :: error
 
@@ -131,6 +134,8 @@ contains
             call read_offsets(arguments%positional(i), more, error)
             if (allocated(error)) return
             offsets = [offsets, more]
+            if (all(more%moves_masses)) cycle
+            call console%warn(arguments%positional(i)//' says itself to calibrate again before masses are moved')
         end do
     end subroutine read_all_offsets
 
@@ -166,9 +171,10 @@ contains
     end subroutine read_known_changes
 
     !> For people.
-    subroutine show(history, settings, console)
+    subroutine show(history, settings, moves_masses, console)
         type(offset_history_t), intent(in) :: history
         type(history_settings_t), intent(in) :: settings
+        logical, intent(in) :: moves_masses     !! As of outlook
         type(console_t), intent(inout) :: console
 
         call console%line(integer_text(history%calibrations)//' calibrations from '//date_of(history%points(1)%time)//' to '// &
@@ -183,22 +189,31 @@ contains
         call console%line('')
         call console%line('today, '//date_of(history%today%time)//', the offset is')
         call show_offset(history%today%filtered, history%today%filtered_sigma, console)
-        call console%line(outlook(history, settings))
+        call console%paragraph(outlook(history, settings, moves_masses))
     end subroutine show
 
     !> When the offset leaves its limit, in words.
-    function outlook(history, settings) result(text)
+    function outlook(history, settings, moves_masses) result(text)
         type(offset_history_t), intent(in) :: history
         type(history_settings_t), intent(in) :: settings
+        logical, intent(in) :: moves_masses     !! Some calibration allows it by itself
         character(:), allocatable :: text
 
         character(:), allocatable :: last
+        logical :: beyond(3), known(3)
 
         text = rounded_text(settings%limit/MILLIMETRE, 4)//' mm'
         last = date_of(history%leaving(3))
         if (history%left_in_the_end < LATE) last = 'later than '//last
         if (history%left_already > 0.5_dp) then
-            text = 'it lies outside of '//text//': move masses (gracecg trim), then calibrate'
+            beyond = abs(history%today%filtered) > settings%limit
+            known = moves_masses .and. history%today%filtered_sigma < min(settings%limit, abs(history%today%filtered)/NOT_ZERO)
+            text = 'it lies outside of '//text//': '
+            if (any(beyond .and. known)) text = text//'move masses along '//trim(listed_axes(beyond .and. known))// &
+                ' (gracecg trim), then calibrate'
+            if (any(beyond .and. known) .and. .not. all(known)) text = text//'; '
+            if (.not. all(known)) text = text//'calibrate again for '//trim(listed_axes(.not. known))// &
+                ' before masses are moved along '//trim(merge('it  ', 'them', count(.not. known) == 1))
         else if (history%leaves) then
             text = 'it will leave '//text//' on '//date_of(history%leaving(2))//' (68 %: '//date_of(history%leaving(1))// &
                    ' to '//last//')'
@@ -254,10 +269,11 @@ contains
     end function points_table
 
     !> As CSV or JSON, the page and the file of it.
-    subroutine publish(page, out, history, settings, console, error)
+    subroutine publish(page, out, history, settings, moves_masses, console, error)
         character(*), intent(in) :: page, out   !! Paths; empty: none
         type(offset_history_t), intent(in) :: history
         type(history_settings_t), intent(in) :: settings
+        logical, intent(in) :: moves_masses     !! As of outlook
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -279,7 +295,7 @@ contains
         call results%end()
         call results%member('limit_mm', settings%limit/MILLIMETRE)
         call results%member('risk', settings%risk)
-        call results%member('outlook', outlook(history, settings))
+        call results%member('outlook', outlook(history, settings, moves_masses))
         if (history%leaves) then
             call results%member('leaves_utc', utc_text(history%leaving(2)))
             call results%member('leaves_from_utc', utc_text(history%leaving(1)))

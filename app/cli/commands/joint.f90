@@ -1,9 +1,12 @@
 !> gracecg estimate of several calibrations, or of one long run in arcs: one offset.
 module gracecg_cli_joint
     use gracecg_environment_time, only: utc_t
-    use gracecg_observations_observation_files, only: read_observations
+    use gracecg_spacecraft_torque_rods, only: check_rods_fire
+    use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
+    use gracecg_estimation_action, only: action_t, DO_NOT_USE
+    use gracecg_estimation_joint_action, only: act_on_runs, say_disagreement
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, FAMILY_LEVEL
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: read_changes
@@ -11,10 +14,12 @@ module gracecg_cli_joint
     use gracecg_observations_parameters, only: parameter_names, parameter_units
     use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
+    use gracecg_cli_calibration_json, only: put_action
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_work
     implicit none
     private
-    public :: declare_joint_options, read_joint_options, run_joint, run_chain, show_offset
+    public :: declare_joint_options, read_joint_options, read_observed, run_joint, run_chain, show_offset
 
 contains
 
@@ -60,6 +65,7 @@ contains
 
         type(joint_run_t), allocatable :: runs(:)
         type(joint_solution_t) :: solution
+        type(action_t) :: action
         type(string_t), allocatable :: names(:)
         character(:), allocatable :: changes, options_file
         integer :: i
@@ -75,8 +81,11 @@ contains
             if (allocated(error)) return
         end do
         call estimate_runs(runs, options, solution, error)
-        if (.not. allocated(error)) &
-            call report('runs', 'joint', names, runs%information%epoch, solution, console, error)
+        if (allocated(error)) return
+        call act_on_runs(runs, options, names, solution, action)
+        if (action%kind == DO_NOT_USE) console%status_done = STATUS_NOT_TO_BE_USED
+        call console%paragraph(action%text)
+        call report('runs', 'joint', names, runs%information%epoch, solution, console, error, action)
     end subroutine run_joint
 
     !> Estimates a run in arcs, and shows them as runs are shown.
@@ -91,6 +100,7 @@ contains
 
         type(arc_chain_t) :: chain
         type(string_t), allocatable :: names(:)
+        character(:), allocatable :: text
         integer :: i
 
         call estimate_chain(observations, options, joint, length, threads, chain, error, console)
@@ -102,9 +112,42 @@ contains
                 if (arc%joined) call append(names, rounded_text(arc%from, 6)//'-'//rounded_text(arc%to, 6)//' s')
             end associate
         end do
+        if (.not. chain%solution%consistent) then
+            call say_disagreement('arcs', names, pack(chain%arcs%information, chain%arcs%joined), joint, chain%solution, text)
+            call console%warn(text)
+        end if
         call report('arcs', trim(observations%knowledge%name), names, &
                     pack(chain%arcs%information%epoch, chain%arcs%joined), chain%solution, console, error)
     end subroutine run_chain
+
+    !> The observations of a folder, and how to estimate.
+    subroutine read_observed(folder, options_file, observations, options, error)
+        character(*), intent(in) :: folder, options_file
+        type(observation_set_t), intent(out) :: observations
+        type(estimation_options_t), intent(out) :: options
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: nothing
+
+        call read_observations(folder, observations, error)
+        if (allocated(error)) then
+            observations = nothing      ! not the part that was read
+            return
+        end if
+        call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (.not. allocated(error)) call choose_options(folder, options_file, options, error)
+    end subroutine read_observed
+
+    !> The options of --options; without it those in the setup, or those that need no telling.
+    subroutine choose_options(folder, options_file, options, error)
+        character(*), intent(in) :: folder, options_file
+        type(estimation_options_t), intent(out) :: options
+        type(error_t), allocatable, intent(out) :: error
+
+        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
+        if (allocated(error) .or. options_file == '') return
+        call read_options(options_file, options, error)
+    end subroutine choose_options
 
     !> A run from a folder of observations.
     subroutine read_run(path, options_file, run, console, error)
@@ -117,8 +160,7 @@ contains
         type(estimation_options_t) :: options
         integer :: i
 
-        call read_observations(path, observations, error)
-        if (.not. allocated(error) .and. options_file /= '') call read_options(options_file, options, error)
+        call read_observed(path, options_file, observations, options, error)
         if (allocated(error)) return
         call run_from_observations(observations, options, run, error)
         call add_context(error, path)
@@ -128,43 +170,8 @@ contains
         end do
     end subroutine read_run
 
-    !> Runs that do not agree are told before anything else.
-    subroutine warn_of_disagreement(kind, names, solution, console)
-        character(*), intent(in) :: kind        !! runs or arcs
-        type(string_t), intent(in) :: names(:)
-        type(joint_solution_t), intent(in) :: solution
-        type(console_t), intent(inout) :: console
-
-        integer :: i, worst
-
-        if (solution%consistent) return
-        worst = minloc(solution%runs%probability, 1)
-        call console%warn('the '//kind//' do not agree on one offset: chi square '//rounded_text(solution%statistic, 4)// &
-                          ' for '//integer_text(solution%degrees)//' degrees of freedom, which chance reaches with a '// &
-                          'probability of '//rounded_text(solution%probability, 2)//'; masses that moved between them '// &
-                          'belong into --changes')
-        do i = 1, size(solution%runs)
-            associate (run => solution%runs(i))
-                if (run%agrees .or. size(solution%runs) == 2 .and. i /= worst) cycle
-                call console%warn(names(i)%text//' differs from the rest by '//lengths(run%difference, 3)//' mm (sigma '// &
-                                  lengths(run%difference_sigma, 2)//' mm)')
-            end associate
-        end do
-
-    contains
-
-        function lengths(values, digits) result(text)
-            real(dp), intent(in) :: values(3)       !! m
-            integer, intent(in) :: digits
-            character(:), allocatable :: text       !! mm
-
-            text = rounded_text(values(1)/MILLIMETRE, digits)//', '//rounded_text(values(2)/MILLIMETRE, digits)//', '// &
-                rounded_text(values(3)/MILLIMETRE, digits)
-        end function lengths
-    end subroutine warn_of_disagreement
-
     !> The joint estimate and each run: for people, as CSV or JSON.
-    subroutine report(kind, case, names, epochs, solution, console, error)
+    subroutine report(kind, case, names, epochs, solution, console, error, action)
         character(*), intent(in) :: kind            !! What is joined: runs or arcs
         character(*), intent(in) :: case            !! Member of JSON
         type(string_t), intent(in) :: names(:)      !! Of each
@@ -172,13 +179,13 @@ contains
         type(joint_solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
+        type(action_t), intent(in), optional :: action  !! What to do, of runs
 
         type(results_t) :: results
         type(data_table_t) :: table, shared
 
         table = runs_table(kind, names, epochs, solution)
         shared = shared_table(solution)
-        call warn_of_disagreement(kind, names, solution, console)
         call console%line(integer_text(size(names))//' '//kind//', one offset at '// &
                           utc_text(epochs(solution%last))//' UTC')
         call show_offset(solution%offset, joint_sigma(solution), console)
@@ -194,6 +201,7 @@ contains
             call console%table(shared)
         end if
         call results%open('estimate')
+        if (present(action)) call put_action(action, results)
         call results%member('case', case)
         call results%member('epoch_utc', utc_text(epochs(solution%last)))
         call results%member('offset_m', solution%offset)

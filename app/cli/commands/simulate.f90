@@ -1,7 +1,7 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
     use gracecg_base_version, only: VERSION
-    use gracecg_files_file, only: make_directory, remove_file
+    use gracecg_files_file, only: file_exists, make_directory, remove_file
     use gracecg_files_run_record, only: note_output
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_arc_chain, only: USUAL_ARC
@@ -58,7 +58,7 @@ contains
         if (allocated(error)) return
         call warn_of_field(order%case%field_model, order%case%epoch, console)
         call console%warn_all(summary%warnings)
-        call report(order, summary, console)
+        call report(order, summary, file_exists(arguments%positional(1)), console)
     end subroutine run_simulate
 
     !> Writes the truth, the observation set and the options; after a failure none of them.
@@ -68,7 +68,15 @@ contains
         type(simulation_summary_t), intent(out) :: summary
         type(error_t), allocatable, intent(out) :: error
 
-        call note_output(order%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), error)     ! which is written last
+        character(:), allocatable :: setup
+
+        setup = order%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE))      ! which is written last
+        if (file_exists(setup) .and. .not. file_exists(order%folder//'/'//TRUTH_FILE)) then
+            call fail(error, order%folder//' holds an observation set that is no simulation (it has no '//TRUTH_FILE// &
+                      '), and would be lost: take another folder')
+            return
+        end if
+        call note_output(setup, error)
         if (.not. allocated(error)) call make_directory(order%folder, error)
         if (allocated(error)) return
         order%comments = [character(100) :: 'gracecg '//VERSION//' simulate', 'case '//trim(order%case%name)//', seed '// &
@@ -80,9 +88,10 @@ contains
     end subroutine write_run
 
     !> What was written, and what to do next.
-    subroutine report(order, summary, console)
+    subroutine report(order, summary, own, console)
         type(simulation_order_t), intent(in) :: order
         type(simulation_summary_t), intent(in) :: summary
+        logical, intent(in) :: own      !! The case is the user's file: its manoeuvre need not be the report's
         type(console_t), intent(inout) :: console
 
         character(16) :: how
@@ -98,7 +107,7 @@ contains
         call console%line('  '//OBSERVATION_FILES(SETUP_FILE)//'  what the operator knows')
         call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (summary%moves_rods) then
-            how = 'assest-fde'
+            how = merge('optimal         ', 'assest-fde      ', own)
             if (order%case%duration > USUAL_ARC .and. order%case%control%acts .or. &
                 order%case%duration > longest_arc(operator_knowledge(order%case, order%case%operator))) how = 'optimal --arc 60'
             call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm '//trim(how)//' --options '// &

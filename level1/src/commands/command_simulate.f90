@@ -1,6 +1,9 @@
 !> gracecg level1 simulate: a folder of Level-1 files of hours with several sub-manoeuvres.
 module gracecg_level1_command_simulate
-    use gracecg_files_file, only: file_exists, make_directory
+    use gracecg_files_file, only: directory_exists, file_exists, make_directory
+    use gracecg_files_folder, only: files_in_folder
+    use gracecg_level1_header, only: name_of, product_of_file_name
+    use gracecg_level1_time, only: gps_date_text
     use gracecg_level1_simulated_files, only: write_level1_folder
     use gracecg_level1_simulated_notes, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
@@ -58,16 +61,42 @@ contains
         end if
         call new_level1_truth(calibration%case, settings, seed, run, truth, error)
         if (allocated(truth%remark)) call console%warn(truth%remark)
+        if (.not. allocated(error)) call refuse_other_files(folder, truth, error)
         if (.not. allocated(error)) call make_directory(folder, error)
         if (.not. allocated(error)) call write_level1_folder(truth, folder, arguments%has('--binary'), written, error)
         if (allocated(error)) return
         call console%line('written to '//folder//': satellite '//truth%satellite//', '//trim(utc_text(truth%case%epoch))// &
                           ', '//integer_text(truth%duration)//' s, '//integer_text(size(truth%dynamics%spans))// &
-                          ' sub-manoeuvres')
+                          ' sub-manoeuvres of the groups level1_span; the rods of the case are not flown')
         do i = 1, size(written)
             call console%line('  '//written(i)%text)
         end do
         call console%line('next: gracecg level1 estimate '//quoted_word(folder)//' --setup '// &
                           quoted_word(folder//'/'//SETUP_NAME))
     end subroutine run_level1_simulate
+
+    !> Fails when the folder has Level-1 files that are none of the simulation: estimates would join both.
+    subroutine refuse_other_files(folder, truth, error)
+        character(*), intent(in) :: folder
+        type(level1_truth_t), intent(in) :: truth
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: files(:)
+        character(26) :: date
+        character(256) :: name
+        integer :: i
+
+        if (.not. directory_exists(folder)) return
+        call files_in_folder(folder, files, error)
+        if (allocated(error)) return
+        date = gps_date_text(truth%epoch, 0.0_dp)
+        do i = 1, size(files)
+            if (product_of_file_name(files(i)%text) == '') cycle
+            name = name_of(files(i)%text)       ! such as ACC1A_2020-02-01_C_04.txt
+            if (name(7:18) == date(:10)//'_'//truth%satellite .and. file_exists(folder//'/truth.csv')) cycle
+            call fail(error, folder//' holds '//trim(name)//', which is of no simulation of '//date(:10)//': estimates would '// &
+                      'join both; take another folder')
+            return
+        end do
+    end subroutine refuse_other_files
 end module gracecg_level1_command_simulate

@@ -4,7 +4,7 @@ module gracecg_level1_attitude_reading
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
     use gracecg_base_quaternion, only: rotation_matrix, rotation_between
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
@@ -100,13 +100,21 @@ contains
             type(level1_records_t), intent(out) :: orbit
 
             character(4), parameter :: STATE(6) = ['xpos', 'ypos', 'zpos', 'xvel', 'yvel', 'zvel']
-            real(dp) :: wider(2, size(windows, 2))
+            real(dp), parameter :: LOWEST = 6.4e6_dp        ! m
+            real(dp) :: wider(2, size(windows, 2)), nearest
+            integer :: i
 
             wider(1, :) = windows(1, :) - ORBIT_MARGIN
             wider(2, :) = windows(2, :) + ORBIT_MARGIN
             call read_product(found, clock, calibration, STATE, orbit, error, wider)
             if (allocated(error)) return
-            if (orbit%count < 2) call fail(error, orbit%path//': no orbit within the spans of the manoeuvre')
+            if (orbit%count < 2) then
+                call fail(error, orbit%path//': no orbit within the spans of the manoeuvre')
+                return
+            end if
+            nearest = minval([(norm2(orbit%values(i, :3)), i=1, orbit%count)])
+            if (nearest < LOWEST) call fail(error, orbit%path//': a position is '//trim(rounded_text(nearest, 4))//' m from '// &
+                'the Earth''s centre, at least '//trim(rounded_text(LOWEST, 3))//' m is allowed: is it in km?')
         end subroutine read_orbit
     end subroutine read_attitude
 

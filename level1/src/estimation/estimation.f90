@@ -51,7 +51,7 @@ contains
         call name_faults(calibration, setup, estimate)
         call judge(calibration, setup, estimate)
         estimate%flag = estimate%solutions(1)%flag
-        call take_action(setup%mass, estimate)
+        call take_action(calibration, setup%mass, estimate)
     end subroutine estimate_level1
 
     !> Which rods some span drives.

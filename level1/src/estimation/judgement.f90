@@ -5,7 +5,7 @@ module gracecg_level1_judgement
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append, integer_text, rounded_text
-    use gracecg_estimation_action, only: decide, known_of, refuse_offset
+    use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_offset_movement, only: movement_words, axis_words
@@ -14,7 +14,7 @@ module gracecg_level1_judgement
     use gracecg_level1_held_currents, only: rod_acceleration
     use gracecg_level1_leakage, only: WORST_CONDITION
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_level1_solution, only: sigma_of
+    use gracecg_level1_solution, only: level1_solution_t, sigma_of
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
@@ -29,9 +29,12 @@ module gracecg_level1_judgement
 contains
 
     !> What to do: nothing is moved by an offset that is not to be used.
-    subroutine take_action(mass, estimate)
+    subroutine take_action(calibration, mass, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
         real(dp), intent(in) :: mass                !! Of the satellite, kg
         type(level1_estimate_t), intent(inout) :: estimate
+
+        type(known_offset_t) :: known
 
         associate (first => estimate%solutions(1))
             if (first%flag > 1 .and. size(estimate%findings) > 0) then
@@ -41,7 +44,9 @@ contains
             else if (.not. allocated(first%beliefs)) then
                 call refuse_offset('what the setup says could not be tested', estimate%action)
             else
-                call decide(known_of(first%offset, first%covariance, first%beliefs), mass, estimate%action)
+                known = known_of(first%offset, first%covariance, first%beliefs)
+                known%signs_seen = all(calibration%follows == 1)
+                call decide(known, mass, estimate%action)
                 if (first%flag == 1) estimate%action%text = estimate%action%text//'; with care: '//trim(first%reason)
             end if
         end associate
@@ -232,9 +237,8 @@ contains
         integer :: i, k
 
         do i = 1, size(estimate%solutions)
-            if (.not. allocated(estimate%solutions(i)%beliefs)) cycle
+            if (.not. is_contradicted(estimate%solutions(i))) cycle
             associate (report => estimate%solutions(i)%beliefs)
-                if (.not. report%has_contradiction()) cycle
                 call say_contradiction(report, text)
                 shift = 0
                 do k = 1, size(report%values)
@@ -346,6 +350,14 @@ contains
         signs_are_known = setup%signs_known .or. all(calibration%follows == 1)
     end function signs_are_known
 
+    !> Does a test of what the setup says fail, however little the offset would move?
+    pure logical function is_contradicted(solution)
+        type(level1_solution_t), intent(in) :: solution
+
+        is_contradicted = allocated(solution%beliefs)
+        if (is_contradicted) is_contradicted = solution%beliefs%has_contradiction()
+    end function is_contradicted
+
     !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
     subroutine judge(calibration, setup, estimate)
         type(level1_calibration_t), intent(in) :: calibration
@@ -369,6 +381,7 @@ contains
                     call lower(2, 'sigma above 50 um')
                     if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
                 end if
+                if (is_contradicted(solution)) call lower(1, 'the data contradict the setup')
                 if (.not. estimate%settled) call lower(2, 'the fit does not settle')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
                 if (.not. signs_are_known(calibration, setup)) call lower(1, 'sign of the accelerometer not confirmed')

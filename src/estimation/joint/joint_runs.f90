@@ -2,6 +2,8 @@
 module gracecg_estimation_joint_runs
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: integer_text
+    use gracecg_environment_time, only: seconds_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_gather_information, only: move_joined
@@ -22,7 +24,7 @@ module gracecg_estimation_joint_runs
     type :: joint_run_t
         type(run_information_t) :: information    !! What it says of the parameters that are joined
         type(solution_t) :: solution                !! Its own estimate
-        type(operator_knowledge_t), private :: knowledge
+        type(operator_knowledge_t) :: knowledge     !! What its operator believes
         type(estimation_options_t), private :: options
         type(whitened_problem_t), private :: problem
     end type joint_run_t
@@ -47,7 +49,7 @@ contains
         run%knowledge = observations%knowledge
     end subroutine run_from_observations
 
-    !> The joint estimate. Fails as estimate_jointly does.
+    !> The joint estimate. Fails as estimate_jointly does, and when the same samples are given twice.
     subroutine estimate_runs(runs, options, solution, error)
         type(joint_run_t), intent(inout) :: runs(:)     !! They move to the joint estimate
         type(joint_options_t), intent(in) :: options
@@ -58,7 +60,8 @@ contains
         real(dp) :: before(3)
         integer :: round, i, j
 
-        call estimate_jointly(runs%information, options, solution, error)
+        call refuse_repeated(runs, error)
+        if (.not. allocated(error)) call estimate_jointly(runs%information, options, solution, error)
         if (allocated(error)) return
         first = solution
         do round = 1, MOST_ROUNDS
@@ -78,4 +81,22 @@ contains
             solution%runs(i)%sigma = first%runs(i)%sigma
         end do
     end subroutine estimate_runs
+
+    !> Samples that count twice make the sigma too small.
+    subroutine refuse_repeated(runs, error)
+        type(joint_run_t), intent(in) :: runs(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, k
+
+        do i = 2, size(runs)
+            do k = 1, i - 1
+                if (any(runs(i)%solution%offset /= runs(k)%solution%offset)) cycle
+                if (seconds_between(runs(i)%information%epoch, runs(k)%information%epoch) /= 0) cycle
+                call fail(error, 'runs '//integer_text(k)//' and '//integer_text(i)//' are the same samples (same time, same '// &
+                          'offset): each run counts once, leave one out')
+                return
+            end do
+        end do
+    end subroutine refuse_repeated
 end module gracecg_estimation_joint_runs

@@ -136,8 +136,8 @@ contains
         end associate
     end function tank_shift
 
-    !> Filter, smoother, and what the future may bring. Fails without a calibration, when today is before the last one, or
-    !> a covariance is singular.
+    !> Filter, smoother, and what the future may bring. Fails without a calibration, when one is given twice, when today is
+    !> before the last one, or a covariance is singular.
     subroutine trace_offset(offsets, changes, tanks, settings, history, error, today)
         type(dated_offset_t), intent(in) :: offsets(:)      !! Of the calibrations, in any order
         type(offset_change_t), intent(in) :: changes(:)     !! Known ones, in any order
@@ -171,12 +171,34 @@ contains
         end if
         history%calibrations = size(offsets)
         call lay_out(offsets, changes, start, seconds_between(start, end), settings%step, nodes)
-        call filter_and_smooth(offsets, changes, tanks, settings, start, nodes, history, error)
+        call refuse_repeated(offsets, nodes, error)
+        if (.not. allocated(error)) call filter_and_smooth(offsets, changes, tanks, settings, start, nodes, history, error)
         if (.not. allocated(error)) call look_for_drift(offsets, changes, tanks, settings, start, nodes, history, error)
         if (allocated(error)) return
         history%today = history%points(size(history%points))
         if (settings%futures > 0) call draw_futures(changes, tanks, settings, history)
     end subroutine trace_offset
+
+    !> A calibration that counts twice makes the sigma too small.
+    subroutine refuse_repeated(offsets, nodes, error)
+        type(dated_offset_t), intent(in) :: offsets(:)
+        type(node_t), intent(in) :: nodes(:)        !! In order of time
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, k
+
+        do i = 2, size(nodes)
+            if (nodes(i)%calibration == 0) cycle
+            do k = i - 1, 1, -1
+                if (nodes(k)%t < nodes(i)%t) exit
+                if (nodes(k)%calibration == 0) cycle
+                if (any(offsets(nodes(i)%calibration)%offset /= offsets(nodes(k)%calibration)%offset)) cycle
+                call fail(error, 'the calibration of '//trim(utc_text(offsets(nodes(i)%calibration)%time))//' is given twice '// &
+                          '(same time, same offset): each counts once, leave one out')
+                return
+            end do
+        end do
+    end subroutine refuse_repeated
 
     !> All times of interest in order; a change comes before a calibration of the same time.
     subroutine lay_out(offsets, changes, start, length, step, nodes)

@@ -18,6 +18,7 @@ module gracecg_estimation_saved_estimate
         type(utc_t) :: time    !! Epoch of the calibration, UTC
         real(dp) :: offset(3) = 0           !! Body axes, m
         real(dp) :: covariance(3, 3) = 0    !! m^2
+        logical :: moves_masses = .true.    !! Its own action is not to calibrate again; rows of CSV files have none
     end type dated_offset_t
 
 contains
@@ -47,6 +48,8 @@ contains
         else
             call read_offset(file%text, offsets(1), error)
         end if
+        call read_json_text(file%text, 'action.kind', command, ok)
+        if (ok) offsets(1)%moves_masses = command /= 'calibrate again'
         if (.not. allocated(error)) then
             if (.not. all([(offsets(1)%covariance(i, i), i=1, 3)] > 0)) then
                 call fail(error, 'the offset has no covariance; estimate it with noise levels in setup.nml')

@@ -8,14 +8,11 @@
 module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_lapack, only: sum_of_products
-    use gracecg_environment_sun, only: sun_position, conical_shadow
-    use gracecg_environment_time, only: utc_t, julian_centuries_tt
-    use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_problem, only: batch_solution_t
     implicit none
     private
-    public :: force_jump_found_t, search_jump, edge_of_shadow
+    public :: force_jump_found_t, search_jump
 
     real(dp), parameter :: LEAST_GAIN = 16
     !! Exceeded by chance with the probability 6e-5 at one place, and of the places of an arc some 60 in each of 3 axes are
@@ -77,25 +74,6 @@ contains
             end associate
         end do
     end function search_jump
-
-    !> When in an arc the satellite enters or leaves the full light of the Sun, s; negative where it does not, or no orbit is known.
-    pure real(dp) function edge_of_shadow(epoch, data) result(time)
-        type(utc_t), intent(in) :: epoch            !! Of the arc
-        type(fitting_data_t), intent(in) :: data
-
-        real(dp) :: sun(3), light, before
-        integer :: i
-
-        time = -1
-        sun = sun_position(julian_centuries_tt(epoch))
-        before = -1
-        do i = 1, size(data%orbit_time)
-            if (data%orbit_time(i) < 0 .or. data%orbit_time(i) > data%steps*data%interval) cycle
-            light = conical_shadow(data%orbit_position(:, i), sun)
-            if (before >= 0 .and. (light >= 1 .neqv. before >= 1)) time = data%orbit_time(i)
-            before = light
-        end do
-    end function edge_of_shadow
 
     !> s^2/S of steps of an axis: s their scores, S their information with all other parameters eliminated.
     function gains_at(problem, batch, axis, places) result(gains)

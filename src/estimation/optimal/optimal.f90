@@ -15,7 +15,9 @@ module gracecg_estimation_optimal
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
-    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump, edge_of_shadow
+    use gracecg_environment_sun, only: edge_of_shadow
+    use gracecg_environment_time, only: julian_centuries_tt
+    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
@@ -360,7 +362,10 @@ contains
             text = 'the non-gravitational acceleration bends by more than a parabola: a step of '//step//' is estimated, too, '// &
                 'whose time is not clear'
         end if
-        edge = edge_of_shadow(knowledge%epoch, problem%data)
+        associate (data => problem%data)
+            edge = edge_of_shadow(julian_centuries_tt(knowledge%epoch), data%orbit_time, data%orbit_position, &
+                                  data%steps*data%interval)
+        end associate
         if (edge >= 0) text = text//'; the edge of the Earth''s shadow is passed at '//rounded_text(edge, 3)//' s'
         call append(warnings, text)
     end subroutine report_jump

@@ -3,7 +3,7 @@
 module gracecg_estimation_action
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
-    use gracecg_base_text, only: rounded_text, join
+    use gracecg_base_text, only: rounded_text, join, pick_text
     use gracecg_observations_parameters, only: belief_subject
     use gracecg_estimation_belief_report, only: belief_report_t
     implicit none
@@ -30,6 +30,7 @@ module gracecg_estimation_action
         character(48) :: hidden(3) = ''     !! By what
         real(dp) :: tolerated = 0           !! Of `unseen`, m
         logical :: signs_known = .false.    !! Of the accelerometer's axes
+        logical :: signs_seen = .false.     !! The samples confirm them: nobody's word is needed
     end type known_offset_t
 
     !> What to do.
@@ -103,7 +104,7 @@ contains
         action%text = ''
         if (any(moved)) call append('trim: move the centre of mass by '//join(pack(moves, moved), ', ')//' (sigma '// &
                                     join(pack(sigmas, moved), ', ')//' mm; mass moments '//join(pack(moments, moved), ', ')// &
-                                    ' kg mm), if the setup holds')
+                                    ' kg mm), if the setup holds'//pick_text(known%signs_seen, '', ' (signs_known, too)'))
         if (any(good .and. .not. moved)) call append('leave '//trim(listed_axes(good .and. .not. moved))//' (within '// &
                                                     rounded_text(NOT_ZERO, 2)//' sigma of 0)')
         if (.not. all(good)) call append('calibrate again for '//trim(listed_axes(.not. good))//' ('// &
