@@ -41,6 +41,10 @@ contains
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run1 --seed 5', output)
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
         call check_says(error, output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ')
+        call refused(error, 'estimate '//FOLDER//'run1 '//FOLDER//'run1 --algorithm optimal', STATUS_FAILED, &
+                     'runs 1 and 2 are the same samples')
+        call check_measured(error)
+        if (allocated(error)) return
         call read_csv(FOLDER//'run1/truth.csv', COLUMNS, rows, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run1/truth.csv', COLUMNS, truth_1, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', COLUMNS, truth_2, failure)
@@ -58,6 +62,20 @@ contains
         call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), 'the density wave does not')
         call check(error, all(abs(noisy_1(:, 2) - noisy_2(:, 2)) > 0), 'the noise does not')
     end subroutine test_simulate
+
+    !> Samples that are no simulation's stay where one would take their place.
+    subroutine check_measured(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: setup, still
+        type(error_t), allocatable :: failure
+
+        call read_text_file(FOLDER//'run1/setup.nml', setup, failure)
+        call make_directory(FOLDER//'measured', failure)
+        call make_file('measured/setup.nml', setup%text)
+        call refused(error, 'simulate front-3 --out '//FOLDER//'measured', STATUS_FAILED, 'no simulation ... would be lost')
+        call read_text_file(FOLDER//'measured/setup.nml', still, failure)
+        call check(error, still%text == setup%text, 'it stays')
+    end subroutine check_measured
 
     !> Where one of the files cannot be written none is.
     subroutine test_blocked_options(error)

@@ -5,7 +5,10 @@ module test_joint
     use calibrations
     use gracecg_base_constants, only: YEAR => JULIAN_YEAR
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
+    use gracecg_base_text, only: split
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
+    use gracecg_estimation_action, only: action_t, DO_NOT_USE, TRIM_IT
+    use gracecg_estimation_joint_action, only: act_on_runs
     use gracecg_estimation_information, only: information_t, eliminated_t, information_of, squares_of
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -108,17 +111,18 @@ contains
         options%optimal%density_wave = WAVE_NONE
     end subroutine open_case
 
-    subroutine run_of(simulator, options, seed, run)
+    subroutine run_of(simulator, options, seed, run, tested)
         type(simulator_t), intent(in) :: simulator
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: seed
         type(joint_run_t), intent(out) :: run
+        logical, intent(in), optional :: tested     ! Its beliefs are
         type(observation_set_t) :: observations
         type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
 
         own = options
-        own%covariance = .false.
+        own%covariance = present(tested)
         call make_observations(simulator, seed, 1, observations)
         call run_from_observations(observations, own, run, failure)
         call need(failure)
@@ -250,19 +254,36 @@ contains
         type(joint_run_t) :: runs(3)
         type(joint_options_t) :: asked
         type(joint_solution_t) :: joint
+        type(string_t) :: names(3)
+        type(action_t) :: action
         type(error_t), allocatable :: failure
 
+        names = split('first,second,third', ',')
         call open_case('front-3', simulator, options)
-        call run_of(simulator, options, 1, runs(1))
-        call run_of(simulator, options, 2, runs(2))
+        call run_of(simulator, options, 1, runs(1), .true.)
+        call run_of(simulator, options, 2, runs(2), .true.)
         call open_case('front-3', simulator, options, CHANGE)
-        call run_of(simulator, options, 3, runs(3))
+        call run_of(simulator, options, 3, runs(3), .true.)
         runs(2)%information%epoch = utc_plus(runs(1)%information%epoch, 1e6_dp)
         runs(3)%information%epoch = utc_plus(runs(1)%information%epoch, 3e6_dp)
         call estimate_jointly(runs%information, asked, joint, failure)
         if (failed(error, failure)) return
         call check(error, .not. joint%consistent .and. .not. joint%runs(3)%agrees .and. joint%degrees == 6, 'not told')
         call check(error, minloc(joint%runs%probability, 1), 3)
+        call act_on_runs(runs, asked, names, joint, action)
+        call check(error, action%kind == DO_NOT_USE .and. index(action%text, 'third differs from the rest by') > 0 .and. &
+                   index(action%text, 'without it the others agree (') > 0, action%text)
+        call estimate_jointly(runs(2:)%information, asked, joint, failure)
+        call act_on_runs(runs(2:), asked, names(2:), joint, action)
+        call check(error, action%kind == DO_NOT_USE .and. index(action%text, 'third minus second is ') > 0, &
+                   'nobody knows which of two: '//action%text)
+        call estimate_jointly(runs(:2)%information, asked, joint, failure)
+        call act_on_runs(runs(:2), asked, names(:2), joint, action)
+        call check(error, action%kind == TRIM_IT .and. all(action%trimmed), action%text)
+        deallocate (runs(2)%solution%beliefs)
+        call act_on_runs(runs(:2), asked, names(:2), joint, action)
+        call check(error, action%kind == DO_NOT_USE .and. index(action%text, 'second: what its setup says was not tested') > 0, &
+                   action%text)
         call check(error, all(abs(joint%runs(3)%difference - CHANGE) < 5*joint%runs(3)%difference_sigma), 'difference')
         asked%changes = [offset_change_t(utc_plus(runs(1)%information%epoch, 2e6_dp), CHANGE, [1.0_dp, 1.0_dp, 1.0_dp]*1e-6_dp)]
         call estimate_jointly(runs%information, asked, joint, failure)
@@ -417,6 +438,11 @@ contains
         call check(error, all(abs(history%today%filtered/MM - value(7:9)) < 1e-8_dp), 'today')
         call trace_offset(offsets, changes, no_tanks, settings, history, failure, today=utc_t(52000, 0.0_dp))
         call check_fails(error, failure, 'before the last calibration')
+        call trace_offset(offsets([1, 2, 3, 2]), changes, no_tanks, settings, history, failure)
+        call check_fails(error, failure, 'is given twice')
+        offsets(3)%time = offsets(2)%time       ! two satellites' methods, or two fits, of one time
+        call trace_offset(offsets, changes, no_tanks, settings, history, failure)
+        call check_passes(error, failure)
     end subroutine test_history
 
     !> A result of level1 estimate is an offset with its time: 2020-01-01 00:00:00 UTC is 18 s later in GPS time.
@@ -437,6 +463,10 @@ contains
         call check(error, maxval(abs(offsets(1)%offset - [1e-4_dp, -2e-4_dp, 3e-4_dp])) < 1e-15_dp .and. &
                    abs(offsets(1)%covariance(1, 2) - 1e-12_dp) < 1e-20_dp .and. &
                    abs(offsets(1)%covariance(2, 2) - 9e-12_dp) < 1e-20_dp, 'offset and covariance')
+        call check(error, offsets(1)%moves_masses, 'nothing against a trim')
+        call make_file('level1_again.json', HEAD//MATRIX//'"flag": 1, "reason": "sign", "action": {"kind": "calibrate again"}}')
+        call read_offsets(FOLDER//'level1_again.json', offsets, failure)
+        call check(error, .not. allocated(failure) .and. .not. offsets(1)%moves_masses, 'it says itself to calibrate again')
         call make_file('level1_bad.json', HEAD//MATRIX//'"flag": 2, "reason": "wrong sign"}')
         call read_offsets(FOLDER//'level1_bad.json', offsets, failure)
         call check_fails(error, failure, 'level1_bad.json ... not to be used ... wrong sign')

@@ -89,7 +89,7 @@ contains
         type(error_t), allocatable :: error
         integer :: i, worst
 
-        worst = minloc(solution%runs%probability, 1)
+        worst = merge(2, minloc(solution%runs%probability, 1), size(runs) == 2)
         text = 'the '//kind//' do not agree on one offset: chi square '//rounded_text(solution%statistic, 4)//' for '// &
             integer_text(solution%degrees)//' degrees of freedom, which chance reaches with a probability of '// &
             rounded_text(solution%probability, 2)//'; '//names(worst)%text
