@@ -110,7 +110,7 @@ def follow(text, folder, fpm):
         if patched.returncode:
             yield f"change {number} does not apply:\n{patched.stdout}{patched.stderr}"
             return
-    built = subprocess.run([fpm, "install", "--profile", "release", "--prefix", str(folder / "stage")],
+    built = subprocess.run([fpm, "install", "--profile", "debug", "--prefix", str(folder / "stage")],
                            cwd=folder, capture_output=True, text=True)
     if built.returncode:
         yield f"the changed project does not build:\n{built.stdout[-3000:]}{built.stderr[-3000:]}"

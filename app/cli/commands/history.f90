@@ -209,11 +209,12 @@ contains
             beyond = abs(history%today%filtered) > settings%limit
             known = moves_masses .and. history%today%filtered_sigma < min(settings%limit, abs(history%today%filtered)/NOT_ZERO)
             text = 'it lies outside of '//text//': '
-            if (any(beyond .and. known)) text = text//'move masses along '//trim(listed_axes(beyond .and. known))// &
-                ' (gracecg trim), then calibrate'
-            if (any(beyond .and. known) .and. .not. all(known)) text = text//'; '
-            if (.not. all(known)) text = text//'calibrate again for '//trim(listed_axes(.not. known))// &
-                ' before masses are moved along '//trim(merge('it  ', 'them', count(.not. known) == 1))
+            if (any(beyond .and. known)) then
+                text = text//'move masses along '//trim(listed_axes(beyond .and. known))//' (gracecg trim), then calibrate'
+                if (.not. all(known)) text = text//'; '//trim(listed_axes(.not. known))//': not known well enough to be trimmed'
+            else
+                text = text//'calibrate again before masses are moved'
+            end if
         else if (history%leaves) then
             text = 'it will leave '//text//' on '//date_of(history%leaving(2))//' (68 %: '//date_of(history%leaving(1))// &
                    ' to '//last//')'
