@@ -2,7 +2,11 @@
 module test_level1_results
     use vocabulary
     use gracecg_base_constants, only: JULIAN_YEAR
-    use gracecg_files_file, only: remove_file
+    use gracecg_base_text, only: split_words
+    use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
+    use gracecg_cli_console, only: console_t
+    use gracecg_files_file, only: file_exists, make_directory, remove_file
+    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
@@ -26,7 +30,8 @@ contains
                     new_unittest('trim-steps', test_trim), &
                     new_unittest('origins', test_origins), &
                     new_unittest('residuals', test_residuals), &
-                    new_unittest('trend', test_trend)]
+                    new_unittest('trend', test_trend), &
+                    new_unittest('refused-before-anything-is-lost', test_refused)]
     end subroutine collect_level1_results
 
     !> steps = nint(change/2.5 um M/4.8 kg), in commands of at most 12000.
@@ -168,4 +173,37 @@ contains
         call fit_trend(points(:1), [real(dp) ::], 100e-6_dp, trend, failure)
         call check_fails(error, failure, 'at least 2 dates')
     end subroutine test_trend
+
+    !> A trend of results that are not to be used, or counted twice; a simulation among files of other days.
+    subroutine test_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: RESULT = '"satellite": "C", "offset_mm": [0.1, 0.2, 0.3], "sigma_mm": [0.01, 0.01, 0.01], '// &
+            '"gas_kg": [13, 13], "reason": "wrong sign", '
+        character(*), parameter :: DAY = 'l1_other_day/ACC1A_2019-01-01_C_04.txt'
+        type(error_t), allocatable :: failure
+
+        call make_file('l1_one.json', '{'//RESULT//'"epoch_gps_s": 6e8, "flag": 1}')
+        call make_file('l1_bad.json', '{'//RESULT//'"epoch_gps_s": 7e8, "flag": 2}')
+        call refuses('level1 trend '//FOLDER//'l1_one.json '//FOLDER//'l1_bad.json', 'l1_bad.json ... not to be used ... sign')
+        call refuses('level1 trend '//FOLDER//'l1_one.json '//FOLDER//'l1_one.json', 'of the same time')
+        call make_directory(FOLDER//'l1_other_day', failure)
+        call make_file(DAY, 'samples')
+        call refuses('level1 simulate front-1 --out '//FOLDER//'l1_other_day', 'ACC1A_2019-01-01_C_04.txt ... join both')
+        call check(error, .not. file_exists(FOLDER//'l1_other_day/truth.csv'), 'nothing is written')
+
+    contains
+
+        subroutine refuses(words, part)
+            character(*), intent(in) :: words, part
+
+            type(console_t) :: console
+            integer :: status
+
+            if (allocated(error)) return
+            console%captured = .true.
+            call run_command_line(split_words(words), console, status, level1_commands())
+            call check(error, status, STATUS_FAILED)
+            call check_says(error, console%messages, part)
+        end subroutine refuses
+    end subroutine test_refused
 end module test_level1_results

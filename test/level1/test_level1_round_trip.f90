@@ -77,7 +77,7 @@ contains
     end subroutine test_preparation
 
     !> Gathers and estimates from a folder with what its operator says.
-    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact, every, part)
+    subroutine estimate_folder(path, calibration, estimate, error, more_xy, exact, every, part, factor)
         character(*), intent(in) :: path
         type(level1_calibration_t), intent(out) :: calibration
         type(level1_estimate_t), intent(out) :: estimate
@@ -86,6 +86,7 @@ contains
         logical, intent(in), optional :: exact          !! Leakage, scales, gains and the air's force have sigma 0
         real(dp), intent(in), optional :: every         !! Rods are driven all the time: spans of so many seconds
         real(dp), intent(in), optional :: part(2)       !! Of the files: start, GPS s, and duration, s
+        real(dp), intent(in), optional :: factor        !! Of mass and inertia that are said
         type(level1_setup_t) :: setup
         real(dp), allocatable :: span(:, :)
 
@@ -94,6 +95,10 @@ contains
         if (present(more_xy)) then
             setup%inertia(1, 2) = setup%inertia(1, 2) + more_xy
             setup%inertia(2, 1) = setup%inertia(1, 2)
+        end if
+        if (present(factor)) then
+            setup%mass = factor*setup%mass
+            setup%inertia = factor*setup%inertia
         end if
         if (present(exact)) then
             setup%leakage_prior = 0
@@ -256,6 +261,7 @@ contains
     subroutine test_wrong_inertia(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: MORE = 10                ! kg m^2
+        real(dp), parameter :: LESS = 0.6_dp
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
@@ -277,6 +283,12 @@ contains
                            maxval(abs(last%offset - truth%case%satellite%offset)) > 30*MICROMETRE, 'the offset')
             end associate
         end associate
+        ! Another satellite's, in proportion: d holds, for the attitude tells the gain, but a trim would be by a wrong mass
+        call estimate_folder(path, calibration, estimate, failure, factor=LESS)
+        if (failed(error, failure)) return
+        call check(error, maxval(abs(estimate%solutions(1)%offset - truth%case%satellite%offset)) < 10*MICROMETRE, 'd holds')
+        call check(error, estimate%flag == 2 .and. .not. any(estimate%action%trimmed), 'no trim')
+        call check_says(error, estimate%action%text, 'gain of all rods ... trims are by the mass')
     end subroutine test_wrong_inertia
 
     !> What has an a-priori sigma of 0 is known, not unknown: every source gives an offset, with no larger sigma.

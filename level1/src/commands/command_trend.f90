@@ -58,8 +58,8 @@ contains
         if (.not. allocated(error)) call read_steps(soe, satellite, steps, error)
         if (.not. allocated(error)) call fit_trend(points, steps, LIMIT, trend, error)
         if (allocated(error)) return
-        if (any(points%flag > 0)) call console%warn(integer_text(count(points%flag > 0))//' of the results have a flag '// &
-                                                    'other than 0')
+        if (any(points%flag > 0)) call console%warn(integer_text(count(points%flag > 0))//' of the results are to be used '// &
+                                                    'with care (flag 1)')
         call show(page, points, trend, setup, satellite, console, error)
         if (.not. allocated(error) .and. page /= '') call console%line('written: '//page)
     end subroutine run_level1_trend
@@ -81,6 +81,8 @@ contains
             call read_point(arguments%positional(i), point, name, error)
             if (.not. allocated(error) .and. i > 1 .and. name /= satellite) &
                 call fail(error, arguments%positional(i)//': of satellite '//name//', the first result is of '//satellite)
+            if (.not. allocated(error) .and. any(abs(points%time - point%time) <= 0)) &
+                call fail(error, arguments%positional(i)//': of the same time as another result: each counts once')
             if (allocated(error)) return
             satellite = name
             earlier = count(points%time <= point%time)
@@ -115,6 +117,11 @@ contains
         call take('flag', flag)
         call take('gas_kg', point%gas)
         if (allocated(error)) return
+        if (flag(1) > 1) then
+            call read_json_text(file%text, 'reason', name, ok)
+            call fail(error, path//': this estimate is not to be used (flag 2: '//name//'): leave it out')
+            return
+        end if
         if (any(.not. point%sigma > 0)) call fail(error, path//': sigma_mm has to be positive')
         point%time = time(1)
         point%flag = nint(flag(1))

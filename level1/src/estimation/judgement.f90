@@ -15,6 +15,7 @@ module gracecg_level1_judgement
     use gracecg_level1_leakage, only: WORST_CONDITION
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_solution, only: level1_solution_t, sigma_of
+    use gracecg_observations_parameters, only: ROD_GAIN
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
@@ -228,12 +229,13 @@ contains
     end subroutine look_along_orbit
 
     !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may
-    !> differ.
+    !> differ, or the rods' gain is contradicted.
     subroutine look_at_beliefs(estimate)
         type(level1_estimate_t), intent(inout) :: estimate
 
         character(:), allocatable :: text
         real(dp) :: shift
+        logical :: gain     ! Of the rods, by the inertia: then the mass is doubtful, too
         integer :: i, k
 
         do i = 1, size(estimate%solutions)
@@ -241,10 +243,16 @@ contains
             associate (report => estimate%solutions(i)%beliefs)
                 call say_contradiction(report, text)
                 shift = 0
+                gain = .false.
                 do k = 1, size(report%values)
-                    if (report%values(k)%state == CONTRADICTED) shift = max(shift, maxval(abs(report%values(k)%shift)))
+                    if (report%values(k)%state /= CONTRADICTED) cycle
+                    shift = max(shift, maxval(abs(report%values(k)%shift)))
+                    gain = gain .or. report%values(k)%belief == ROD_GAIN
                 end do
-                if (shift > CLOSE_ENOUGH) then
+                if (gain .and. shift <= CLOSE_ENOUGH) then
+                    call append(estimate%findings, text//'; d hardly moves by it, but trims are by the mass: correct '// &
+                                'rod_gain, or mass and inertia if they are of another satellite')
+                else if (shift > CLOSE_ENOUGH) then
                     call append(estimate%findings, text)
                 else
                     call append(estimate%remarks, text//'; the offset would move by at most '// &
