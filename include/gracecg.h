@@ -17,7 +17,7 @@
  *   calls. gracecg_free waits for calls that still use the object in other threads.
  * - Numbers are SI (m, s, kg, T, rad, W). Arrays are rows of one epoch or point each: n positions are double[n][3],
  *   given as a pointer to the first number. n = 0 does nothing. NaN and infinities are refused (GRACECG_BAD_VALUE)
- *   wherever they come in, and positions less than 1000 km from the centre of the Earth: they are in km. Functions that
+ *   wherever they come in, and positions less than 6.35e6 m from the centre of the Earth: they are in km. Functions that
  *   compute numbers refuse to give out NaN and infinities; gracecg_get gives what an object holds as it is.
  * - Arguments marked "or NULL" may be left out; every other pointer must not be NULL (GRACECG_NULL_POINTER).
  * - Texts are UTF-8 or Latin, end with a zero, and are at most 4095 bytes long (names, paths); texts of settings may
@@ -243,8 +243,8 @@ gracecg_status gracecg_force_model_loads(const gracecg_object *model, double sec
    satellite freely, as in a calibration manoeuvre. Over more than some minutes it is to be held: body z to the centre
    of the Earth, y across the orbit, x along the orbit (pointing = 1) or against it (2); of the initial state position
    and velocity count, and the states have the attitude and the angular velocity that are held. tolerance = 0: one
-   step an interval; else steps under control with interpolation, by how far four steps and one of their length may
-   differ, relative to 1e7 m, 1e4 m/s, 1e-3 rad/s and 1 (1e-10, say). */
+   step an interval of up to 60 s, 1e-11 beyond; else steps under control with interpolation, by how far four steps
+   and one of their length may differ, relative to 1e7 m, 1e4 m/s, 1e-3 rad/s and 1. */
 gracecg_status gracecg_force_model_propagate(const gracecg_object *model, const double state[13], int32_t pointing,
                                              double interval, size_t steps, double tolerance, double *states,
                                              gracecg_error *error);

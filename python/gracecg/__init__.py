@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
            "Setup", "Simulator", "Solution", "Utc", "Wind", "algorithms", "case_names", "estimate_joint",
-           "distributed", "estimate_level1", "monte_carlo", "plot", "report", "sun_illumination", "sun_position"]
+           "distributed", "estimate_level1", "monte_carlo", "sun_illumination", "sun_position"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
 

@@ -31,6 +31,9 @@ class GracecgError(Exception):
         super().__init__(message)
         self.status = status
 
+    def __reduce__(self) -> Any:
+        return GracecgError, (self.status, str(self))
+
 
 def _declarations() -> str:
     """The headers without what only a compiler wants: conditions, includes, the block for C++."""

@@ -92,7 +92,7 @@ class ForceModel(Handle):
 
     def propagate(self, state: ArrayLike, interval: float, steps: int, tolerance: float = 0.0) -> Array:
         """States (steps + 1, 13) every `interval` s from time 0, the attitude free; tolerance 0: one step an
-        interval, else steps under control (1e-10, say; docs/theory.md, section 8), with interpolation."""
+        interval of up to 60 s, else steps under control (1e-11; docs/theory.md, section 8), with interpolation."""
         return self._states(exactly(state, 13), 0, interval, steps, tolerance)
 
     def propagate_nadir(self, position: ArrayLike, velocity: ArrayLike, interval: float, steps: int,
@@ -103,6 +103,8 @@ class ForceModel(Handle):
         return self._states(state, 1 if forward else 2, interval, steps, tolerance)
 
     def _states(self, state: Array, pointing: int, interval: float, steps: int, tolerance: float) -> Array:
+        if steps < 0:
+            raise ValueError(f"steps = {steps}: 0 or more are allowed")
         states = np.empty((steps + 1, 13))
         call("force_model_propagate", self._handle, pointer(state), pointing, interval, steps, tolerance, pointer(states))
         return states

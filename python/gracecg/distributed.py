@@ -106,7 +106,7 @@ def run(tasks: Iterable[Task], executor: Any, *, program: str = "gracecg", folde
     """
     todo = list(tasks)
     folder = os.path.abspath(folder or ".")
-    make = None if hasattr(executor, "submit") else executor
+    make = None if hasattr(executor, "submit") and not isinstance(executor, type) else executor
     pool = _with_futures(make() if make else executor)
     found: dict[int, Outcome] = {}
     lost: BaseException | None = None

@@ -332,7 +332,9 @@ def _observations_of(files: dict[str, bytes]) -> "Observations":
     with tempfile.TemporaryDirectory() as folder:
         for name, content in files.items():
             (pathlib.Path(folder) / name).write_bytes(content)
-        return Observations(folder)
+        made = Observations(folder)
+        made._again = None      # that folder is gone
+        return made
 
 
 class Observations(_WithOptions):
@@ -367,9 +369,13 @@ class Observations(_WithOptions):
             Position (n, 3), inertial, m.
         """
         star_camera = star_camera if star_camera is not None else ((), (), ())
+        if len(star_camera) != 3:
+            raise ValueError("star_camera: expected times, heads and quaternions")
         magnetometer = magnetometer if magnetometer is not None else ((), ())
         orbit = orbit if orbit is not None else ((), ())
         heads = np.ascontiguousarray(star_camera[1], dtype=np.int32)
+        if not np.array_equal(heads, star_camera[1]):
+            raise ValueError("star_camera: its second array has the numbers of the heads, integers")
         series = ((numbers(accelerometer[0]), numbers(accelerometer[1], 3)),
                   (numbers(star_camera[0]), heads, numbers(star_camera[2], 4)),
                   (numbers(magnetometer[0]), numbers(magnetometer[1], 3)), (numbers(orbit[0]), numbers(orbit[1], 3)))

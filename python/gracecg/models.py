@@ -37,6 +37,8 @@ class Utc:
             if when.tzinfo is not None:
                 when = when.astimezone(datetime.timezone.utc).replace(tzinfo=None)
             when = when.isoformat()
+        elif isinstance(when, datetime.date):
+            when = when.isoformat()
         utc = ffi.new("gracecg_utc *")
         call("utc_parse", when.encode(), utc)
         return cls(utc.mjd, utc.seconds)
@@ -96,7 +98,7 @@ class Gravity(Handle):
     """
 
     def __init__(self, name: str = "egm96", degree: int = 20, order: int | None = None) -> None:
-        super().__init__("gravity_open", name.encode(), degree, degree if order is None else order)
+        super().__init__("gravity_open", os.fsencode(name), degree, degree if order is None else order)
 
     def evaluate(self, position: ArrayLike) -> tuple[Array, Array, Array]:
         """Acceleration, potential and second derivatives.
@@ -142,7 +144,7 @@ class Field(Handle):
     """
 
     def __init__(self, name: str, date: When) -> None:
-        super().__init__("field_open", name.encode(), Utc.of(date)._c())
+        super().__init__("field_open", os.fsencode(name), Utc.of(date)._c())
 
     def evaluate(self, position: ArrayLike) -> Array:
         """Flux density (n, 3), T, Earth-fixed, at positions (n, 3), m, Earth-fixed."""
@@ -182,16 +184,18 @@ class Density(Handle):
         Takes F10.7 and Kp from the embedded table.
     f107, f107_mean : float, optional
         F10.7 of the day before and its mean of 81 days, sfu; in place of a date.
-    kp : float
-        Kp three hours before, 0 to 9.
+    kp : float, optional
+        Kp three hours before, 0 to 9; 2 when it is left out.
     """
 
     def __init__(self, name: str = "dtm77", date: When | None = None, *, f107: float | None = None,
-                 f107_mean: float | None = None, kp: float = 2.0) -> None:
+                 f107_mean: float | None = None, kp: float | None = None) -> None:
+        if date is not None and (f107 is not None or f107_mean is not None or kp is not None):
+            raise ValueError("a date takes F10.7 and Kp from the table: give it, or f107, f107_mean and kp, not both")
         if date is not None:
             super().__init__("density_open", name.encode(), Utc.of(date)._c(), ffi.NULL)
         elif f107 is not None:
-            indices = exactly([f107, f107 if f107_mean is None else f107_mean, kp], 3)
+            indices = exactly([f107, f107 if f107_mean is None else f107_mean, 2.0 if kp is None else kp], 3)
             super().__init__("density_open", name.encode(), ffi.NULL, pointer(indices))
         else:
             raise ValueError("give a date, or f107 (with f107_mean and kp)")
@@ -210,7 +214,7 @@ class Wind(Handle):
     """Wind of the thermosphere: "hwm93" (the embedded table) or the path of a table."""
 
     def __init__(self, name: str = "hwm93") -> None:
-        super().__init__("wind_open", name.encode())
+        super().__init__("wind_open", os.fsencode(name))
 
     def evaluate(self, epoch: When, position: ArrayLike, seconds: ArrayLike = 0.0) -> Array:
         """Eastward and northward wind (n, 2), m/s, relative to the turning Earth, at Earth-fixed positions, m."""

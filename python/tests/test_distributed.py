@@ -66,6 +66,12 @@ def test_killed_worker(tmp_path, whole):
         check_campaign(pool, tmp_path, whole, program=str(tmp_path / "program"))
 
 
+def test_class_as_executor():
+    """What makes an executor may be its class."""
+    (outcome,) = distributed.run([Task(["cases"])], ThreadPoolExecutor, program=PROGRAM, progress=None)
+    assert outcome.status == 0
+
+
 def test_lost_always(tmp_path):
     """What is lost again and again ends the work."""
     script = pathlib.Path(tmp_path, "program")

@@ -3,6 +3,7 @@
 GRACECG_PROGRAM names the program whose numbers are compared; without it those tests are skipped.
 """
 import csv
+import datetime
 import json
 import os
 import pathlib
@@ -141,7 +142,7 @@ def test_pickle_and_repr(case, observations, tmp_path):
     again = pickle.loads(pickle.dumps(case.with_options(options)))
     assert again.text == case.with_options(options).text and again.options == case.with_options(options).options
     again = pickle.loads(pickle.dumps(observations))
-    assert all(map(np.array_equal, again.star_camera, observations.star_camera))
+    assert all(map(np.array_equal, again.star_camera, observations.star_camera)) and "/tmp" not in repr(again)
     assert np.array_equal(again.estimate("assest-fde").offset, observations.estimate("assest-fde").offset)
     setup = pickle.loads(pickle.dumps(observations.setup))
     assert setup.text == observations.setup.text
@@ -149,6 +150,26 @@ def test_pickle_and_repr(case, observations, tmp_path):
         pickle.dumps(setup.measured(np.linspace(-1.0, 61.0, 63), np.zeros((63, 3))))
     with pytest.raises(TypeError, match="pickle what it was made of"):
         pickle.dumps(gracecg.Simulator._made("simulator_open", case._handle))
+
+
+def test_failures_travel():
+    """A failure in a worker process reaches the caller with its status."""
+    failure = pickle.loads(pickle.dumps(gracecg.GracecgError(4, "too near")))
+    assert (failure.status, str(failure)) == (4, "too near")
+
+
+def test_misuse(tmp_path, case):
+    with pytest.raises(ValueError, match="not both"):
+        gracecg.Density("dtm77", "1989-01-02", f107=400)
+    with pytest.raises(gracecg.GracecgError, match="no gravity model"):
+        gracecg.Gravity(tmp_path / "none.gfc")
+    with pytest.raises(ValueError, match="steps = -1"):
+        case.force_model().propagate(np.zeros(13), 1.0, -1)
+    day = gracecg.Utc.of("2020-01-01")
+    assert gracecg.Utc.of(datetime.date(2020, 1, 1)) == day
+    space = {}
+    exec("from gracecg import *", space)
+    assert "Gravity" in space
 
 
 def test_action(observations):

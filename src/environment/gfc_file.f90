@@ -225,6 +225,7 @@ contains
         logical, intent(inout) :: given(0:, 0:)
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp), parameter :: NEAR = 1e-2_dp       ! Of the Earth C(2, 0) is the largest, 5e-4
         integer :: n, m
 
         if (size(fields) < head%fields) then
@@ -243,8 +244,12 @@ contains
             call file%fail_at(i, 'this degree and order was given before', error)
             return
         end if
-        call file%get_real(i, fields(4), 'C', c(n, m), error)
-        call file%get_real(i, fields(5), 'S', s(n, m), error)
+        if (n == 0) then
+            call file%get_real(i, fields(4), 'C', c(n, m), error, 1 - NEAR, 1 + NEAR)
+        else
+            call file%get_real(i, fields(4), 'C', c(n, m), error, -NEAR, NEAR)
+        end if
+        call file%get_real(i, fields(5), 'S', s(n, m), error, -NEAR, NEAR)
         call file%check_numbers(i, fields(6:), 6, error)
         given(n, m) = .true.
     end subroutine read_row

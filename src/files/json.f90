@@ -11,7 +11,7 @@ module gracecg_files_json
     use gracecg_files_run_record, only: get_provenance
     implicit none
     private
-    public :: json_writer_t, put_provenance, read_json_list, read_json_numbers, read_json_text
+    public :: json_writer_t, put_provenance, is_whole_json, read_json_list, read_json_numbers, read_json_text
 
     integer, parameter :: DEEPEST = 16          !! Objects and arrays within each other
     integer, parameter :: INDENT = 2            !! Blanks a level
@@ -455,6 +455,16 @@ contains
             if (index(SPACES, text(at:at)) == 0) return
         end do
     end function next_place
+
+    !> Is a text one whole value, and nothing else? What is cut off, or has something behind it, is not.
+    pure logical function is_whole_json(text) result(is_whole)
+        character(*), intent(in) :: text
+
+        integer :: last
+
+        last = end_of_value(text, next_place(text, 1))
+        is_whole = last >= next_place(text, 1) .and. next_place(text, last + 1) > len(text)
+    end function is_whole_json
 
     !> The last character of the value that begins at a place; before it if the value does not end.
     pure integer function end_of_value(text, first) result(last)

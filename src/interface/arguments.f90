@@ -7,7 +7,7 @@ module gracecg_interface_arguments
     use gracecg, only: dp, error_t, utc_t, check_utc_in_range
     use gracecg_base_error, only: number_text
     use gracecg_base_kinds, only: i8
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, pick_text
     use gracecg_interface_outcome, only: outcome_t, STATUS_NULL_POINTER, STATUS_BAD_SIZE, STATUS_BAD_VALUE
     implicit none
     private
@@ -19,6 +19,7 @@ module gracecg_interface_arguments
     integer, parameter :: LONGEST_TEXT = 2**20      !! Bytes of a text of settings
     real(dp), parameter :: NEAREST = 6.35e6_dp
     !! Of a position to the Earth's centre, m: just below the ground at the poles; in kilometres it would be far nearer
+    real(dp), parameter :: FARTHEST = 1e9_dp        !! Likewise: no satellite of the Earth is so far away
     real(dp), parameter :: ATTITUDE_TOLERANCE = 1e-2_dp
     !! Of the length of a quaternion, which is normalised: an integrator lets it drift
 
@@ -122,7 +123,7 @@ contains
         end do
     end subroutine check_numbers
 
-    !> Positions: finite, and not in kilometres.
+    !> Positions: finite, and not in kilometres or millimetres.
     subroutine check_positions(position, n, name, outcome)
         real(dp), intent(in), optional :: position(3, *)    !! From the Earth's centre, m
         integer(c_size_t), intent(in) :: n                  !! Their number
@@ -134,10 +135,11 @@ contains
         call check_numbers(position, 3*n, name, .true., outcome)
         if (.not. outcome%good() .or. .not. present(position)) return
         do i = 1, n
-            if (norm2(position(:, i)) >= NEAREST) cycle
-            call outcome%refuse(STATUS_BAD_VALUE, name//' '//integer_text(int(i, i8))//' lies inside the Earth, '// &
-                                'below the ground, '//number_text(norm2(position(:, i)))//' m from the '// &
-                                'centre of the Earth; positions have to be in metres, 6.35e6 or more')
+            if (norm2(position(:, i)) >= NEAREST .and. norm2(position(:, i)) <= FARTHEST) cycle
+            call outcome%refuse(STATUS_BAD_VALUE, name//' '//integer_text(int(i, i8))//' lies '// &
+                                pick_text(norm2(position(:, i)) < NEAREST, 'inside the Earth, below the ground, ', '')// &
+                                number_text(norm2(position(:, i)))//' m from the centre of the Earth; positions have to be '// &
+                                'in metres, 6.35e6 to 1e9')
             return
         end do
     end subroutine check_positions

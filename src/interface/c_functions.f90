@@ -520,7 +520,7 @@ contains
         call start_handle(model, 'model', outcome)
         call take_text(constants, LONGEST_NAME, 'constants', .true., constants_in, outcome)
         call check_integer(int(rings), 'rings', 0, 7, outcome)
-        call check_number(solar_irradiance, 'solar_irradiance', outcome)
+        call check_number(solar_irradiance, 'solar_irradiance', outcome, low=1.0_dp, high=10000.0_dp)
         made_object => null()
         if (outcome%good()) then
             allocate (made, stat=memory)

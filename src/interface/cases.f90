@@ -3,6 +3,7 @@ module gracecg_interface_cases
     use gracecg, only: dp, error_t, utc_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
         options_text, initial_state, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
         propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, STATE_POSITION, STATE_VELOCITY, design_settings_t
+    use gracecg_base_error, only: number_text
     use gracecg_base_vectors, only: cross
     use gracecg_planning_usual_manoeuvre, only: usual_amplitude
     use gracecg_interface_handles, only: object_t
@@ -26,6 +27,10 @@ module gracecg_interface_cases
     contains
         procedure :: tell => tell_force_model   !! Puts its items
     end type force_object_t
+
+    real(dp), parameter :: CENTURY = 3.2e9_dp   !! s
+    real(dp), parameter :: LONGEST_STEP = 60    !! s: a day of front-1 in such steps is right to 0.5 mm
+    real(dp), parameter :: USUAL_TOLERANCE = 1e-11_dp   !! Of steps under control, by which it is so, too
 
 contains
 
@@ -162,6 +167,8 @@ contains
         type(error_t), allocatable :: failure
 
         if (.not. outcome%good()) return
+        if (abs(seconds) > CENTURY) call outcome%refuse(STATUS_BAD_VALUE, number_text(seconds)//' s from the epoch: at most '// &
+                                                        'a century, 3.2e9 s, is allowed')
         call check_state(model%dynamics, seconds, state, failure)
         call outcome%take(failure, STATUS_BAD_VALUE)
     end subroutine check_motion
@@ -196,7 +203,7 @@ contains
         class(force_object_t), intent(in) :: model
         real(dp), intent(in) :: state(STATE_SIZE), interval             !! At time 0; s
         integer, intent(in) :: pointing, steps                          !! 0 free, 1 body x along the orbit, 2 against it
-        real(dp), intent(in) :: tolerance                               !! 0: one step an interval
+        real(dp), intent(in) :: tolerance                               !! 0: one step an interval of up to LONGEST_STEP
         real(dp), intent(inout) :: states(STATE_SIZE, 0:steps)          !! At each interval
         type(outcome_t), intent(inout) :: outcome
 
@@ -218,6 +225,7 @@ contains
         call propagate(held, state, interval, steps, tolerance, states, outcome)
     end subroutine force_model_propagate
 
+    !> One step an interval, or steps under control; these also where an interval is too long for one step.
     subroutine propagate(dynamics, state, interval, steps, tolerance, states, outcome)
         class(satellite_dynamics_t), intent(in) :: dynamics
         real(dp), intent(in) :: state(STATE_SIZE), interval, tolerance
@@ -229,12 +237,12 @@ contains
         type(error_t), allocatable :: failure
 
         if (.not. outcome%good()) return
-        if (tolerance > 0) then
-            call propagate_arc(dynamics, state, interval, steps, arc, failure, tolerance)
+        if (tolerance > 0 .or. interval > LONGEST_STEP) then
+            call propagate_arc(dynamics, state, interval, steps, arc, failure, merge(tolerance, USUAL_TOLERANCE, tolerance > 0))
         else
             call propagate_arc(dynamics, state, interval, steps, arc, failure)
         end if
-        call outcome%take(failure)
+        call outcome%take(failure, STATUS_BAD_VALUE)
         if (outcome%good()) states = arc%state
     end subroutine propagate
 end module gracecg_interface_cases

@@ -2,8 +2,8 @@
 module gracecg_interface_models
     use gracecg, only: dp, error_t, utc_t, gravity_model_t, new_gravity_model, GRAVITY_MODELS, geomagnetic_model_t, &
         new_geomagnetic_model, GEOMAGNETIC_MODELS, decimal_year, density_model_t, new_density_model, density_settings_t, &
-        space_weather_source_t, atmosphere_point_t, atmosphere_state_t, tabulated_wind_t, embedded_wind, read_wind, &
-        julian_centuries_tt, earth_radiation_t, new_earth_radiation, standard_rings, &
+        space_weather_source_t, DENSITY_MODELS, atmosphere_point_t, atmosphere_state_t, tabulated_wind_t, embedded_wind, &
+        read_wind, julian_centuries_tt, earth_radiation_t, new_earth_radiation, standard_rings, &
         EARTH_RADIATION_EPOCH_JD, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year
     use gracecg, only: position_of_sun => sun_position
     use gracecg_base_constants, only: SECONDS_PER_DAY, EARTH_RADIUS_EGM96, MJD_TO_JD
@@ -12,7 +12,7 @@ module gracecg_interface_models
     use gracecg_files_file, only: file_exists
     use gracecg_files_value, only: did_you_mean
     use gracecg_interface_handles, only: object_t
-    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_NULL_POINTER
+    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_FAILED, STATUS_NULL_POINTER
     use gracecg_interface_time, only: later_time
     implicit none
     private
@@ -62,6 +62,7 @@ contains
             call fail(failure, 'a point mass has degree and order 0, not '//integer_text(degree)//' and '//integer_text(order))
         else if (any(GRAVITY_MODELS == name)) then
             call new_gravity_model(name, degree, order, '', made%model, failure)
+            call outcome%take(failure, STATUS_BAD_VALUE)
         else
             call check_file(name, GRAVITY_MODELS, 'gravity model', failure)
             if (.not. allocated(failure)) call new_gravity_model('file', degree, order, name, made%model, failure)
@@ -147,7 +148,7 @@ contains
         else
             call new_density_model(name, utc_t(0, 0.0_dp), density_settings_t(space_weather=space_weather_source_t( &
                                    'given', indices(1), indices(2), indices(3))), made%model, failure)
-            call outcome%take(failure, STATUS_BAD_VALUE)
+            call outcome%take(failure, merge(STATUS_BAD_VALUE, STATUS_FAILED, any(DENSITY_MODELS == name)))
         end if
     end subroutine density_open
 

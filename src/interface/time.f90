@@ -2,6 +2,7 @@
 module gracecg_interface_time
     use gracecg, only: dp, error_t, utc_t, utc_plus, check_utc_in_range, ARCSECOND, earth_parameters_t, &
         earth_orientation_t, new_earth_orientation, read_earth_parameters
+    use gracecg_base_error, only: number_text
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
     implicit none
     private
@@ -16,8 +17,13 @@ contains
         type(utc_t), intent(out) :: utc
         type(outcome_t), intent(inout) :: outcome
 
+        real(dp), parameter :: LONGEST = 9e9_dp
         type(error_t), allocatable :: failure
 
+        if (abs(seconds) > LONGEST) then
+            call outcome%refuse(STATUS_BAD_VALUE, number_text(seconds)//' s from the epoch: at most 9e9 s are allowed')
+            return
+        end if
         utc = utc_plus(epoch, seconds)
         call check_utc_in_range(utc, failure)
         call outcome%take(failure, STATUS_BAD_VALUE)

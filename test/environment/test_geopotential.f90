@@ -498,6 +498,7 @@ contains
         call refuse('corrupted-errors', '.gfc:11: errors = perhaps', error)
         call refuse('corrupted-no-coefficients', 'there is no line "gfc', error)
         call refuse('corrupted-nan', '.gfc:21: C: "NaN" is not a finite number', error)
+        call refuse('corrupted-coefficient', '.gfc:18: C', error)
         call refuse('corrupted-number', 'is not a finite number', error)
         call refuse('corrupted-sigma', '.gfc:21: column 6: "1.3965165D-10x" is not a finite', error)
         call refuse('corrupted-beyond-degree', '.gfc:23: column 4: "--7.210726570570D-07"', error, degree=2)

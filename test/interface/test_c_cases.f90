@@ -147,7 +147,7 @@ contains
         type(truth_arc_t) :: arc
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, model
-        real(dp) :: state(13), states(13, 0:STEPS)
+        real(dp) :: state(13), states(13, 0:STEPS), fine(13, 0:360)
 
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_force_model_open(handle, model, failure)
@@ -165,9 +165,20 @@ contains
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, NONE, 0.0_dp, states, failure)
         call check_equal(error, states(:, 0), state, 'no step')
         status = gracecg_force_model_propagate(model, state, 0, -0.2_dp, ONE, 0.0_dp, states, failure)
-        call check_refused(error, HAS_FAILED, 'interval')
+        call check_refused(error, BAD_VALUE, 'interval')
         status = gracecg_force_model_propagate(model, state, 2, 2.0_dp**31, ONE, 0.0_dp, states, failure)
-        call check_refused(error, HAS_FAILED, '86400 s) at most')
+        call check_refused(error, BAD_VALUE, '86400 s) at most')
+        state(4:6) = state(4:6)/1000
+        status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, 0.0_dp, states, failure)
+        call check_refused(error, BAD_VALUE, 'allowed range 100 to 20000 m/s')
+        state(4:6) = state(4:6)*1000
+        status = gracecg_force_model_loads(model, 1e11_dp, state, rate=states(:, 0), error=failure)
+        call check_refused(error, BAD_VALUE, 'at most a century')
+        ! An interval that is too long for one step is flown in steps under control: six hours, by a minute and at once
+        status = gracecg_force_model_propagate(model, state, 1, 600.0_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)
+        status = gracecg_force_model_propagate(model, state, 1, 60.0_dp, 36*10_c_size_t, 0.0_dp, fine, failure)
+        call check_ok(error)
+        call check(error, maxval(norm2(states(1:3, :36) - fine(1:3, ::10), 1)) < 1e-3_dp, 'long intervals')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, -1.0_dp, states, failure)
         call check_refused(error, BAD_VALUE, 'tolerance')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &

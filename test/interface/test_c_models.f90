@@ -105,7 +105,7 @@ contains
         status = gracecg_gravity_open(c_string('point-mass'), 2, 0, gravity, failure)
         call check_refused(error, HAS_FAILED, 'a point mass has degree')
         status = gracecg_gravity_open(c_string('egm96'), 71, 0, gravity, failure)
-        call check_refused(error, HAS_FAILED, 'degree = 71')
+        call check_refused(error, BAD_VALUE, 'degree = 71')
     end subroutine test_gravity
 
     subroutine test_field(error)

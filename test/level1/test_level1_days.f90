@@ -112,6 +112,10 @@ contains
         call gather_calibration([FOLDER//'l1_days ', FOLDER//'l1_soe_1', FOLDER//'l1_soe_2'], setup_said(), '', '', none, &
                                 'model', calibration, failure)
         call check_fails(error, failure, '2 manoeuvres ... 2020-02-01T03:01 (1 spans) ... 2020-02-04T03:01 (1 spans) ... --day')
+        ! A span outside of the data is no span
+        call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', reshape([0.0_dp, 60.0_dp], [2, 1]), 'model', &
+                                calibration, failure)
+        call check_fails(error, failure, '1 of 1 spans of the command line lie outside of the data')
         ! Days that follow one another: the next one has no manoeuvre, which is said with where there is one.
         call copy_day(path, FOLDER//'l1_days', '2020-02-05', -1e4_dp, start_of(0) - 10, 4*86400)
         call gather_calibration([FOLDER//'l1_days'], setup_said(), '', '', none, 'model', calibration, failure, '2020-02-05')

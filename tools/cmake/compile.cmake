@@ -12,6 +12,7 @@ function(compile_as_here target folder)
         "$<$<AND:$<COMPILE_LANG_AND_ID:Fortran,GNU>,$<CONFIG:Release>>:-O3;-funroll-loops>"
         "$<$<COMPILE_LANG_AND_ID:Fortran,GNU,LLVMFlang>:-ffp-contract=off>"
         "$<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-fimplicit-none>")
+    file(MAKE_DIRECTORY ${modules} ${level1_modules} ${PROJECT_BINARY_DIR}/program)    # a compiler warns of those that are not there
     target_include_directories(${target} PRIVATE ${modules} ${level1_modules} ${PROJECT_BINARY_DIR}/program)
     target_link_libraries(${target} PRIVATE LAPACK::LAPACK OpenMP::OpenMP_Fortran ${CMAKE_DL_LIBS})
     get_target_property(type ${target} TYPE)

@@ -2,7 +2,7 @@
 module gracecg_level1_command_trend
     use gracecg_base_constants, only: MICROMETRE, JULIAN_YEAR
     use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_json, only: read_json_numbers, read_json_text
+    use gracecg_files_json, only: is_whole_json, read_json_numbers, read_json_text
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_time, only: gps_date_text
@@ -104,6 +104,10 @@ contains
 
         satellite = ''
         call read_text_file(path, file, error)
+        if (.not. allocated(error)) then
+            if (.not. is_whole_json(file%text)) call fail(error, path// &
+                ': is no whole JSON file: it is cut off, or more stands behind its end')
+        end if
         if (allocated(error)) return
         call read_json_text(file%text, 'satellite', name, ok)
         if (.not. ok) then

@@ -86,12 +86,21 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: first, last
+        integer :: outside
 
         spans = said - real(calibration%epoch, dp)
         first = calibration%current_time(1)
         last = calibration%current_time(size(calibration%current_time))
         if (size(spans, 2) > 0) then
             spans = some_of(spans, spans(2, :) > first .and. spans(1, :) < last)
+            outside = size(said, 2) - size(spans, 2)
+            if (outside > 0 .and. calibration%spans_from /= FROM_EVENTS) then
+                call fail(error, integer_text(outside)//' of '//integer_text(size(said, 2))//' spans of '// &
+                          trim(calibration%spans_from)//' lie outside of the data, which go from '//real_text(anint(first + &
+                          calibration%epoch))//' to '//real_text(anint(last + calibration%epoch))//' s: a span begins at GPS '// &
+                          'seconds past 2000-01-01 12:00')
+                return
+            end if
             if (size(spans, 2) == 0) call note(calibration, 'no span of '//trim(calibration%spans_from)//' lies within the data')
         end if
         if (calibration%spans_from == FROM_EVENTS) call narrow_by_currents(setup, calibration, spans)

@@ -39,6 +39,10 @@ contains
         type(error_t), allocatable :: failure
 
         if (present(span)) then
+            if (span(2) < span(1)) then
+                call outcome%refuse(STATUS_BAD_VALUE, 'span: its end lies before its begin')
+                return
+            end if
             call read_level1(path, made%records, failure, spans=reshape(span, [2, 1]))
         else
             call read_level1(path, made%records, failure)

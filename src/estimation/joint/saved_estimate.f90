@@ -5,12 +5,13 @@ module gracecg_estimation_saved_estimate
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_json, only: read_json_numbers, read_json_text
+    use gracecg_files_json, only: is_whole_json, read_json_numbers, read_json_text
     use gracecg_estimation_offset_change, only: read_offset_rows
     implicit none
     private
     public :: dated_offset_t, read_offsets
 
+    real(dp), parameter :: SYMMETRIC = 1e-6_dp  !! Relative difference of elements that are the same but for rounding
     real(dp), parameter :: MOST_OFFSET = 1      !! Of a satellite, m
 
     type :: dated_offset_t
@@ -41,6 +42,10 @@ contains
         end if
         allocate (offsets(1))
         call read_text_file(path, file, error)
+        if (.not. allocated(error)) then
+            if (.not. is_whole_json(file%text)) call fail(error, path// &
+                ': is no whole JSON file: it is cut off, or more stands behind its end')
+        end if
         if (allocated(error)) return
         call read_json_text(file%text, 'command', command, ok)
         if (command == 'level1 estimate') then
@@ -53,6 +58,9 @@ contains
         if (.not. allocated(error)) then
             if (.not. all([(offsets(1)%covariance(i, i), i=1, 3)] > 0)) then
                 call fail(error, 'the offset has no covariance; estimate it with noise levels in setup.nml')
+            else if (any(abs(offsets(1)%covariance - transpose(offsets(1)%covariance)) > &
+                         SYMMETRIC*maxval(abs(offsets(1)%covariance)))) then
+                call fail(error, 'the covariance of the offset is not symmetric: the file has been changed')
             else if (.not. all(abs(offsets(1)%offset) <= MOST_OFFSET)) then
                 call fail(error, 'an offset of '//number_text(maxval(abs(offsets(1)%offset)))//' m: at most 1 m is allowed')
             end if

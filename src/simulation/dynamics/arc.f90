@@ -15,6 +15,7 @@ module gracecg_simulation_arc
     integer, parameter :: MAX_STEPS = 1000000
     !! Of an arc: a day at ten epochs a second; some 0.5 GB
     real(dp), parameter :: LONGEST_INTERVAL = 86400     !! Of an arc's epochs, s
+    real(dp), parameter :: LEAST_SPEED = 100            !! m/s; in km/s a satellite's would be less
     real(dp), parameter :: GREATEST_SPEED = 2e4_dp      !! m/s; nothing stays with the Earth at 1.12e4 m/s
 
     real(dp), parameter :: DEFAULT_TOLERANCE = 1e-10_dp
@@ -225,9 +226,9 @@ contains
         if (height < 0) then
             call fail(error, 'the satellite is below the ground at t = '//number_text(t)//' s, '// &
                       number_text(norm2(state(POSITION)))//' m from the centre of the Earth; positions are in metres')
-        else if (norm2(state(VELOCITY)) > GREATEST_SPEED) then
+        else if (.not. (norm2(state(VELOCITY)) >= LEAST_SPEED .and. norm2(state(VELOCITY)) <= GREATEST_SPEED)) then
             call fail_out_of_range(error, 'speed of the satellite at t = '//number_text(t)//' s', norm2(state(VELOCITY)), &
-                                   0.0_dp, GREATEST_SPEED, 'm/s')
+                                   LEAST_SPEED, GREATEST_SPEED, 'm/s')
         else if (height < lowest) then
             call fail(error, 'the satellite is '//number_text(height/1000)//' km high at t = '// &
                       number_text(t)//' s, below the '//number_text(lowest/1000)// &
