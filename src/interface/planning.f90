@@ -75,6 +75,8 @@ contains
         type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
 
+        call check_integer(maxval(choices(:7)), 'the largest of the choices of rods and waveforms', 0, 1, outcome)
+        call check_integer(minval(choices(:7)), 'the least of them', 0, 1, outcome)
         call check_integer(choices(8), 'threads', 1, MOST_THREADS, outcome)
         if (.not. outcome%good()) return
         calibration = the_case%calibration

@@ -17,14 +17,14 @@ module gracecg_observations_parameters
     public :: is_rotational, is_of_star_camera, acts_in_proportion, find_parameters, typical_sizes, loose_sigmas
     public :: parameter_names, parameter_units, belief_subject, belief_unit, belief_size, largest_error
     public :: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS
-    public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
+    public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, WAVE_GROWTH, INERTIA, TORQUE_CHANGE
     public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
     public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
     public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, LIFT, FORCE_JUMP, FIELD_SCALES, &
         FIELD_SHEARS
     public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
     public :: OF_ATTITUDE_ANGLES, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS, OF_DRAG_CURVATURE
-    public :: OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE
+    public :: OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH, OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE
     public :: OF_LIFT, OF_FORCE_JUMP, OF_TORQUE_BENDS, OF_HEAD_DRIFT, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT, OF_ROD_GAINS
     public :: OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
     public :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
@@ -48,7 +48,7 @@ module gracecg_observations_parameters
     !> The kinds, in the order of KINDS
     enum, bind(c)
         enumerator :: OF_ATTITUDE_ANGLES = 1, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS
-        enumerator :: OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY
+        enumerator :: OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH
         enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_LIFT, OF_FORCE_JUMP, OF_TORQUE_BENDS, OF_HEAD_DRIFT
         enumerator :: OF_HEAD_DELAY, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT
         enumerator :: OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
@@ -95,6 +95,7 @@ module gracecg_observations_parameters
         parameter_kind_t(1, 'wave_sin', '-', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(1, 'wave_cos', '-', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(1, 'wave_freq', '-', 'Hz', ACCELERATION, 1e-1_dp, YES, 1.0_dp), &
+        parameter_kind_t(1, 'wave_growth', '-', '1', ACCELERATION, 1e-1_dp, NO, 1e2_dp), &
         parameter_kind_t(12, 'bend_', 'x3 x4 x5 x6 y2 y3 y4 y5 y6 z2 z3 z4', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(2, 'airflow_', 'y z', 'rad', ACCELERATION, 1e-1_dp, NO, 1.0_dp), &
         parameter_kind_t(2, 'side_', 'y z', 'm/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &
@@ -181,6 +182,8 @@ module gracecg_observations_parameters
     integer, parameter :: WAVE_SINE = findloc(KIND_OF, OF_WAVE_SINE, 1)
     integer, parameter :: WAVE_COSINE = findloc(KIND_OF, OF_WAVE_COSINE, 1)  !! As WAVE_SINE
     integer, parameter :: WAVE_FREQUENCY = findloc(KIND_OF, OF_WAVE_FREQUENCY, 1)  !! Its error
+    integer, parameter :: WAVE_GROWTH = findloc(KIND_OF, OF_WAVE_GROWTH, 1)
+    !! Of its amplitude, from the middle of the arc to its end, relative
     integer, parameter :: FORCE_BENDS(12) = pack(EVERY, KIND_OF == OF_FORCE_BENDS)
     !! Of forces that are no straight line, besides: Legendre's polynomials over the arc along body axes, by BEND_AXIS
     !! and BEND_DEGREE

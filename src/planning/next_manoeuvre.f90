@@ -51,7 +51,8 @@ contains
             ' Hz, '//rounded_text(request%settings%amplitude, 3)// &
             trim(merge(' N m  ', ' A m^2', observations%knowledge%rods%direct))//', for '// &
             integer_text(nint(calibration%case%duration))//' s at the next passage here ('// &
-            utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma would be '// &
+            utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma by noise '// &
+            'alone would be '// &
             rounded_text(quality%sigma(1)/MILLIMETRE, 2)//', '//rounded_text(quality%sigma(2)/MILLIMETRE, 2)//', '// &
             rounded_text(quality%sigma(3)/MILLIMETRE, 2)//' mm'
     end subroutine say_next_manoeuvre

@@ -46,6 +46,7 @@ module gracecg_studies_trim
         real(dp) :: offset(3)       !! True d
         real(dp) :: estimate(3)     !! Of d, from all rounds so far
         real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
+        logical :: contradicted = .false.   !! The data contradict a belief of the operator
         real(dp) :: covariance(3, 3)    !! The same, m^2
     end type trim_round_t
 
@@ -228,6 +229,7 @@ contains
         end if
         latest%offset = simulator%case%satellite%offset
         latest%estimate = solution%offset
+        if (allocated(solution%beliefs)) latest%contradicted = solution%beliefs%has_contradiction()
         latest%covariance = solution%covariance
         latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
     end subroutine calibrate

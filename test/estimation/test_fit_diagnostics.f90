@@ -397,7 +397,7 @@ contains
         call says(error, verdict, 'Residuals y', 'wrong unit')
         call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'wrong unit')
         solution%beliefs%values(2)%state = CONTRADICTED
-        solution%beliefs%values(2)%score = 9
+        solution%beliefs%values(2)%fair = 9
         verdict = judge(observations%knowledge, solution, record, d)
         call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'gain of rod ')
     end subroutine test_bad

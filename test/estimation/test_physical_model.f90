@@ -84,6 +84,7 @@ contains
         state%value(WAVE_SINE) = 1e-8_dp
         state%value(WAVE_COSINE) = -3e-8_dp
         state%value(WAVE_FREQUENCY) = 0.002_dp
+        state%value(WAVE_GROWTH) = 0.2_dp
         state%value(INERTIA) = [0.1_dp, -0.2_dp, 0.3_dp, 0.1_dp, -0.1_dp, 0.2_dp]
         state%value(TORQUE_CHANGE) = [-1e-6_dp, 2e-6_dp, 1e-6_dp]
         state%value(FORCE_JUMP) = [2e-9_dp, -1e-8_dp, 3e-9_dp]

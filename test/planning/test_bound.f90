@@ -66,7 +66,7 @@ contains
             call check(error, all(abs(of_observed%consider_sigma/bound%consider_sigma - 1) < 0.02_dp), trim(case%name))
             call say_next_manoeuvre(observations, [1.0_dp, 0.0_dp, 0.0_dp], text)
             if (unmet(error, index(text, 'with rods x, y and z at 0.0833, 0.1 and 0.117 Hz') == 1 .and. &
-                      index(text, 'sigma would be 0.0') > 0, text)) return
+                      index(text, 'sigma by noise alone would be 0.0') > 0, text)) return
             call say_next_manoeuvre(observations, [1e-6_dp, 0.0_dp, 0.0_dp], text)
             if (unmet(error, text == '', 'no better than flown: '//text)) return
         end do

@@ -333,7 +333,7 @@ contains
     !> right, and the offset with it.
     subroutine test_beliefs(error)
         type(error_type), allocatable, intent(out) :: error
-        character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of rod y is ', 'the gain of rod y is 0.98', &
+        character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of rod y is ', 'the gain of rod y is 0.9', &
                                                 'the direction of rod x about y is ']
         type(calibration_t) :: calibration
         type(observation_set_t) :: observations, wrong
@@ -347,8 +347,8 @@ contains
         do i = 1, 3
             wrong = observations
             if (i == 1) wrong%knowledge%rods%delay(2) = 0.5_dp
-            if (i == 2) wrong%knowledge%rods%gain(2) = 1.02_dp
-            if (i == 3) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
+            if (i == 2) wrong%knowledge%rods%gain(2) = 1.1_dp
+            if (i == 3) wrong%knowledge%rods%misalignment(1) = 6*DEGREE
             if (estimate_fails(error, 'optimal', wrong, calibration%options, solution)) return
             found = .false.
             do k = 1, size(solution%warnings)

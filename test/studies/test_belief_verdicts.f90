@@ -120,7 +120,7 @@ contains
         do i = 1, size(SCORES)
             report = belief_report_t()
             call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
-            call add_value(report, ROD_GAIN, SCORES(i), 100.0_dp, STATED, BY_ONE, 2.0_dp, 3*STATED, .false.)
+            call add_value(report, ROD_GAIN, SCORES(i), 100.0_dp, STATED, STATED, BY_ONE, 2.0_dp, 3*STATED, .false.)
             do k = 1, 60        ! a family with which T = 3.5 is not yet contradicted
                 call add_score(report, 7, 0.0_dp, 0.0_dp, .false.)
             end do
@@ -156,7 +156,7 @@ contains
                     report = belief_report_t()
                     call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
                     do i = 1, size(places)
-                        call add_value(report, places(i), 0.0_dp, INFORMATION, STATED, BY_ONE, 2.0_dp, 3*STATED, .false.)
+                        call add_value(report, places(i), 0.0_dp, INFORMATION, STATED, STATED, BY_ONE, 2.0_dp, 3*STATED, .false.)
                     end do
                     call add_score(report, FIELD_AGAINST_MODEL + HEADS_APART - subject, 3.2_dp, 0.0_dp, .false.)
                     call add_score(report, subject, sign_of*3.4_dp, 0.0_dp, .false.)

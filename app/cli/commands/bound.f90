@@ -218,6 +218,9 @@ contains
 
         call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
+        call console%paragraph('With all that &a_priori states, of what optimal does not estimate, sigma is larger by '// &
+                               trim(joined_lengths(report%stated))//' mm in x, y, z (root of the sum of squares)')
+        call results%member('stated_mm', report%stated/MILLIMETRE)
         call rows%column('belief', 'a', '  belief')
         call rows%column('detectable', 'es10.2', 'value')
         call rows%column('unit', 'a', 'unit')
@@ -253,4 +256,13 @@ contains
                                integer_text(size(report%values))//' (--format json has all):')
         call console%table(rows)
     end subroutine add_reliability
+
+    !> Three lengths in mm.
+    function joined_lengths(values) result(text)
+        real(dp), intent(in) :: values(3)       !! m
+        character(40) :: text
+
+        text = rounded_text(values(1)/MILLIMETRE, 2)//', '//rounded_text(values(2)/MILLIMETRE, 2)//', '// &
+            rounded_text(values(3)/MILLIMETRE, 2)
+    end function joined_lengths
 end module gracecg_cli_bound

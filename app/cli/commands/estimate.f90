@@ -168,7 +168,7 @@ contains
 
         begun = .not. allocated(error)
         if (begun) call estimate(request, observations, options, solution, record, error)
-        if (begun .and. allocated(error)) call warn_of_edge(observations, console)
+        if (begun .and. allocated(error)) call warn_of_causes(observations, console)
         if (.not. allocated(error)) then
             if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
             if (allocated(error)) return
@@ -176,7 +176,7 @@ contains
             if (allocated(error)) return
             if (judged%verdict%action%kind == DO_NOT_USE) then
                 console%status_done = STATUS_NOT_TO_BE_USED
-                call warn_of_edge(observations, console)
+                call warn_of_causes(observations, console)
             end if
             call show_estimate(observations%knowledge, solution, judged, console)
             call warn(observations%knowledge, solution, console)
@@ -191,13 +191,18 @@ contains
         if (request%page /= '') call write_page(request, observations, solution, record, judged, console, error)
     end subroutine run_one
 
-    !> Of samples that cannot be used, where the satellite passes the edge of the Earth's shadow.
-    subroutine warn_of_edge(observations, console)
+    !> Of samples that cannot be used: accelerations of another unit, and where the satellite passes the edge of the Earth's
+    !> shadow.
+    subroutine warn_of_causes(observations, console)
         type(observation_set_t), intent(in) :: observations
         type(console_t), intent(inout) :: console
 
-        real(dp) :: edge
+        real(dp), parameter :: MOST = 1e-3_dp       ! m/s^2: biases are 1e-5, forces 1e-6
+        real(dp) :: edge, largest
 
+        largest = maxval([0.0_dp, abs(observations%acceleration)])
+        if (largest > MOST) call console%warn('accelerations reach '//rounded_text(largest, 2)//' m/s^2, a hundred times what '// &
+                                              'such an instrument shows: are they in m/s^2?')
         if (.not. has_orbit(observations)) return
         associate (o => observations, duration => observations%knowledge%duration)
             edge = edge_of_shadow(julian_centuries_tt(o%knowledge%epoch), o%orbit_time, o%orbit_position, duration)
@@ -206,7 +211,7 @@ contains
                               'the forces change: optimal estimates such a step; for the other algorithms take another '// &
                               'time, or a part of the samples without it (duration and epoch of setup.nml)')
         end associate
-    end subroutine warn_of_edge
+    end subroutine warn_of_causes
 
     !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
     subroutine write_page(request, observations, solution, record, judged, console, error)

@@ -192,7 +192,7 @@ contains
         call arguments%get('--kp', kp, misuse)
         call take_point(arguments, '', file, point, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        if (given == 0) then
+        if (given == 0 .and. name /= 'exponential') then
             call table%indices_at(point%date, f107, f107_mean, kp, error)
             call add_context(error, '--f107, --f107a and --kp are needed')
         end if

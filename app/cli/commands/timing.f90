@@ -157,7 +157,8 @@ contains
                                integer_text(nint(study%orbit%revolution))//' s from '//utc_text(study%case%epoch)// &
                                ', a calibration of '//integer_text(nint(study%case%duration))//' s at every '// &
                                integer_text(study%step)//' s')
-        call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//'; field in body axes; '// &
+        call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//', not as the case drives them; field in '// &
+                               'body axes; '// &
                                'amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
         call console%table(marked_places_table(study))

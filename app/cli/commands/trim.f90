@@ -1,5 +1,6 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_cli_trim
+    use gracecg_estimation_action, only: WANTED_ACCURACY
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
         SIGMAS_OF_THRESHOLD, repeat_trim
     use gracecg_cli_work
@@ -104,6 +105,8 @@ contains
         do i = 1, size(rounds)
             call table%add(i)
             call table%add([rounds(i)%offset, rounds(i)%estimate, rounds(i)%sigma]/MILLIMETRE)
+            if (rounds(i)%contradicted) call console%warn('round '//integer_text(i)//': the data contradict what the setup '// &
+                'says, gracecg estimate says what: no masses are to be moved by it')
         end do
         call console%line('CG offset d (centre of mass to proof mass, body axes) of each calibration: '//title_of(study))
         call console%table(table)
@@ -168,7 +171,10 @@ contains
         do axis = 1, 3
             below = abs(latest%estimate(axis)) < threshold(axis)
             visible = latest%sigma(axis) <= threshold(axis)
-            if (below .and. visible) then
+            if (latest%sigma(axis) > WANTED_ACCURACY) then
+                verdict = 'not determined: sigma '//millimetres(latest%sigma(axis))//' mm, wanted '// &
+                    millimetres(WANTED_ACCURACY)
+            else if (below .and. visible) then
                 verdict = 'converged'
             else if (visible) then
                 verdict = 'not converged in '//integer_text(rounds)//' rounds'

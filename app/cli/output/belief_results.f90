@@ -79,6 +79,7 @@ contains
         call results%member('contradiction', text)
         call say_untested(report, text)
         call results%member('untested', text)
+        call results%member('stated_mm', report%stated/MILLIMETRE)
         call results%member('undetected_mm', report%undetected(.false.)/MILLIMETRE)
         call results%member('undetected_as_stated_mm', report%undetected(.true.)/MILLIMETRE)
         call results%member('apart_from_optimal_mm', report%apart/MILLIMETRE)

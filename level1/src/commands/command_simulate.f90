@@ -1,5 +1,6 @@
 !> gracecg level1 simulate: a folder of Level-1 files of hours with several sub-manoeuvres.
 module gracecg_level1_command_simulate
+    use gracecg_base_text, only: pick_text
     use gracecg_files_file, only: directory_exists, file_exists, make_directory
     use gracecg_files_folder, only: files_in_folder
     use gracecg_level1_header, only: name_of, product_of_file_name
@@ -72,7 +73,7 @@ contains
             call console%line('  '//written(i)%text)
         end do
         call console%line('next: gracecg level1 estimate '//quoted_word(folder)//' --setup '// &
-                          quoted_word(folder//'/'//SETUP_NAME))
+                          quoted_word(folder//'/'//SETUP_NAME)//pick_text(size(truth%dynamics%spans) > 0, '', ' --every 5640'))
     end subroutine run_level1_simulate
 
     !> Fails when the folder has Level-1 files that are none of the simulation: estimates would join both.

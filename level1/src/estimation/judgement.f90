@@ -107,7 +107,7 @@ contains
         k = count(estimate%disturbed)
         if (k > 0) call append(estimate%remarks, integer_text(k)//' of '//integer_text(size(estimate%disturbed))// &
                                ' arcs are disturbed: their noise is larger than that of the others, and they count less')
-        if (size(estimate%findings) == 0) call look_at_beliefs(estimate)
+        if (size(estimate%findings) == 0) call look_at_beliefs(setup%gain_sigma, estimate)
     end subroutine name_faults
 
     !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
@@ -230,7 +230,8 @@ contains
 
     !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may
     !> differ, or the rods' gain is contradicted.
-    subroutine look_at_beliefs(estimate)
+    subroutine look_at_beliefs(gain_sigma, estimate)
+        real(dp), intent(in) :: gain_sigma          !! Relative, of the rods' gains that are said
         type(level1_estimate_t), intent(inout) :: estimate
 
         character(:), allocatable :: text
@@ -247,7 +248,8 @@ contains
                 do k = 1, size(report%values)
                     if (report%values(k)%state /= CONTRADICTED) cycle
                     shift = max(shift, maxval(abs(report%values(k)%shift)))
-                    gain = gain .or. report%values(k)%belief == ROD_GAIN
+                    gain = gain .or. report%values(k)%belief == ROD_GAIN .and. &
+                        all(abs(estimate%rods%gain - 1) > gain_sigma .or. .not. estimate%rods%driven)
                 end do
                 if (gain .and. shift <= CLOSE_ENOUGH) then
                     call append(estimate%findings, text//'; d hardly moves by it, but trims are by the mass: correct '// &

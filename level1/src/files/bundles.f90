@@ -113,6 +113,7 @@ contains
                 if (allocated(error)) return
             end do
         else if (.not. file_exists(place)) then
+            if (level > 0) return       ! a link that leads nowhere
             call fail(error, trim(place)//': no such folder or file')
         else if (.not. is_bundle(place)) then
             call append(paths, trim(place))

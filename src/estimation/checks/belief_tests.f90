@@ -108,10 +108,17 @@ contains
         real(dp), intent(in) :: state(:)                    !! Values of the estimated ones, (n)
         type(belief_report_t), intent(inout) :: report      !! Begun; their tests are added
 
-        real(dp) :: on_fit(n), left, score, by_one(3), stated
-        integer :: i, c, d(3)
+        real(dp) :: on_fit(n, size(places)), left, score, by_one(3), stated, scatter, known(size(places))
+        integer :: i, k, c, d(3)
 
         d = [(findloc(places(:n), OFFSET(i), 1), i=1, 3)]
+        known = known_to(places, sigma(places), conceivable(places))
+        known(:n) = 0
+        on_fit(:, :n) = 0
+        do c = n + 1, size(places)
+            on_fit(:, c) = moved_by(c)
+        end do
+        report%stated = [(norm2(on_fit(d(i), :)*known), i=1, 3)]
         do i = 1, size(BELIEFS)
             c = findloc(places, BELIEFS(i), 1)
             if (c == 0) cycle
@@ -121,24 +128,49 @@ contains
                 left = 1/covariance(c, c) - 1/stated**2
                 by_one = covariance(d, c)/stated**2
                 score = state(c)/covariance(c, c)       ! what the estimate owes to the data
+                scatter = norm2(on_fit(c, :)*known)/covariance(c, c)
             else
                 ! it has nothing to do with these data
                 if (.not. information(c, c)*largest_error(BELIEFS(i))**2 > SEEN) cycle
-                ! what is left may be 1e-10 of the whole (a turn of the accelerometer is nearly a bias): refined once, and
                 ! so that the error of on_fit enters by its square
-                associate (e => information(:n, :n), b => information(:n, c))
-                    on_fit = matmul(covariance, b)
-                    on_fit = on_fit + matmul(covariance, b - matmul(e, on_fit))
-                    left = information(c, c) - dot_product(2*b - matmul(e, on_fit), on_fit)
-                end associate
-                score = rhs(c) - dot_product(on_fit, rhs(:n))
-                by_one = on_fit(d)
+                left = information(c, c) - dot_product(2*information(:n, c) - matmul(information(:n, :n), on_fit(:, c)), &
+                                                       on_fit(:, c))
+                score = rhs(c) - dot_product(on_fit(:, c), rhs(:n))
+                by_one = on_fit(d, c)
                 if (left < DETERMINED*information(c, c)) left = 0
+                scatter = norm2([(known(k)*(information(k, c) - dot_product(on_fit(:, k), information(:n, c))), &
+                                  k=n + 1, size(places))])
             end if
-            call add_value(report, BELIEFS(i), score, left, stated, by_one, largest_error(BELIEFS(i)), &
+            if (left > 0) scatter = scatter/left
+            if (c <= n) scatter = hypot(scatter, stated)
+            call add_value(report, BELIEFS(i), score, left, stated, scatter, by_one, largest_error(BELIEFS(i)), &
                            conceivable(BELIEFS(i)), is_interchange(BELIEFS(i)))
         end do
+
+    contains
+
+        !> What an error of 1 of a belief that is not estimated moves the estimated parameters by. What is left of its
+        !> information may be 1e-10 of the whole (a turn of the accelerometer is nearly a bias): refined once.
+        function moved_by(c) result(moved)
+            integer, intent(in) :: c                ! Its place
+            real(dp) :: moved(n)
+
+            moved = matmul(covariance, information(:n, c))
+            moved = moved + matmul(covariance, information(:n, c) - matmul(information(:n, :n), moved))
+        end function moved_by
     end subroutine test_values
+
+    !> Standard deviations to which beliefs are known; 0 where nothing is stated, or where it is stated of all rods together.
+    elemental real(dp) function known_to(place, sigma, conceivable)
+        integer, intent(in) :: place                ! Of the parameter
+        real(dp), intent(in) :: sigma, conceivable  ! A priori; the largest error within what is stated
+
+        real(dp), parameter :: SIGMAS = 3           ! As of conceivable_errors
+
+        known_to = sigma
+        if (.not. sigma > 0 .and. conceivable < largest_error(place)) known_to = conceivable/SIGMAS
+        if (is_interchange(place) .or. any(KIND_OF(place) == [OF_ROD_GAINS, OF_ROD_DELAYS, OF_ROD_FREQUENCIES])) known_to = 0
+    end function known_to
 
     !> Whether the whitened residuals of each accelerometer axis are white: the correlation of neighbours, of which a
     !> parameter that follows low frequencies takes 1/n, and the strongest line of the spectrum. Of a line, a

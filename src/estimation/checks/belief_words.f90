@@ -149,10 +149,10 @@ contains
 
         real(dp) :: of_values, of_noises
 
-        of_values = maxval(abs([0.0_dp, report%values%score]))
+        of_values = maxval(abs([0.0_dp, report%values%fair]))
         of_noises = maxval(abs([0.0_dp, report%noises%score]))
         if (of_values >= of_noises) then
-            text = trim(belief_subject(report%values(maxloc(abs(report%values%score), 1))%belief))
+            text = trim(belief_subject(report%values(maxloc(abs(report%values%fair), 1))%belief))
         else
             text = trim(NOISE_SUBJECTS(report%noises(maxloc(abs(report%noises%score), 1))%subject))
         end if

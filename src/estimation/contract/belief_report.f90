@@ -39,7 +39,8 @@ module gracecg_estimation_belief_report
         integer :: belief = 0               !! The parameter's place
         real(dp) :: value = 0               !! That fits the data best, SI units
         real(dp) :: sigma = 0               !! Its standard deviation by the data; 0: they do not determine it
-        real(dp) :: score = 0               !! T: standard normal if the belief is right
+        real(dp) :: score = 0               !! T: standard normal if the belief is right, and all others are exact
+        real(dp) :: fair = 0                !! The same if every belief is right to what is stated of it
         real(dp) :: detectable = 0          !! Minimal detectable value, SI units; 0: none
         real(dp) :: largest = 0             !! Wrong value that is conceivable, SI units
         real(dp) :: stated = 0              !! The same within three standard deviations of what the operator states
@@ -82,6 +83,8 @@ module gracecg_estimation_belief_report
         real(dp) :: wanted = 5e-5_dp        !! Accuracy of each component, m
         real(dp) :: apart(3) = 0
         !! What the estimate differs from that of `optimal` by, m: what its sigmas leave out
+        real(dp) :: stated(3) = 0
+        !! Standard deviation of the estimate by what is stated of all beliefs that are not estimated, m
         logical :: signs_known = .false.    !! Of the accelerometer's axes together: no calibration alone tells
         real(dp) :: critical = 0            !! Of a score
         real(dp) :: wave_frequency = 0      !! Of the density wave that the fit found, Hz; 0: none
@@ -125,12 +128,13 @@ contains
     !>
     !> Of one that is all or nothing the score is the root of twice the logarithm of the likelihood ratio, 0 where
     !> nothing is as likely: 2 g - S for the value 1. It exceeds c with no more than the probability of a normal variable.
-    subroutine add_value(report, belief, score, information, stated, by_one, largest, conceivable, all_or_nothing)
+    subroutine add_value(report, belief, score, information, stated, scatter, by_one, largest, conceivable, all_or_nothing)
         type(belief_report_t), intent(inout) :: report
         integer, intent(in) :: belief       !! The parameter's place
         real(dp), intent(in) :: score       !! In 1/unit
         real(dp), intent(in) :: information !! In 1/unit^2
         real(dp), intent(in) :: stated      !! Standard deviation; 0: none
+        real(dp), intent(in) :: scatter     !! Of the value by what is stated of it and all others, standard deviation
         real(dp), intent(in) :: by_one(3)   !! m/unit
         real(dp), intent(in) :: largest     !! Conceivable wrong value
         real(dp), intent(in) :: conceivable !! The same within what the operator states
@@ -149,6 +153,8 @@ contains
             test%detectable = sqrt(1/information + stated**2)
             test%score = test%value/test%detectable
             if (all_or_nothing) test%score = sqrt(max(0.0_dp, information*largest*(2*test%value - largest)))
+            test%fair = test%score
+            if (.not. all_or_nothing) test%fair = test%value/hypot(test%sigma, scatter)
             test%shift = by_one*test%value
         end if
         report%values = [report%values, test]
@@ -235,7 +241,7 @@ contains
                     test%within = test%effect*(test%stated/test%unseen)
                 test%state = CONFIRMED
                 if (any(abs(test%within) > report%wanted)) test%state = UNTESTED
-                if (abs(test%score) > report%critical) test%state = CONTRADICTED
+                if (abs(test%fair) > report%critical) test%state = CONTRADICTED
             end associate
         end do
         if (size(report%values) == 0) return
@@ -269,7 +275,10 @@ contains
         integer, intent(in) :: i            !! Place in `values`
         real(dp), intent(in) :: score       !! Standard normal if the belief is right
 
-        self%values(i)%score = score
+        associate (test => self%values(i))
+            test%fair = merge(test%fair*(score/test%score), score, abs(test%score) > 0)
+            test%score = score
+        end associate
         call weigh_values(self)
     end subroutine take_score
 

@@ -26,7 +26,7 @@ contains
         real(dp), intent(out), optional :: predicted(:, :)      !! (3, samples), m/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), shown(3), t
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 5), drag(3), along(3), bends(size(FORCE_BENDS)), shown(3), t
         logical :: drag_changes, side_forces, lifted, bent
         integer, allocatable :: linear(:)
         integer :: i, k, n
@@ -154,23 +154,25 @@ contains
     end function vertical_at
 
     !> The unscaled acceleration along the airflow that is no straight line by its parameters: curvature,
-    !> sine, cosine, frequency. The curvature's is Legendre's polynomial of degree 2 over the arc.
+    !> sine, cosine, frequency, growth. The curvature's is Legendre's polynomial of degree 2 over the arc.
     pure function drag_partials(model, state, along, k) result(partials)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         real(dp), intent(in) :: along(3)    !! The direction of the airflow
         integer, intent(in) :: k
-        real(dp) :: partials(3, 4)          !! (axis, parameter); the last one in m/s^2/Hz
+        real(dp) :: partials(3, 5)          !! (axis, parameter); of the frequency in m/s^2/Hz
 
-        real(dp) :: angle, t, x
+        real(dp) :: angle, t, x, growth
 
         t = k*model%interval
         x = 2*real(k, dp)/model%steps - 1
         angle = TWO_PI*(model%wave_frequency + state%value(WAVE_FREQUENCY))*t
         partials(:, 1) = along*(3*x**2 - 1)/2
-        partials(:, 2) = along*sin(angle)
-        partials(:, 3) = along*cos(angle)
-        partials(:, 4) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
+        growth = 1 + x*state%value(WAVE_GROWTH)
+        partials(:, 2) = growth*along*sin(angle)
+        partials(:, 3) = growth*along*cos(angle)
+        partials(:, 4) = TWO_PI*t*(state%value(WAVE_SINE)*partials(:, 3) - state%value(WAVE_COSINE)*partials(:, 2))
+        partials(:, 5) = along*x*(state%value(WAVE_SINE)*sin(angle) + state%value(WAVE_COSINE)*cos(angle))
     end function drag_partials
 
     !> The polynomials of FORCE_BENDS at k h.
@@ -212,7 +214,7 @@ contains
         integer, intent(in) :: k
         real(dp), intent(in) :: factor(3), matrix(3, 3), unscaled(3)
         real(dp), intent(in) :: drag(3)             !! That is no straight line
-        real(dp), intent(in) :: changes(3, 4)       !! Of drag_partials
+        real(dp), intent(in) :: changes(3, 5)       !! Of drag_partials
         real(dp), intent(in) :: along(3)            !! The direction of the airflow
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
@@ -261,7 +263,7 @@ contains
                         partials(i, axis) = factor(axis)
                     case (OF_SCALE_FACTORS)
                         partials(i, axis) = unscaled(axis)
-                    case (OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY)
+                    case (OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
                     case (OF_FORCE_BENDS)
                         partials(i, BEND_AXIS(MEMBER_OF(p))) = bends(MEMBER_OF(p))

@@ -226,7 +226,7 @@ contains
         call examine_alterations(search)
     end subroutine search_part
 
-    !> The beliefs with a value whose scores are largest.
+    !> The beliefs with a value that are contradicted most.
     subroutine try_values(fitted, search)
         type(belief_report_t), intent(in) :: fitted
         type(search_t), intent(inout) :: search
@@ -234,7 +234,7 @@ contains
         integer, allocatable :: order(:)
         integer :: i
 
-        order = by_gain(abs(fitted%values%score))
+        order = by_gain(abs(fitted%values%fair))
         do i = 1, min(MOST_CANDIDATES, size(order))
             associate (test => fitted%values(order(i)))
                 if (test%state /= CONTRADICTED) exit

@@ -201,6 +201,7 @@ contains
                 allocate (wider)
                 call widen(knowledge, options, fit, wave, wider)
                 call settle_wider(wave%found)
+                if (wave%found) call look_for_growth()
                 call report_wave(wave, fit%problem, solution%warnings)
             end if
             if (.not. wave%found) call settle_counted(.false., fit, error)
@@ -220,6 +221,19 @@ contains
             call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
 
     contains
+
+        !> A wave whose amplitude changes with the drag leaves another one, near in frequency: then its growth is estimated, too.
+        subroutine look_for_growth()
+            real(dp), parameter :: NEAR = 2     ! Cycles in the arc
+            type(density_wave_found_t) :: left
+            logical :: grows
+
+            left = search_wave(fit%problem, fit%batch)
+            if (.not. left%found .or. abs(left%frequency - wave%frequency)*knowledge%duration > NEAR) return
+            allocate (wider)
+            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, WAVE_GROWTH], wider%problem)
+            call settle_wider(grows)
+        end subroutine look_for_growth
 
         !> The fit with more parameters takes the place of the other, if there is one.
         subroutine settle_wider(there_is)
@@ -455,7 +469,7 @@ contains
 
         places = pack([(i, i=1, size(problem%model%estimated))], &
                       [(any([OFFSET, DRIFT(axis), BIAS(axis), DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
-                             FORCE_JUMP(axis), pack(FORCE_BENDS, BEND_AXIS == axis)] == &
+                             WAVE_GROWTH, FORCE_JUMP(axis), pack(FORCE_BENDS, BEND_AXIS == axis)] == &
                             problem%model%estimated(i)), i=1, size(problem%model%estimated))])
     end function places_of
 

@@ -52,7 +52,7 @@ contains
         integer :: i
 
         known%value = offset
-        known%sigma = [(sqrt(covariance(i, i) + report%apart(i)**2), i=1, 3)]
+        known%sigma = [(sqrt(covariance(i, i) + report%apart(i)**2 + report%stated(i)**2), i=1, 3)]
         do i = 1, 3
             if (size(report%values) == 0) exit
             associate (test => report%values(report%largest_within(i)))

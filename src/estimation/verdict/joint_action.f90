@@ -63,6 +63,7 @@ contains
                 associate (report => runs(i)%solution%beliefs)
                     known%tolerated = report%wanted
                     known%signs_known = known%signs_known .and. report%signs_known
+                    known%sigma(axis) = hypot(known%sigma(axis), weight(i)*report%stated(axis))
                     if (size(report%values) == 0) cycle
                     associate (test => report%values(report%largest_within(axis)))
                         part = weight(i)*abs(test%within(axis))
