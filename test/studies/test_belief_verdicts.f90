@@ -4,6 +4,7 @@ module test_belief_verdicts
     use calibrations
     use gracecg_base_error, only: number_text
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t, SQUARE
+    use gracecg_simulation_operator_errors, only: COMMON_ROD_GAIN, ROD_DIRECTION, INERTIA_ERRORS => INERTIA
     use gracecg_simulation_simulator, only: new_simulator, observe
     use gracecg_observations_parameters
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
@@ -11,6 +12,7 @@ module test_belief_verdicts
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, begin_report, add_value, add_score, &
         finish_report, CONFIRMED, UNTESTED, OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER, CONTRADICTED, &
         FIELD_AGAINST_MODEL, HEADS_APART
+    use gracecg_estimation_action, only: known_offset_t, known_of
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
@@ -18,6 +20,9 @@ module test_belief_verdicts
     implicit none
     private
     public :: collect_belief_verdicts
+
+    integer, parameter :: SEEDS = 8
+    real(dp), parameter :: QUIET = 1e-22_dp     ! m^2 s^-4/Hz; the report's is 1e-20 and more
 
 contains
 
@@ -33,6 +38,8 @@ contains
                     new_unittest('what-is-stated-of-a-strange-field-limits-nothing', test_beside_the_fit), &
                     new_unittest('no-trim-by-a-skew-magnetometer', test_skew_magnetometer), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
+                    new_unittest('all-as-wrong-as-stated', test_all_as_stated), &
+                    new_unittest('a-wave-that-grows-with-the-drag', test_growing_wave), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_belief_verdicts
@@ -84,6 +91,65 @@ contains
             call check_says(error, text, words)
         end subroutine tells
     end subroutine test_other_satellite
+
+    !> Rods, inertia, scales and biases all as wrong as is stated of them, and noise so low that each is seen by itself: it is
+    !> no contradiction, and the sigma that the action prints holds.
+    subroutine test_all_as_stated(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(known_offset_t) :: known
+        type(error_t), allocatable :: failure
+        integer :: seed, refused, sharp, i
+        real(dp) :: squares(3)
+
+        call take_calibration('front-3', calibration)
+        associate (case => calibration%case, stated => calibration%case%operator%a_priori)
+            case%satellite%accelerometer%noise%level = QUIET
+            call new_torque_rods(case%satellite%rods, [(rod_activation_t(axis=i, amplitude=30, frequency=(4 + i)/60.0_dp, &
+                                                                         stop=60), i=1, 3)], failure)
+            case%operator%sigma(1, COMMON_ROD_GAIN) = stated%sigma_rod_gain
+            case%operator%sigma(:, ROD_DIRECTION) = stated%sigma_directions(1)
+            case%operator%sigma(:, INERTIA_ERRORS) = stated%sigma_inertia
+        end associate
+        call make_simulator(calibration%case, simulator)
+        refused = 0
+        sharp = 0
+        squares = 0
+        do seed = 1, SEEDS
+            call make_observations(simulator, seed, 1, observations)
+            if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
+            if (solution%beliefs%has_contradiction()) refused = refused + 1
+            if (any(abs(solution%beliefs%values%score) > solution%beliefs%critical)) sharp = sharp + 1
+            known = known_of(solution%offset, solution%covariance, solution%beliefs)
+            squares = squares + ((solution%offset - calibration%case%satellite%offset)/known%sigma)**2/SEEDS
+        end do
+        call check(error, sharp > SEEDS/2, 'each by itself would be')
+        call check(error, refused <= 1, 'no contradiction: '//integer_text(refused))
+        call check(error, all(squares < 2), 'the sigma of the action')
+    end subroutine test_all_as_stated
+
+    !> Two minutes in which the drag changes by a tenth, and quiet instruments: the wave of the density is seen to grow.
+    subroutine test_growing_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+
+        call take_calibration('back-3', calibration)
+        associate (case => calibration%case)
+            case%duration = 120
+            case%satellite%accelerometer%noise%level = QUIET
+        end associate
+        call make_simulator(calibration%case, simulator)
+        call make_observations(simulator, 1, 1, observations)
+        if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
+        call check(error, any(solution%parameters%name == 'wave_growth'), 'it grows')
+        call check(error, .not. any(solution%beliefs%noises%state == CONTRADICTED), 'no line is left')
+    end subroutine test_growing_wave
 
     !> A long arc that nothing explains wholly blames no belief.
     subroutine test_long_arc(error)
