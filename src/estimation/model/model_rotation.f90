@@ -4,8 +4,8 @@ module gracecg_estimation_model_rotation
     use gracecg_base_lanes, only: lanes_of, lanes_carry
     use gracecg_base_quaternion, only: quaternion_rate
     use gracecg_observations_parameters
-    use gracecg_estimation_model_state, only: physical_model_t, model_state_t, model_trajectory_t
     use gracecg_estimation_rigid_body, only: rigid_body_t, new_rigid_body
+    use gracecg_estimation_model_state, only: physical_model_t, model_state_t, model_trajectory_t
     implicit none
     private
     public :: integrate_trajectory, turned_into, add_cross_matrix
