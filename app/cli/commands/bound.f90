@@ -212,14 +212,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(belief_report_t) :: report
-        type(data_table_t) :: rows
+        type(data_table_t) :: rows, added
         real(dp) :: smallest
         integer :: i
 
         call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
-        call console%paragraph('With all that &a_priori states, of what optimal does not estimate, sigma is larger by '// &
-                               trim(joined_lengths(report%stated))//' mm in x, y, z (root of the sum of squares)')
+        call begin_rows('beside it, mm', added)
+        call add_row('all that &a_priori states, not estimated', report%stated, added)
+        call console%table(added)
         call results%member('stated_mm', report%stated/MILLIMETRE)
         call rows%column('belief', 'a', '  belief')
         call rows%column('detectable', 'es10.2', 'value')
@@ -256,13 +257,4 @@ contains
                                integer_text(size(report%values))//' (--format json has all):')
         call console%table(rows)
     end subroutine add_reliability
-
-    !> Three lengths in mm.
-    function joined_lengths(values) result(text)
-        real(dp), intent(in) :: values(3)       !! m
-        character(40) :: text
-
-        text = rounded_text(values(1)/MILLIMETRE, 2)//', '//rounded_text(values(2)/MILLIMETRE, 2)//', '// &
-            rounded_text(values(3)/MILLIMETRE, 2)
-    end function joined_lengths
 end module gracecg_cli_bound

@@ -62,6 +62,7 @@ contains
         end if
         call new_level1_truth(calibration%case, settings, seed, run, truth, error)
         if (allocated(truth%remark)) call console%warn(truth%remark)
+        if (.not. allocated(error)) call warn_of_moments(truth, console)
         if (.not. allocated(error)) call refuse_other_files(folder, truth, error)
         if (.not. allocated(error)) call make_directory(folder, error)
         if (.not. allocated(error)) call write_level1_folder(truth, folder, arguments%has('--binary'), written, error)
@@ -75,6 +76,24 @@ contains
         call console%line('next: gracecg level1 estimate '//quoted_word(folder)//' --setup '// &
                           quoted_word(folder//'/'//SETUP_NAME)//pick_text(size(truth%dynamics%spans) > 0, '', ' --every 5640'))
     end subroutine run_level1_simulate
+
+    !> Says that the currents of the spans make more than a rod of the case bears.
+    subroutine warn_of_moments(truth, console)
+        type(level1_truth_t), intent(in) :: truth
+        type(console_t), intent(inout) :: console
+
+        real(dp) :: greatest
+        integer :: i
+
+        greatest = 0
+        do i = 1, size(truth%dynamics%spans)
+            greatest = max(greatest, maxval(abs(truth%dynamics%spans(i)%amplitude*truth%settings%rod_gain)))
+        end do
+        associate (borne => truth%case%satellite%rods%largest_moment)
+            if (greatest > borne) call console%warn('the spans drive rods with '//rounded_text(greatest, 3)//' A m^2 '// &
+                '(amplitude_ma times rod_gain), more than the '//rounded_text(borne, 3)//' A m^2 that those of the case bear')
+        end associate
+    end subroutine warn_of_moments
 
     !> Fails when the folder has Level-1 files that are none of the simulation: estimates would join both.
     subroutine refuse_other_files(folder, truth, error)

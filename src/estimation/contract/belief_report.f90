@@ -276,7 +276,11 @@ contains
         real(dp), intent(in) :: score       !! Standard normal if the belief is right
 
         associate (test => self%values(i))
-            test%fair = merge(test%fair*(score/test%score), score, abs(test%score) > 0)
+            if (abs(test%score) > 0) then
+                test%fair = test%fair*(score/test%score)
+            else
+                test%fair = score
+            end if
             test%score = score
         end associate
         call weigh_values(self)

@@ -91,8 +91,8 @@ contains
 
         do i = 2, size(runs)
             do k = 1, i - 1
-                if (any(runs(i)%solution%offset /= runs(k)%solution%offset)) cycle
-                if (seconds_between(runs(i)%information%epoch, runs(k)%information%epoch) /= 0) cycle
+                if (any(abs(runs(i)%solution%offset - runs(k)%solution%offset) > 0)) cycle
+                if (abs(seconds_between(runs(i)%information%epoch, runs(k)%information%epoch)) > 0) cycle
                 call fail(error, 'runs '//integer_text(k)//' and '//integer_text(i)//' are the same samples (same time, same '// &
                           'offset): each run counts once, leave one out')
                 return

@@ -192,7 +192,7 @@ contains
             do k = i - 1, 1, -1
                 if (nodes(k)%t < nodes(i)%t) exit
                 if (nodes(k)%calibration == 0) cycle
-                if (any(offsets(nodes(i)%calibration)%offset /= offsets(nodes(k)%calibration)%offset)) cycle
+                if (any(abs(offsets(nodes(i)%calibration)%offset - offsets(nodes(k)%calibration)%offset) > 0)) cycle
                 call fail(error, 'the calibration of '//trim(utc_text(offsets(nodes(i)%calibration)%time))//' is given twice '// &
                           '(same time, same offset): each counts once, leave one out')
                 return
