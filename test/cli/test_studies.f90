@@ -307,7 +307,7 @@ contains
         character(:), allocatable :: output, messages
 
         call succeeds(error, 'trim front-2 --rounds 2 --threshold-mm 0.1', output, messages)
-        call check_says(error, output, 'x: not converged ... y: converged')
+        call check_says(error, output, 'x: not determined ... y: converged')
         call check(error, index(messages, 'below the sigma of x') > 0 .and. &
                    index(messages, 'sigma of y') == 0, messages)
     end subroutine test_hardly_observable
