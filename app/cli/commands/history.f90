@@ -4,6 +4,8 @@ module gracecg_cli_history
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_action, only: listed_axes
+    use gracecg_estimation_joint_estimate, only: FAMILY_LEVEL
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes, read_dated_rows
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
         history_point_t, trace_offset, LONGEST_FUTURE, DEFAULT_WALK
@@ -93,8 +95,8 @@ contains
             call trace_offset(offsets, changes, tanks, settings, history, error)
         end if
         if (allocated(error)) return
-        if (history%degrees > 0 .and. history%probability < 1e-3_dp) &
-            call console%warn('the calibrations differ by more than the random walk explains: chi square '// &
+        if (contradict(history)) console%status_done = STATUS_NOT_TO_BE_USED
+        if (contradict(history)) call console%warn('the calibrations differ by more than the random walk explains: chi square '// &
                               rounded_text(history%statistic, 4)//' for '//integer_text(history%degrees)// &
                               ' degrees of freedom; masses that were moved belong into --changes, or --walk-um is too small')
         if (history%movement%kind /= 'none') call console%warn('not expected: '//trim(movement_words(history%movement))// &
@@ -206,9 +208,11 @@ contains
         last = date_of(history%leaving(3))
         if (history%left_in_the_end < LATE) last = 'later than '//last
         if (history%left_already > 0.5_dp) then
+            text = 'it seems to lie outside of '//text//', but no masses are to be moved: the calibrations contradict each other'
+            if (contradict(history)) return
             beyond = abs(history%today%filtered) > settings%limit
             known = moves_masses .and. history%today%filtered_sigma < min(settings%limit, abs(history%today%filtered)/NOT_ZERO)
-            text = 'it lies outside of '//text//': '
+            text = 'it lies outside of '//rounded_text(settings%limit/MILLIMETRE, 4)//' mm: '
             if (any(beyond .and. known)) then
                 text = text//'move masses along '//trim(listed_axes(beyond .and. known))//' (gracecg trim), then calibrate'
                 if (.not. all(known)) text = text//'; '//trim(listed_axes(.not. known))//': not known well enough to be trimmed'
@@ -226,6 +230,13 @@ contains
             text = text//'; calibrate by '//date_of(history%calibrate_by)// &
                    ', when that has happened with a probability of '//rounded_text(settings%risk, 3)
     end function outlook
+
+    !> Do the calibrations differ by more than changes and walk explain?
+    pure logical function contradict(history)
+        type(offset_history_t), intent(in) :: history
+
+        contradict = history%degrees > 0 .and. history%probability < FAMILY_LEVEL
+    end function contradict
 
     function date_of(time) result(text)
         type(utc_t), intent(in) :: time

@@ -116,6 +116,8 @@ contains
             call say_disagreement('arcs', names, pack(chain%arcs%information, chain%arcs%joined), joint, chain%solution, text)
             call console%warn(text)
         end if
+        call console%paragraph('no action: what the setup says is not tested in arcs; estimate the part with a manoeuvre by '// &
+                               'itself before masses are moved')
         call report('arcs', trim(observations%knowledge%name), names, &
                     pack(chain%arcs%information%epoch, chain%arcs%joined), chain%solution, console, error)
     end subroutine run_chain

@@ -2,7 +2,8 @@
 module gracecg_level1_command_prepare
     use gracecg_base_version, only: VERSION
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_observations_observation_files, only: write_observations
+    use gracecg_files_file, only: file_exists, read_text_file, text_file_t
+    use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1
@@ -49,7 +50,8 @@ contains
         call arguments%get('--number', number, misuse, low=1, high=MOST_SPANS)
         call arguments%get('--out', folder, misuse)
         if (allocated(misuse)) return
-        call take_calibration(arguments, setup, calibration, misuse, error)
+        call refuse_other_set(folder, error)
+        if (.not. allocated(error)) call take_calibration(arguments, setup, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call refuse_if(number > size(calibration%spans), '--number '//integer_text(number)//': there are '// &
                        integer_text(size(calibration%spans))//' spans', misuse)
@@ -66,4 +68,20 @@ contains
         if (.not. allocated(error)) call console%line('written: '//folder//' ('// &
             integer_text(size(observations%accelerometer_time))//' samples of the accelerometer)')
     end subroutine run_level1_prepare
+
+    !> Fails when the folder has an observation set that this command did not write: it would be lost.
+    subroutine refuse_other_set(folder, error)
+        character(*), intent(in) :: folder
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        character(:), allocatable :: path
+
+        path = folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE))
+        if (.not. file_exists(path)) return
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        if (index(file%line(1), 'level1 prepare') == 0) call fail(error, folder//' holds an observation set that level1 '// &
+            'prepare did not write, and would be lost: take another folder')
+    end subroutine refuse_other_set
 end module gracecg_level1_command_prepare

@@ -3,6 +3,7 @@ module gracecg_level1_command_simulate
     use gracecg_base_text, only: pick_text
     use gracecg_files_file, only: directory_exists, file_exists, make_directory
     use gracecg_files_folder, only: files_in_folder
+    use gracecg_observations_observation_files, only: OBSERVATION_FILES
     use gracecg_level1_header, only: name_of, product_of_file_name
     use gracecg_level1_time, only: gps_date_text
     use gracecg_level1_simulated_files, only: write_level1_folder
@@ -107,6 +108,10 @@ contains
         integer :: i
 
         if (.not. directory_exists(folder)) return
+        if (file_exists(folder//'/'//trim(OBSERVATION_FILES(1)))) then
+            call fail(error, folder//' holds an observation set, whose setup.nml would be lost: take another folder')
+            return
+        end if
         call files_in_folder(folder, files, error)
         if (allocated(error)) return
         date = gps_date_text(truth%epoch, 0.0_dp)

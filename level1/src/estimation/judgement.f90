@@ -246,10 +246,14 @@ contains
                 shift = 0
                 gain = .false.
                 do k = 1, size(report%values)
-                    if (report%values(k)%state /= CONTRADICTED) cycle
+                    if (abs(report%values(k)%score) <= report%critical) cycle
                     shift = max(shift, maxval(abs(report%values(k)%shift)))
+                    if (report%values(k)%state /= CONTRADICTED) cycle
                     gain = gain .or. report%values(k)%belief == ROD_GAIN .and. &
                         all(abs(estimate%rods%gain - 1) > gain_sigma .or. .not. estimate%rods%driven)
+                end do
+                do k = 1, size(report%explanations)
+                    shift = max(shift, maxval(abs(report%explanations(k)%offset - estimate%solutions(i)%offset)))
                 end do
                 if (gain .and. shift <= CLOSE_ENOUGH) then
                     call append(estimate%findings, text//'; d hardly moves by it, but trims are by the mass: correct '// &

@@ -164,6 +164,7 @@ contains
         type(explanation_t), intent(in) :: explanation
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
+        real(dp), parameter :: FAR_LESS = 0.3_dp    ! No instrument is so much better than its operator says
         integer :: axis
 
         select case (explanation%kind)
@@ -173,7 +174,8 @@ contains
             text = trim(ALTERATIONS(explanation%place))
         case default
             text = 'the noise levels are not those of the setup ('//trim(NOISE_SUBJECTS(explanation%place))//': '// &
-                rounded_text(explanation%value, 3)//' times)'
+                rounded_text(explanation%value, 3)//' times in standard deviation, noise_level by its square)'
+            if (explanation%value < FAR_LESS) text = text//' or the samples are of another unit'
         end select
         text = text//' (d would be'
         do axis = 1, 3

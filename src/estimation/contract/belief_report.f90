@@ -48,7 +48,8 @@ module gracecg_estimation_belief_report
         logical :: all_or_nothing = .false. !! It is either 0 or `largest`
         real(dp) :: effect(3) = 0
         !! What `unseen` does to the offset, m
-        real(dp) :: within(3) = 0           !! The same of the smaller of `unseen` and `stated`, unless the score is suspicious, m
+        real(dp) :: within(3) = 0
+        !! The same of the smaller of `unseen` and `stated`; where the score is suspicious, of the value found, too, m
         real(dp) :: shift(3) = 0            !! What the value found adds to the offset estimated without it, m
         integer :: state = CONFIRMED        !! One of the three
     end type value_test_t
@@ -239,6 +240,7 @@ contains
                 test%within = test%effect
                 if (test%unseen > test%stated .and. max(abs(test%score), beside_the_fit(report, test%belief)) <= SUSPICIOUS) &
                     test%within = test%effect*(test%stated/test%unseen)
+                if (abs(test%score) > SUSPICIOUS) test%within = max(abs(test%within), abs(test%shift))
                 test%state = CONFIRMED
                 if (any(abs(test%within) > report%wanted)) test%state = UNTESTED
                 if (abs(test%fair) > report%critical) test%state = CONTRADICTED
