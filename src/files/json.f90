@@ -458,7 +458,7 @@ contains
 
     !> Is a text one whole value, and nothing else? What is cut off, or has something behind it, is not.
     pure logical function is_whole_json(text) result(is_whole)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text        !! Of a file
 
         integer :: last
 

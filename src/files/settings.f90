@@ -88,7 +88,7 @@ contains
         class(settings_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: others(:)     !! Groups that are not checked
-        character(*), intent(in), optional :: only(:)       !! Groups that alone are checked, with those spelt nearly so
+        character(*), intent(in), optional :: only(:)       !! Groups that alone are checked
 
         integer :: i
 
@@ -101,7 +101,7 @@ contains
                     if (any(others == entry%group)) cycle
                 end if
                 if (present(only)) then
-                    if (.not. any(only == entry%group) .and. did_you_mean(entry%group, only) == '') cycle
+                    if (.not. any(only == entry%group)) cycle
                 end if
                 call fail_unknown(self, entry, others, error)
                 return

@@ -124,7 +124,8 @@ contains
 
     !> The observations of a folder, and how to estimate.
     subroutine read_observed(folder, options_file, observations, options, error)
-        character(*), intent(in) :: folder, options_file
+        character(*), intent(in) :: folder              !! Of the observations
+        character(*), intent(in) :: options_file        !! Path; empty: those of the setup
         type(observation_set_t), intent(out) :: observations
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
