@@ -40,6 +40,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCUMENT = ROOT / "docs" / "development.md"
+CHECKS = ("At line ", "Fortran runtime warning: ")
 BLOCK = re.compile(r"^```(diff|console|fortran (?=\S))(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -92,7 +93,8 @@ def run(command, folder, fpm, program):
     words = command.split()
     words[0] = {"gracecg": str(program), "fpm": fpm}.get(words[0], words[0])
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=600)
-    return done.returncode, (done.stdout + done.stderr).splitlines()
+    # what a build with run-time checks says of itself is not printed by the program
+    return done.returncode, [line for line in (done.stdout + done.stderr).splitlines() if not line.startswith(CHECKS)]
 
 
 def follow(text, folder, fpm):
