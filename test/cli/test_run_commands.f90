@@ -21,6 +21,7 @@ contains
                     new_unittest('simulate-nothing-by-halves', test_blocked_options), &
                     new_unittest('estimate', test_estimate), &
                     new_unittest('running-estimate', test_running), &
+                    new_unittest('calibrations-that-contradict-each-other', test_contradiction), &
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('options-in-a-setup', test_options_in_setup)]
     end subroutine collect_run_commands
@@ -62,6 +63,23 @@ contains
         call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), 'the density wave does not')
         call check(error, all(abs(noisy_1(:, 2) - noisy_2(:, 2)) > 0), 'the noise does not')
     end subroutine test_simulate
+
+    !> No masses are moved by a history whose calibrations differ by more than the walk explains; nor where an axis is not known.
+    subroutine test_contradiction(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//new_line('a')
+        character(:), allocatable :: output, messages
+        integer :: status
+
+        call make_file('apart.csv', HEAD//'2020-01-01T00:00:00,0.3,0.4,0.0,0.01,0.01,0.01'//new_line('a')// &
+                       '2020-02-01T00:00:00,-0.3,-0.4,0.0,0.01,0.01,0.01'//new_line('a'))
+        call run('history '//FOLDER//'apart.csv', status, output, messages)
+        call check(error, status, STATUS_NOT_TO_BE_USED)
+        call check_says(error, output, 'no masses are to be moved')
+        call make_file('near.csv', HEAD//'2020-01-01T00:00:00,0.3,0.4,0.0,0.01,0.2,0.01'//new_line('a'))
+        call succeeds(error, 'history '//FOLDER//'near.csv', output)
+        call check_says(error, output, 'move masses along x (gracecg trim) ... y: not known well enough')
+    end subroutine test_contradiction
 
     !> Samples that are no simulation's stay where one would take their place.
     subroutine check_measured(error)

@@ -204,15 +204,15 @@ contains
         character(:), allocatable :: last
         logical :: beyond(3), known(3)
 
+        text = 'no masses are to be moved by calibrations that contradict each other'
+        if (contradict(history)) return
         text = rounded_text(settings%limit/MILLIMETRE, 4)//' mm'
         last = date_of(history%leaving(3))
         if (history%left_in_the_end < LATE) last = 'later than '//last
         if (history%left_already > 0.5_dp) then
-            text = 'it seems to lie outside of '//text//', but no masses are to be moved: the calibrations contradict each other'
-            if (contradict(history)) return
-            beyond = abs(history%today%filtered) > settings%limit
-            known = moves_masses .and. history%today%filtered_sigma < min(settings%limit, abs(history%today%filtered)/NOT_ZERO)
-            text = 'it lies outside of '//rounded_text(settings%limit/MILLIMETRE, 4)//' mm: '
+            beyond = abs(history%today%filtered) > max(settings%limit, NOT_ZERO*history%today%filtered_sigma)
+            known = moves_masses .and. history%today%filtered_sigma <= settings%limit
+            text = 'it lies outside of '//text//': '
             if (any(beyond .and. known)) then
                 text = text//'move masses along '//trim(listed_axes(beyond .and. known))//' (gracecg trim), then calibrate'
                 if (.not. all(known)) text = text//'; '//trim(listed_axes(.not. known))//': not known well enough to be trimmed'
