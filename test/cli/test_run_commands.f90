@@ -78,7 +78,7 @@ contains
         call check_says(error, output, 'no masses are to be moved')
         call make_file('near.csv', HEAD//'2020-01-01T00:00:00,0.3,0.4,0.0,0.01,0.2,0.01'//new_line('a'))
         call succeeds(error, 'history '//FOLDER//'near.csv', output)
-        call check_says(error, output, 'move masses along x (gracecg trim) ... y: not known well enough')
+        call check_says(error, output, 'move masses along x (gracecg trim) ... y: not known')
     end subroutine test_contradiction
 
     !> Samples that are no simulation's stay where one would take their place.
