@@ -8,10 +8,11 @@ module gracecg_files_json
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, split_words, integer_text, real_text, parse_real, logical_text
+    use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_run_record, only: get_provenance
     implicit none
     private
-    public :: json_writer_t, put_provenance, is_whole_json, read_json_list, read_json_numbers, read_json_text
+    public :: json_writer_t, put_provenance, read_json_file, read_json_list, read_json_numbers, read_json_text
 
     integer, parameter :: DEEPEST = 16          !! Objects and arrays within each other
     integer, parameter :: INDENT = 2            !! Blanks a level
@@ -456,15 +457,25 @@ contains
         end do
     end function next_place
 
-    !> Is a text one whole value, and nothing else? What is cut off, or has something behind it, is not.
-    pure logical function is_whole_json(text) result(is_whole)
-        character(*), intent(in) :: text        !! Of a file
+    !> The text of a file, which has to be one whole value. Fails when it cannot be read, is cut off, or more stands behind
+    !> the end of the value.
+    subroutine read_json_file(path, text, error)
+        character(*), intent(in) :: path        !! Of the file
+        character(:), allocatable, intent(out) :: text
+        type(error_t), allocatable, intent(out) :: error
 
-        integer :: last
+        type(text_file_t) :: file
+        integer :: first, last
 
-        last = end_of_value(text, next_place(text, 1))
-        is_whole = last >= next_place(text, 1) .and. next_place(text, last + 1) > len(text)
-    end function is_whole_json
+        text = ''
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        text = file%text
+        first = next_place(text, 1)
+        last = end_of_value(text, first)
+        if (last < first .or. next_place(text, last + 1) <= len(text)) &
+            call fail(error, path//': is no whole JSON file: it is cut off, or more stands behind its end')
+    end subroutine read_json_file
 
     !> The last character of the value that begins at a place; before it if the value does not end.
     pure integer function end_of_value(text, first) result(last)

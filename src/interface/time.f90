@@ -17,7 +17,7 @@ contains
         type(utc_t), intent(out) :: utc
         type(outcome_t), intent(inout) :: outcome
 
-        real(dp), parameter :: LONGEST = 9e9_dp
+        real(dp), parameter :: LONGEST = 9e9_dp     ! s: utc_plus takes a little more
         type(error_t), allocatable :: failure
 
         if (abs(seconds) > LONGEST) then

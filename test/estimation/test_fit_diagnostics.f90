@@ -409,7 +409,8 @@ contains
 
         call decide(known_offset_t(value=[1e-5_dp, -4e-4_dp, 3e-4_dp], sigma=[1e-5_dp, 2e-5_dp, 3e-4_dp], signs_known=.true.), &
                     400.0_dp, action)
-        call advises(error, action, TRIM_IT, 2, 1, '-0.4 mm along y (sigma 0.02 mm; mass moments -160 kg mm), if the setup holds')
+        call advises(error, action, TRIM_IT, 2, 1, '-0.4 mm along y (sigma 0.02 mm; mass moments -160 '// &
+                     'kg mm), if the setup and its accelerometer signs hold')
         call advises(error, action, TRIM_IT, 2, 1, 'leave x (within 3 sigma of 0); calibrate again for z')
         call decide(known_offset_t(value=[1e-5_dp, -4e-5_dp, 3e-5_dp], sigma=spread(2e-5_dp, 1, 3)), 400.0_dp, action)
         call advises(error, action, LEAVE_IT, 0, 0, 'leave x, y and z')

@@ -7,8 +7,8 @@ module test_joint
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
     use gracecg_base_text, only: split
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
-    use gracecg_estimation_action, only: action_t, DO_NOT_USE, TRIM_IT
-    use gracecg_estimation_joint_action, only: act_on_runs
+    use gracecg_estimation_action, only: action_t, known_offset_t, DO_NOT_USE, TRIM_IT
+    use gracecg_estimation_joint_action, only: act_on_runs, known_of_runs
     use gracecg_estimation_information, only: information_t, eliminated_t, information_of, squares_of
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -256,6 +256,8 @@ contains
         type(joint_solution_t) :: joint
         type(string_t) :: names(3)
         type(action_t) :: action
+        type(known_offset_t) :: known
+        real(dp) :: stated(3)
         type(error_t), allocatable :: failure
 
         names = split('first,second,third', ',')
@@ -281,6 +283,12 @@ contains
         call estimate_jointly(runs(:2)%information, asked, joint, failure)
         call act_on_runs(runs(:2), asked, names(:2), joint, action)
         call check(error, action%kind == TRIM_IT .and. all(action%trimmed), action%text)
+        ! what both state of the same satellite does not average out
+        known = known_of_runs(runs(:2), joint)
+        stated = sqrt(known%sigma**2 - sigmas(joint%covariance)**2)
+        associate (one => runs(1)%solution%beliefs%stated, other => runs(2)%solution%beliefs%stated)
+            call check(error, all(stated > 0.999_dp*min(one, other) .and. stated < 1.001_dp*max(one, other)), 'what is stated')
+        end associate
         deallocate (runs(2)%solution%beliefs)
         call act_on_runs(runs(:2), asked, names(:2), joint, action)
         call check(error, action%kind == DO_NOT_USE .and. index(action%text, 'second: what its setup says was not tested') > 0, &

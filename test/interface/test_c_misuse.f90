@@ -263,6 +263,8 @@ contains
             status = gracecg_earth_radiation_open(c_string('report'), 1, bad(k), handle, failure)
             call check_refused(error, BAD_VALUE, 'irradiance')
         end do
+        status = gracecg_sun_position(epoch, ONE, [1e12_dp], a, failure)
+        call check_refused(error, BAD_VALUE, '000E+12 s from the epoch: at most 9e9 s')
         ! what would overflow on the way
         status = gracecg_earth_radiation_open(c_string('report'), 1, 1367.0_dp, light)
         status = gracecg_earth_radiation_evaluate(light, epoch, ONE, [0.0_dp], 1e200_dp*PLACE, a, error=failure)

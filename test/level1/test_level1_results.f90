@@ -190,6 +190,12 @@ contains
         call make_file(DAY, 'samples')
         call refuses('level1 simulate front-1 --out '//FOLDER//'l1_other_day', 'ACC1A_2019-01-01_C_04.txt ... join both')
         call check(error, .not. file_exists(FOLDER//'l1_other_day/truth.csv'), 'nothing is written')
+        call make_directory(FOLDER//'l1_measured', failure)
+        call make_file('l1_measured/setup.nml', 'of somebody')
+        call make_file('l1_measured/accelerometer.csv', 'samples')
+        call refuses('level1 simulate front-1 --out '//FOLDER//'l1_measured', 'l1_measured holds an observation set')
+        call refuses('level1 prepare '//FOLDER//' --setup '//FOLDER//'none.nml --out '//FOLDER//'l1_measured', &
+                     'level1 prepare did not write')
 
     contains
 

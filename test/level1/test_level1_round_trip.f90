@@ -54,8 +54,10 @@ contains
         type(level1_estimate_t) :: estimate
         type(observation_set_t) :: observations
         type(solution_t) :: solution
+        type(console_t) :: console
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
+        integer :: i, status
 
         call fly(settings, truth)
         call write_files(truth, 'l1s_prepare', path)
@@ -72,6 +74,12 @@ contains
         call check(error, .not. solution%beliefs%has_contradiction(), 'no contradiction')
         call check(error, .not. says(solution%warnings, 'samples are missing'), 'one a second is all there are')
         call check(error, sqrt(solution%covariance(3, 3)) < 4*MICROMETRE, 'sigma')
+        do i = 1, 2         ! its own set, and no other, is replaced
+            console = console_t(captured=.true.)
+            call run_command_line(split_words('level1 prepare '//path//' --setup '//path//'/'//SETUP_NAME//' --out '//FOLDER// &
+                                              'l1s_prepared'), console, status, level1_commands())
+            call check(error, status, 0, console%messages)
+        end do
         ! Leakage is taken out as all spans estimate it, which this sigma does not count.
         call check(error, all(abs(solution%offset - truth%case%satellite%offset) < 20*MICROMETRE), 'offset')
     end subroutine test_preparation

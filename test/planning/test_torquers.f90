@@ -3,6 +3,7 @@
 module test_torquers
     use vocabulary
     use calibrations
+    use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -338,6 +339,8 @@ contains
         type(calibration_t) :: calibration
         type(observation_set_t) :: observations, wrong
         type(solution_t) :: solution
+        type(known_offset_t) :: known
+        type(action_t) :: action
         integer :: i, k
         logical :: found
 
@@ -356,6 +359,18 @@ contains
                         index(solution%warnings(k)%text, 'd would be -0.19 0.6') > 0
             end do
             call check(error, found .and. solution%beliefs%has_contradiction(), NAMED(i))
+        end do
+        ! What all beliefs together allow is no contradiction; then the sigma of the action holds where masses would be moved
+        do i = 1, 2
+            wrong = observations
+            if (i == 1) wrong%knowledge%rods%gain(2) = 1.02_dp
+            if (i == 2) wrong%knowledge%rods%misalignment(1) = 3*DEGREE
+            if (estimate_fails(error, 'optimal', wrong, calibration%options, solution)) return
+            if (solution%beliefs%has_contradiction()) cycle
+            known = known_of(solution%offset, solution%covariance, solution%beliefs)
+            call decide(known, wrong%knowledge%mass, action)
+            call check(error, .not. any(action%trimmed .and. abs(solution%offset - calibration%case%satellite%offset) > &
+                                        4*known%sigma + known%tolerated), action%text)
         end do
     end subroutine test_beliefs
 

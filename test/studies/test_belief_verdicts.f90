@@ -455,7 +455,7 @@ contains
                 call apply_value(TESTED(k), solution%beliefs%values(i)%detectable, wrong)
                 call estimate_optimal(wrong, options, solution, failure)
                 if (.not. allocated(solution%beliefs)) cycle
-                if (abs(solution%beliefs%values(i)%score) > solution%beliefs%critical) found = found + 1
+                if (solution%beliefs%values(i)%state == CONTRADICTED) found = found + 1
             end do
             call check(error, abs(found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
                        parameter_names(TESTED(k))//integer_text(found))

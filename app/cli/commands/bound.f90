@@ -218,8 +218,8 @@ contains
 
         call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
-        call begin_rows('beside it, mm', added)
-        call add_row('all that &a_priori states, not estimated', report%stated, added)
+        call begin_rows('what optimal does not estimate, mm', added)
+        call add_row('  all that &a_priori states of it', report%stated, added)
         call console%table(added)
         call results%member('stated_mm', report%stated/MILLIMETRE)
         call rows%column('belief', 'a', '  belief')

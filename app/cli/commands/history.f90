@@ -37,7 +37,8 @@ contains
                                 'CSV files with time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm. '// &
                                 'Between calibrations it changes by masses that are moved, by the '// &
                                 'gas that the tanks lose, and by a random walk. Says what the offset is today, when it '// &
-                                'will leave its limit, and when to calibrate.', &
+                                'will leave its limit, and when to calibrate. The exit status is 3 when the '// &
+                                'calibrations contradict each other: no masses are to be moved by them.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm optimal --format json > run1.json'//new_line('a')// &
                                 'gracecg history run1.json --today 1989-06-01 --report history.html')

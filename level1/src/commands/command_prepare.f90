@@ -3,6 +3,7 @@ module gracecg_level1_command_prepare
     use gracecg_base_version, only: VERSION
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_files_file, only: file_exists, read_text_file, text_file_t
+    use gracecg_files_run_record, only: note_file, UPDATED
     use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_level1_calibration, only: level1_calibration_t
@@ -79,9 +80,10 @@ contains
 
         path = folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE))
         if (.not. file_exists(path)) return
+        call note_file(path, UPDATED)       ! looked at, and then replaced
         call read_text_file(path, file, error)
         if (allocated(error)) return
-        if (index(file%line(1), 'level1 prepare') == 0) call fail(error, folder//' holds an observation set that level1 '// &
+        if (index(file%text, 'level1 prepare') == 0) call fail(error, folder//' holds an observation set that level1 '// &
             'prepare did not write, and would be lost: take another folder')
     end subroutine refuse_other_set
 end module gracecg_level1_command_prepare

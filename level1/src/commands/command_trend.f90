@@ -1,8 +1,7 @@
 !> gracecg level1 trend: offsets from Level-1 data of several dates.
 module gracecg_level1_command_trend
     use gracecg_base_constants, only: MICROMETRE, JULIAN_YEAR
-    use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_json, only: is_whole_json, read_json_numbers, read_json_text
+    use gracecg_files_json, only: read_json_file, read_json_numbers, read_json_text
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_time, only: gps_date_text
@@ -97,19 +96,14 @@ contains
         character(1), intent(out) :: satellite
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: file
-        character(:), allocatable :: name
+        character(:), allocatable :: text, name
         real(dp) :: flag(1), time(1)
         logical :: ok
 
         satellite = ''
-        call read_text_file(path, file, error)
-        if (.not. allocated(error)) then
-            if (.not. is_whole_json(file%text)) call fail(error, path// &
-                ': is no whole JSON file: it is cut off, or more stands behind its end')
-        end if
+        call read_json_file(path, text, error)
         if (allocated(error)) return
-        call read_json_text(file%text, 'satellite', name, ok)
+        call read_json_text(text, 'satellite', name, ok)
         if (.not. ok) then
             call fail(error, path//': has no "satellite"; expected what gracecg level1 estimate --format json prints')
             return
@@ -122,7 +116,7 @@ contains
         call take('gas_kg', point%gas)
         if (allocated(error)) return
         if (flag(1) > 1) then
-            call read_json_text(file%text, 'reason', name, ok)
+            call read_json_text(text, 'reason', name, ok)
             call fail(error, path//': this estimate is not to be used (flag 2: '//name//'): leave it out')
             return
         end if
@@ -141,7 +135,7 @@ contains
             real(dp), allocatable :: found(:)
 
             if (allocated(error)) return
-            call read_json_numbers(file%text, key, found, ok)
+            call read_json_numbers(text, key, found, ok)
             if (ok) ok = size(found) == size(numbers)
             if (ok) then
                 numbers = found

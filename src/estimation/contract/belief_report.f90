@@ -151,11 +151,15 @@ contains
         if (information > 0) then
             test%value = score/information
             test%sigma = 1/sqrt(information)
-            test%detectable = sqrt(1/information + stated**2)
-            test%score = test%value/test%detectable
-            if (all_or_nothing) test%score = sqrt(max(0.0_dp, information*largest*(2*test%value - largest)))
-            test%fair = test%score
-            if (.not. all_or_nothing) test%fair = test%value/hypot(test%sigma, scatter)
+            test%score = test%value/hypot(test%sigma, stated)
+            test%detectable = hypot(test%sigma, scatter)
+            if (all_or_nothing) then
+                test%score = sqrt(max(0.0_dp, information*largest*(2*test%value - largest)))
+                test%detectable = hypot(test%sigma, stated)
+                test%fair = test%score
+            else
+                test%fair = test%value/test%detectable
+            end if
             test%shift = by_one*test%value
         end if
         report%values = [report%values, test]

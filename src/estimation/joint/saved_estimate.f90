@@ -4,8 +4,7 @@ module gracecg_estimation_saved_estimate
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
-    use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_files_json, only: is_whole_json, read_json_numbers, read_json_text
+    use gracecg_files_json, only: read_json_file, read_json_numbers, read_json_text
     use gracecg_estimation_offset_change, only: read_offset_rows
     implicit none
     private
@@ -31,8 +30,7 @@ contains
         type(dated_offset_t), allocatable, intent(out) :: offsets(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: file
-        character(:), allocatable :: command
+        character(:), allocatable :: text, command
         logical :: ok
         integer :: i
 
@@ -41,19 +39,15 @@ contains
             return
         end if
         allocate (offsets(1))
-        call read_text_file(path, file, error)
-        if (.not. allocated(error)) then
-            if (.not. is_whole_json(file%text)) call fail(error, path// &
-                ': is no whole JSON file: it is cut off, or more stands behind its end')
-        end if
+        call read_json_file(path, text, error)
         if (allocated(error)) return
-        call read_json_text(file%text, 'command', command, ok)
+        call read_json_text(text, 'command', command, ok)
         if (command == 'level1 estimate') then
-            call read_level1_offset(file%text, offsets(1), error)
+            call read_level1_offset(text, offsets(1), error)
         else
-            call read_offset(file%text, offsets(1), error)
+            call read_offset(text, offsets(1), error)
         end if
-        call read_json_text(file%text, 'action.kind', command, ok)
+        call read_json_text(text, 'action.kind', command, ok)
         if (ok) offsets(1)%moves_masses = command /= 'calibrate again'
         if (.not. allocated(error)) then
             if (.not. all([(offsets(1)%covariance(i, i), i=1, 3)] > 0)) then

@@ -12,7 +12,7 @@ module gracecg_estimation_joint_action
     use gracecg_estimation_run_information, only: run_information_t
     implicit none
     private
-    public :: act_on_runs, say_disagreement
+    public :: act_on_runs, known_of_runs, say_disagreement
 
 contains
 
@@ -42,14 +42,14 @@ contains
         call decide(known_of_runs(runs, solution), runs(solution%last)%knowledge%mass, action)
     end subroutine act_on_runs
 
-    !> What is known of the offset of runs whose beliefs were tested. What could move it unseen is that of each run, weighted
-    !> as the runs determine each axis: a wrong belief that all share moves them all.
+    !> What is known of the offset of runs whose beliefs were tested. What is stated of beliefs, and what could move the offset
+    !> unseen, is that of each run, weighted as the runs determine each axis: a wrong belief that all share moves them all.
     pure function known_of_runs(runs, solution) result(known)
         type(joint_run_t), intent(in) :: runs(:)
         type(joint_solution_t), intent(in) :: solution
         type(known_offset_t) :: known
 
-        real(dp) :: weight(size(runs)), part, largest
+        real(dp) :: weight(size(runs)), part, largest, stated
         integer :: axis, i
 
         known%value = solution%offset
@@ -59,11 +59,12 @@ contains
             weight = 1/solution%runs%sigma(axis)**2
             weight = weight/sum(weight)
             largest = -1
+            stated = 0
             do i = 1, size(runs)
                 associate (report => runs(i)%solution%beliefs)
                     known%tolerated = report%wanted
                     known%signs_known = known%signs_known .and. report%signs_known
-                    known%sigma(axis) = hypot(known%sigma(axis), weight(i)*report%stated(axis))
+                    stated = stated + weight(i)*report%stated(axis)
                     if (size(report%values) == 0) cycle
                     associate (test => report%values(report%largest_within(axis)))
                         part = weight(i)*abs(test%within(axis))
@@ -73,6 +74,7 @@ contains
                     end associate
                 end associate
             end do
+            known%sigma(axis) = hypot(known%sigma(axis), stated)
         end do
     end function known_of_runs
 
