@@ -83,7 +83,7 @@ contains
     end subroutine open_text
 
     !> The first failure of the description, or the first group or key that nobody asked for. A file may have
-    !> groups of others, which these are to check.
+    !> groups of others, which these are to check; one whose name is nearly that of a group read here is none.
     subroutine finish(self, error, others, only)
         class(settings_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
@@ -101,7 +101,7 @@ contains
                     if (any(others == entry%group)) cycle
                 end if
                 if (present(only)) then
-                    if (.not. any(only == entry%group)) cycle
+                    if (.not. any(only == entry%group) .and. nearest_name(entry%group, only) == '') cycle
                 end if
                 call fail_unknown(self, entry, others, error)
                 return

@@ -467,6 +467,8 @@ contains
                    .and. .not. settings%holds('others', 'xy') .and. .not. settings%holds('rod'))
         call settings%finish(failure, others=['another'])
         call check_fails(error, failure, 'case.nml:1: ... &others is not known ... known: satellite, rod, another')
+        call settings%finish(failure, only=['other'])       ! misspelt
+        call check_fails(error, failure, 'case.nml:1: ... &others is not known')
     end subroutine test_others
 
     subroutine test_files(error)

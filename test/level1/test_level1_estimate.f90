@@ -16,6 +16,8 @@ module test_level1_estimate
     use gracecg_level1_judgement, only: take_action, offset_remark, judge, name_faults
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_spacecraft_torque_rods, only: rod_moments
+    use gracecg_level1_events, only: level1_event_t, read_events
+    use gracecg_level1_results, only: write_event
     use gracecg_level1_preparation, only: prepare_observations
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, day_fails, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
@@ -47,6 +49,7 @@ contains
     !> The offset by all and without the angular channels, gains, delays, leakage.
     subroutine test_offset(error)
         type(error_type), allocatable, intent(out) :: error
+        type(level1_event_t), allocatable :: events(:)
         type(level1_setup_t) :: setup
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
@@ -75,6 +78,13 @@ contains
         call check(error, .not. allocated(failure) .and. estimate%flag == 0, 'signs are known')
         call check(error, estimate%action%kind == TRIM_IT .and. all(estimate%action%trimmed), &
                    estimate%action%text)
+        ! A file of events keeps those that it has.
+        call make_file('l1_events.txt', '100 GRACEC CMCAL 1 1 begins'//achar(10))
+        call write_event(FOLDER//'l1_events.txt', calibration, estimate, failure)
+        if (.not. allocated(failure)) call read_events(FOLDER//'l1_events.txt', events, failure)
+        call check_passes(error, failure)
+        if (allocated(error)) return
+        call check(error, size(events) == 2 .and. events(1)%name == 'CMCAL' .and. events(size(events))%name == 'VCM', 'events')
         ! Spans that are far from each other, or sources, are not to be used.
         estimate%solutions(1)%chi_square = 1000
         call judge(calibration, setup, estimate)

@@ -6,7 +6,7 @@ module gracecg_cli_estimate_results
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
-    use gracecg_estimation_action, only: refuse_offset, DO_NOT_USE
+    use gracecg_estimation_action, only: action_t, refuse_offset, ACTIONS, DO_NOT_USE
     use gracecg_estimation_verdict, only: verdict_t, judge
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
@@ -40,7 +40,7 @@ module gracecg_cli_estimate_results
         'q1,q2,q3,q4,sigma_q1,sigma_q2,sigma_q3,sigma_q4,'// &
         'omega_x_rad_s,omega_y_rad_s,omega_z_rad_s,sigma_omega_x_rad_s,sigma_omega_y_rad_s,sigma_omega_z_rad_s,'// &
         'variance_factor,edited_accelerometer,edited_star_camera,'// &
-        'undetected_x_mm,undetected_y_mm,undetected_z_mm,contradicted'
+        'undetected_x_mm,undetected_y_mm,undetected_z_mm,contradicted,action,trim_axes'
 
 contains
 
@@ -266,7 +266,7 @@ contains
         type(results_t) :: results
         type(data_table_t) :: table
 
-        call fill_table(solution, table)
+        call fill_table(solution, judged%verdict%action, table)
         if (console%format == 'json') call fill_results(asked, observations, solution, record, judged, results)
         call results%publish(table, console, error)
     end subroutine publish_estimate
@@ -291,7 +291,7 @@ contains
         if (present(refusal)) then
             call table%columns_of(COLUMNS)
         else
-            call fill_table(solution, table)
+            call fill_table(solution, judged%verdict%action, table)
         end if
         call fill_results(asked, observations, solution, record, judged, results, refusal)
         call results%complete(table, console, text, error)
@@ -299,8 +299,9 @@ contains
     end subroutine write_estimate_page
 
     !> The row of numbers.
-    subroutine fill_table(solution, table)
+    subroutine fill_table(solution, action, table)
         type(solution_t), intent(in) :: solution
+        type(action_t), intent(in) :: action
         type(data_table_t), intent(out) :: table
 
         real(dp) :: sigma(size(STATE_NAMES))
@@ -334,6 +335,8 @@ contains
         else
             call table%add_nothing(4)
         end if
+        call table%add(trim(ACTIONS(action%kind)))
+        call table%add(join(pack(AXES, action%trimmed), ' '))
     end subroutine fill_table
 
     !> Everything but the table. With a refusal there is no offset, but the fit if there was one.

@@ -55,7 +55,7 @@ contains
         call arguments%add_option('--offsets', 'FILE.csv', 'writes the offset by each span, as gracecg history reads it')
         call arguments%add_option('--origins', '', 'shows where each value that is used is from')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
-        call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
+        call arguments%add_option('--soe', 'FILE', 'adds the offset as a VCM event to an SOE file')
         call add_format_option(arguments)
     end subroutine declare_level1_estimate
 

@@ -163,6 +163,7 @@ contains
         do i = 1, size(events)
             if (events(i)%name /= 'VCM') cycle
             if (events(i)%spacecraft /= 'GRACE'//satellite .and. events(i)%spacecraft /= 'GRACEX') cycle
+            if (any(steps == events(i)%time)) cycle         ! written twice
             steps = [steps, events(i)%time]
         end do
     end subroutine read_steps

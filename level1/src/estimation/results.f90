@@ -4,7 +4,7 @@ module gracecg_level1_results
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_files_file, only: output_file_t
+    use gracecg_files_file, only: output_file_t, appended_file_t, check_writable
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo
     use gracecg_level1_setup, only: level1_setup_t
@@ -83,23 +83,23 @@ contains
         call writer%commit(error)
     end subroutine write_vcm
 
-    !> Writes the CoM as a VCM event.
+    !> Adds the CoM as a VCM event to a file of events, which is made where there is none. Fails when it is an input.
     subroutine write_event(path, calibration, estimate, error)
         character(*), intent(in) :: path    !! Of the file
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(in) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
-        type(output_file_t) :: file
+        type(appended_file_t) :: file
 
-        call file%open(path, error)
+        call check_writable(path, error)
+        if (.not. allocated(error)) call file%open(path, error)
         if (allocated(error)) return
         associate (d => estimate%solutions(1)%offset)
             call file%line(integer_text(nint(middle_of(calibration), i8))//' GRACE'//calibration%satellite//' VCM 3 '// &
                            real_text(-d(1))//' '//real_text(-d(2))//' '//real_text(-d(3))//' by gracecg, source '// &
-                           trim(estimate%solutions(1)%source)//', flag '//integer_text(estimate%flag))
+                           trim(estimate%solutions(1)%source)//', flag '//integer_text(estimate%flag), error)
         end associate
-        call file%commit(error)
     end subroutine write_event
 
     !> Writes the offset by each span that determines it, as CSV: the middle of the span, d and its standard deviations.
