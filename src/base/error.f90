@@ -168,7 +168,7 @@ contains
         integer :: i, distance, best
 
         nearest = ''
-        best = max(1, min(2, len_trim(name)/3))     ! letters that may differ
+        best = max(1, min(2, len_trim(name)/2))     ! letters that may differ
         do i = 1, size(known)
             distance = edit_distance(trim(name), trim(known(i)))
             if (distance <= best) then

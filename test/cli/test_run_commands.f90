@@ -129,8 +129,10 @@ contains
                   'converged,condition,residual_rms_x_m_s2,residual_rms_y_m_s2,residual_rms_z_m_s2,alpha_x_m_s3,') == 1, &
                   text%line(1))) return
         fields = split(text%line(2), ',')
-        call check(error, size(fields) == 46 .and. size(split(text%line(1), ',')) == 46 .and. &
-                   fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '', text%line(2))
+        call check(error, size(fields) == 48 .and. size(split(text%line(1), ',')) == 48 .and. &
+                   fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '' .and. &
+                   fields(47)%text == 'trim' .and. fields(48)%text == 'x y z', &
+                   text%line(2))
         do axis = 1, 3
             call parse_real(fields(1 + axis)%text, value, ok)
             call parse_real(fields(4 + axis)%text, sigma, ok)
