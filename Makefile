@@ -31,8 +31,8 @@ help:
 	@echo 'All of them first install what this machine lacks to do their work (tools/setup.sh).'
 
 # fpm with the flags for this machine. Each set of flags has a build tree of its own.
-FPM = fpm="$$(tools/setup.sh)" && tools/commit.sh build/commit && \
-	export FPM_FFLAGS="$$(tools/flags.sh)" && "$$fpm"
+READY = fpm="$$(tools/setup.sh)" && tools/commit.sh build/commit && export FPM_FFLAGS="$$(tools/flags.sh)"
+FPM = $(READY) && "$$fpm"
 
 # fpm does not link a program anew when another of its commands has rebuilt the library since: the
 # programs are removed first.
@@ -42,7 +42,7 @@ run:
 
 test:
 	@rm -f build/gfortran_*/test/tester
-	@$(FPM) test --profile release
+	@$(READY) && FPM_FC="$${FPM_FC:-$$PWD/tools/compiler/gfortran}" "$$fpm" test --profile release
 
 build:
 	@rm -f build/gfortran_*/app/gracecg
