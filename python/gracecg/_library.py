@@ -80,9 +80,16 @@ def call(name: str, *arguments: Any, allowed: Sequence[int] = ()) -> int:
     return status
 
 
+def plain(values: ArrayLike) -> NDArray[np.float64]:
+    """Contiguous numbers; masked ones are refused, for what is below a mask is not meant."""
+    if np.ma.is_masked(values):
+        raise ValueError("masked values: leave these samples out, or fill them")
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
 def numbers(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
     """A contiguous array of finite or other numbers, (n, *shape); one row without n becomes n = 1."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    array = plain(values)
     if array.size == 0:
         array = array.reshape((0, *shape))
     if array.ndim == len(shape):
@@ -95,7 +102,7 @@ def numbers(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
 
 def exactly(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
     """A contiguous array of one shape."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    array = plain(values)
     if array.shape != shape:
         raise ValueError(f"an array of shape {shape} is expected, not {array.shape}")
     return array
@@ -111,7 +118,7 @@ def pointer(array: NDArray[Any] | None) -> Any:
 
 def spread(seconds: ArrayLike, n: int) -> NDArray[np.float64]:
     """Times (n,) of one time or n."""
-    return np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, dtype=np.float64), (n,)))
+    return np.ascontiguousarray(np.broadcast_to(plain(seconds), (n,)))
 
 
 def _free(address: Any) -> None:

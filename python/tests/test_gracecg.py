@@ -310,6 +310,8 @@ def test_refusals(call, message):
 def test_shapes():
     with pytest.raises(ValueError, match="shape"):
         gracecg.Gravity().evaluate([1.0, 2.0])
+    with pytest.raises(ValueError, match="masked"):
+        gracecg.Gravity().evaluate(np.ma.masked_less([[7e6, 0, 0], [-1, 0, 0]], 0))
 
 
 @needs_program
