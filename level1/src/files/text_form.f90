@@ -2,7 +2,7 @@
 module gracecg_level1_text_form
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_decimal, only: scan_real, scan_integer, is_white
+    use gracecg_base_decimal, only: scan_real, scan_integer, is_white, shortest_digits
     use gracecg_base_text, only: integer_text, lower_case
     use gracecg_level1_header, only: printable
     use gracecg_level1_products, only: KIND_F4, KIND_F8, KIND_LETTER, KIND_FLAG8, KIND_FLAG32
@@ -133,17 +133,19 @@ contains
         integer, intent(inout) :: length            !! Of it, so far
 
         character(32) :: word
-        integer :: i
+        integer :: i, last      ! bits
 
         select case (kind)
         case (KIND_F8, KIND_F4)
             word = general_text(value, kind == KIND_F4)
         case (KIND_LETTER)
             word = achar(nint(value))
-        case (KIND_FLAG8)
-            write (word, '(8i1)') [(merge(1, 0, btest(nint(value, i8), i)), i=7, 0, -1)]
-        case (KIND_FLAG32)
-            write (word, '(32i1)') [(merge(1, 0, btest(nint(value, i8), i)), i=31, 0, -1)]
+        case (KIND_FLAG8, KIND_FLAG32)
+            last = merge(7, 31, kind == KIND_FLAG8)
+            word = ''
+            do i = 0, last
+                word(last - i + 1:last - i + 1) = merge('1', '0', btest(nint(value, i8), i))
+            end do
         case default
             word = integer_text(nint(value, i8))
         end select
@@ -158,32 +160,28 @@ contains
         logical, intent(in) :: single       !! It is one of single precision
         character(32) :: text
 
-        character(11), parameter :: FORMATS(15:17) = ['(es32.14e3)', '(es32.15e3)', '(es32.16e3)']
-        character(32) :: buffer, digits
-        real(dp) :: again
-        integer :: places, exponent, last, at, status
-        logical :: ok
+        character(20) :: digits
+        character(22) :: rounded
+        integer(i8) :: number
+        integer :: exponent, last
 
         text = 'nan'
         if (.not. abs(value) <= huge(value)) return
         text = '0'
         if (abs(value) <= 0) return
-        do places = 15, merge(16, 17, single)
-            write (buffer, FORMATS(places)) abs(value)
-            buffer = adjustl(buffer)
-            at = 1
-            call scan_real(buffer, at, again, ok)
-            if (abs(again - abs(value)) <= 0) exit
-        end do
-        at = index(buffer, 'E')
-        read (buffer(at + 1:), *, iostat=status) exponent
-        digits = buffer(1:1)//buffer(3:at - 1)
-        last = max(1, verify(trim(digits), '0', back=.true.))
+        call shortest_digits(abs(value), number, exponent)
+        digits = integer_text(number)
+        exponent = exponent + len_trim(digits) - 1      ! of the first digit
+        if (single .and. len_trim(digits) > 15) then
+            write (rounded, '(es22.15e3)') abs(value)
+            digits = rounded(1:1)//rounded(3:17)
+        end if
+        last = verify(trim(digits), '0', back=.true.)
         if (exponent < -4 .or. exponent >= 16) then
             text = digits(1:1)
             if (last > 1) text = digits(1:1)//'.'//digits(2:last)
-            write (buffer, '(i3.2)') abs(exponent)
-            text = trim(text)//'e'//merge('-', '+', exponent < 0)//adjustl(buffer)
+            text = trim(text)//'e'//merge('-', '+', exponent < 0)//repeat('0', merge(1, 0, abs(exponent) < 10))// &
+                integer_text(abs(exponent))
         else if (exponent < 0) then
             text = '0.'//repeat('0', -exponent - 1)//digits(:last)
         else if (last <= exponent + 1) then
