@@ -77,7 +77,7 @@ WITHOUT_UNIT = {"case", "satellite", "epoch_utc", "utc", "algorithm", "axis", "s
                 "unit", "least", "greatest", "mean", "low", "high", "on_ticks",
                 "attitude_only", "near_centre", "excess", "centre_difference", "round", "day", "kp", "figure", "quantity", "inside", "fill", "place",
                 "contradicted", "belief", "size", "detectable_values", "refused", "own_test", "own_test_stated", "named", "silently_wrong", "worst_sigmas",
-                "trim", "harmful_trim"}
+                "action", "trim_axes", "trim", "harmful_trim"}
 
 
 class Wrong(Exception):
