@@ -346,6 +346,8 @@ class Case(_WithOptions):
 
     def _search(self, settings: DesignSettings | None, place: int, revolutions: int) -> Design:
         *values, rods, waveforms, threads = astuple(settings or self.design_settings())
+        if (len(rods), len(waveforms)) != (3, 4):
+            raise ValueError(f"rod_used has 3 values and waveform_used 4, not {len(rods)} and {len(waveforms)}")
         choices = np.array([*map(bool, rods), *map(bool, waveforms), threads], dtype=np.int32)
         planned = Case._made("design", self._handle, pointer(exactly(values, 9)), pointer(choices), place, revolutions)
         return planned._values(Design, case=planned)

@@ -44,6 +44,7 @@ module gracecg_environment_wind
         private
         real(dp), allocatable :: east(:, :)     !! m/s, (local time 0 h ... 24 h, latitude)
         real(dp), allocatable :: north(:, :)    !! m/s, as `east`
+        logical :: smooth = .false.             !! Without the kinks of straight lines between the points
     contains
         procedure :: evaluate => evaluate_table
     end type tabulated_wind_t
@@ -67,7 +68,7 @@ contains
         north = self%north + 0*(latitude + local_solar_time)
     end subroutine evaluate_constant
 
-    !> Linear in latitude and, cyclically, in local time.
+    !> Between the points linear in latitude and, cyclically, in local time, or along cubics that are level at them.
     pure subroutine evaluate_table(self, latitude, local_solar_time, east, north)
         class(tabulated_wind_t), intent(in) :: self
         real(dp), intent(in) :: latitude            !! rad
@@ -85,6 +86,8 @@ contains
         j = max(1, min(int(row), last_row - 1))
         f = column - i
         g = row - j
+        if (self%smooth) f = f**2*(3 - 2*f)
+        if (self%smooth) g = g**2*(3 - 2*g)
         east = bilinear(self%east)
         north = bilinear(self%north)
 
@@ -99,11 +102,13 @@ contains
     end subroutine evaluate_table
 
     !> HWM93 at 1989-01-02 0 h UT and 466 km, by 5 deg and 1 h.
-    function embedded_wind() result(wind)
+    function embedded_wind(smooth) result(wind)
+        logical, intent(in), optional :: smooth     !! As the type has it
         type(tabulated_wind_t) :: wind
 
         wind = table_of(reshape(WIND_EAST, [WIND_LOCAL_TIMES, WIND_LATITUDES]), &
                         reshape(WIND_NORTH, [WIND_LOCAL_TIMES, WIND_LATITUDES]))
+        if (present(smooth)) wind%smooth = smooth
     end function embedded_wind
 
     !> A table from its grid; repeats the first local time as 24 h.

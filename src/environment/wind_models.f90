@@ -9,7 +9,7 @@ module gracecg_environment_wind_models
     public :: WIND_MODELS, new_wind_model
 
     !> The names; besides them 'file', a table
-    character(16), parameter :: WIND_MODELS(2) = [character(16) :: 'hwm93', 'constant']
+    character(16), parameter :: WIND_MODELS(3) = [character(16) :: 'hwm93', 'hwm93-smooth', 'constant']
 
 contains
 
@@ -24,8 +24,8 @@ contains
         type(tabulated_wind_t) :: table
 
         select case (name)
-        case ('hwm93')
-            allocate (model, source=embedded_wind())
+        case ('hwm93', 'hwm93-smooth')
+            allocate (model, source=embedded_wind(smooth=name == 'hwm93-smooth'))
         case ('constant')
             allocate (model, source=constant_wind_t(east, north))
         case ('file')

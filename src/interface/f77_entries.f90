@@ -975,8 +975,8 @@ subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcprop
 
-!> The same with nadir pointing, body x along the orbit (IPNT = 1) or against it (2); of X position and velocity
-!> count.
+!> The same with nadir pointing, body x along the orbit (IPNT = 1) or against it (2; 0: as GCPROP); of X position and
+!> velocity count.
 subroutine gcprna(ifrc, x, ipnt, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
     use gracecg, only: dp

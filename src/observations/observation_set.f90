@@ -12,7 +12,8 @@ module gracecg_observations_observation_set
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     implicit none
     private
-    public :: observation_set_t, check_observations, has_orbit, has_star_camera, SAMPLE_TOLERANCE
+    public :: observation_set_t, check_observations, has_orbit, has_star_camera, SAMPLE_TOLERANCE, &
+        LARGEST_ACCELERATION, LARGEST_FIELD
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
     !> in for a lost magnetometer. Times are seconds from the epoch.

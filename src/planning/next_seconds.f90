@@ -82,10 +82,11 @@ contains
         type(attitude_motion_t) :: motion
         integer :: i, k, best
 
+        sigma = [(sqrt(covariance(k, k)), k=1, 3)]
+        if (.not. allocated(self%candidates)) return        ! it has not begun: nothing to choose from
         known = inverse_3x3(covariance)
         self%site%state(RATE) = angular_velocity
         self%site%field = spread(field, 2, size(self%site%field, 2))
-        sigma = [(sqrt(covariance(k, k)), k=1, 3)]
         least = maxval(sigma)**2
         best = 0
         do i = 1, size(self%candidates)

@@ -134,8 +134,8 @@ contains
         if (.not. allocated(error)) self%results(:, i) = rounds
     end subroutine do_trim
 
-    !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold,
-    !> or the last one allowed.
+    !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold, or whose data
+    !> contradict the setup, or the last one allowed.
     !>
     !> Fails when the simulation or an estimate fails, or an estimate does not converge.
     subroutine trim_offset(case, algorithm, options, settings, rounds, error, progress)
@@ -191,7 +191,7 @@ contains
             if (allocated(error)) return
             rounds = [rounds, latest]
             call piece_done(progress)
-            if (all(abs(latest%estimate) < trim_threshold(settings, latest))) return
+            if (latest%contradicted .or. all(abs(latest%estimate) < trim_threshold(settings, latest))) return
             current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do
     end subroutine trim_from

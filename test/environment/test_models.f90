@@ -96,7 +96,7 @@ contains
         call check_fails(error, failure, &
                          'density model ... "dtm7" ... dtm77, dtm78, dtm94, exponential ... did you mean "dtm77"')
         call new_wind_model('hwm39', 0.0_dp, 0.0_dp, '', wind, failure)
-        call check_fails(error, failure, 'wind model ... "hwm39" ... hwm93, constant, file ... did you mean "hwm93"')
+        call check_fails(error, failure, 'wind model ... "hwm39" ... hwm93, hwm93-smooth, constant, file ... did you mean "hwm93"')
         if (unmet(error, .not. (allocated(gravity) .or. allocated(field) .or. allocated(density) .or. &
                                 allocated(wind)))) return
         call new_gravity_model('file', 4, 4, 'missing.gfc', gravity, failure)

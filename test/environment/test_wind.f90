@@ -50,7 +50,7 @@ contains
             0.0_dp, 17.2267_dp, 54.0687_dp, -1.7071_dp, &
             10.0_dp, 4.4667_dp, 111.0188_dp, -8.0427_dp, &
             0.0_dp, 5.2267_dp, 52.3192_dp, 16.4254_dp], [4, 3])
-        type(tabulated_wind_t) :: wind
+        type(tabulated_wind_t) :: wind, smooth
         integer :: i
 
         wind = embedded_wind()
@@ -62,6 +62,22 @@ contains
             call check(error, all(abs(wind_at(wind, BETWEEN(1, i), BETWEEN(2, i)) - &
                                          BETWEEN(3:4, i)) < 3))
         end do
+        ! Smooth: the same on grid points and half-way between; slopes go on across a grid line, where straight lines bend.
+        smooth = embedded_wind(smooth=.true.)
+        call check(error, norm2(wind_at(smooth, 45.0_dp, 3.0_dp) - wind_at(wind, 45.0_dp, 3.0_dp)), 0.0_dp, thr=1e-12_dp)
+        call check(error, norm2(wind_at(smooth, 47.5_dp, 3.5_dp) - wind_at(wind, 47.5_dp, 3.5_dp)), 0.0_dp, thr=1e-12_dp)
+        call check(error, bend_of(smooth) < 1e-2_dp .and. bend_of(wind) > 1, 'no kinks')
+
+    contains
+
+        !> Change of the slope at 45 deg, 3 h, m/s by 5 deg.
+        real(dp) function bend_of(table) result(bend)
+            type(tabulated_wind_t), intent(in) :: table
+            real(dp), parameter :: STEP = 1e-4_dp       ! deg
+
+            bend = norm2(wind_at(table, 45 + STEP, 3.0_dp) - 2*wind_at(table, 45.0_dp, 3.0_dp) + &
+                         wind_at(table, 45 - STEP, 3.0_dp))/STEP*5
+        end function bend_of
     end subroutine test_hwm93
 
     subroutine test_cyclic(error)

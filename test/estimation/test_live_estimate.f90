@@ -154,6 +154,13 @@ contains
         call spiked%now(with, unused)
         call check(error, spiked%edited, 2, 'left out')
         call check(error, maxval(abs(with - offset)/sigmas(covariance)) < 0.2_dp, 'estimate')
+        ! A density wave is no outlier: the offset is then not known.
+        call prepare('front-1', observations, live)
+        observations%acceleration(1, :) = observations%acceleration(1, :) + &
+            5e-9_dp*sin(TWO_PI*observations%accelerometer_time/20)
+        call feed(observations, live, error)
+        call live%now(offset, covariance)
+        call check(error, covariance(3, 3) >= 1, 'a wave')
     end subroutine test_left_out
 
     !> What cannot be taken is refused, and nothing of it is taken.
@@ -163,11 +170,14 @@ contains
         type(live_estimate_t) :: live, none
         type(live_sample_t) :: sample
         type(error_t), allocatable :: failure
+        real(dp) :: offset(3), covariance(3, 3)
         integer :: k
 
         call prepare('front-3', observations, live)
         call none%add(sample_of(observations, 0), failure)
         call check_fails(error, failure, 'has not begun')
+        call none%now(offset, covariance)
+        call check(error, covariance(1, 1) >= 1, 'nothing is known')
         sample = sample_of(observations, 0)
         sample%has_field = .false.
         call refused('needs the field')
@@ -184,6 +194,12 @@ contains
         sample%head = 1
         sample%attitude_time = 0.3_dp
         call refused('star camera at 0.3')
+        sample = sample_of(observations, 1)
+        sample%position = sample%position/1000
+        call refused('check their units')
+        sample = sample_of(observations, 1)
+        sample%moment = 1e9_dp*sample%moment
+        call refused('check their units')
         call check(error, live%samples, 1, 'samples taken')
         do k = 1, 301
             sample = sample_of(observations, k)

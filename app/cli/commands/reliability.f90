@@ -102,14 +102,14 @@ contains
         type(tally_t), allocatable :: far(:)
 
         far = pack(tallies, tallies%times > FAR_BEYOND)
-        call console%line(algorithm//': '//integer_text(sum(tallies%runs))//' estimates with one wrong belief each')
+        call console%line(algorithm//': '//integer_text(sum(tallies%runs))//' estimates, each with the one wrong belief of its row')
         call line('contradicted or refused', sum(tallies%contradicted), sum(tallies%runs))
         call line('contradicted by the test of the very belief', sum(tallies%found), sum(tallies%runs))
         call console%line('  '//rounded_text(sum(tallies%stated), 3)//' of them expected of it, by the detectable values '// &
                           'that the estimates state')
         call line('silently wrong, by more than '//rounded_text(SILENT_SIGMAS, 2)//' sigma and what is undetectable', &
                   sum(tallies%silent), sum(tallies%runs))
-        call line('with the advice to trim, ', sum(tallies%trimmed), sum(tallies%runs))
+        call line('with the advice to trim', sum(tallies%trimmed), sum(tallies%runs))
         call line('of these along an axis that is wrong by more than is tolerated', sum(tallies%harmful), sum(tallies%trimmed))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &
                   sum(far%contradicted), sum(far%runs))

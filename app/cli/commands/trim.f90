@@ -106,7 +106,7 @@ contains
             call table%add(i)
             call table%add([rounds(i)%offset, rounds(i)%estimate, rounds(i)%sigma]/MILLIMETRE)
             if (rounds(i)%contradicted) call console%warn('round '//integer_text(i)//': the data contradict what the setup '// &
-                'says, gracecg estimate says what: no masses are to be moved by it')
+                'says, gracecg estimate says what: no masses are moved by it')
         end do
         call console%line('CG offset d (centre of mass to proof mass, body axes) of each calibration: '//title_of(study))
         call console%table(table)
@@ -171,7 +171,9 @@ contains
         do axis = 1, 3
             below = abs(latest%estimate(axis)) < threshold(axis)
             visible = latest%sigma(axis) <= threshold(axis)
-            if (latest%sigma(axis) > WANTED_ACCURACY) then
+            if (latest%contradicted) then
+                verdict = 'not converged: no masses were moved, for the data contradict the setup'
+            else if (latest%sigma(axis) > WANTED_ACCURACY) then
                 verdict = 'not determined: sigma '//millimetres(latest%sigma(axis))//' mm, wanted '// &
                     millimetres(WANTED_ACCURACY)
             else if (below .and. visible) then

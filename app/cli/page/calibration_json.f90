@@ -34,6 +34,7 @@ contains
         call json%member('text', action%text)
         call json%member('trim_axes', pack(AXES, action%trimmed))
         call json%member('calibrate_again_axes', pack(AXES, action%again))
+        if (any(action%sigma > 0)) call json%member('sigma_mm', action%sigma/MILLIMETRE)
         call json%end()
     end subroutine put_action
 

@@ -19,6 +19,7 @@ module gracecg_estimation_live_estimate
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, normalised
     use gracecg_base_vectors, only: cross, unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
+    use gracecg_observations_observation_set, only: LARGEST_ACCELERATION, LARGEST_FIELD
     use gracecg_observations_parameters, only: PARAMETERS, ATTITUDE_ANGLES, RATE, TORQUE, FIELD_BIAS, SCALE_FACTORS, DRIFT, &
         BIAS, OFFSET, loose_sigmas
     use gracecg_estimation_options, only: sequential_options_t
@@ -42,6 +43,11 @@ module gracecg_estimation_live_estimate
     !! Standard deviations of those: of the offset, m; of a torque that is small beside that of the rods, N m; scale factors
     !! stay at 1
     real(dp), parameter :: LONGEST_SILENCE = 30     !! Of the magnetometer, whose last two samples are carried on, s
+    real(dp), parameter :: MOST = 0.1_dp            !! Part of the samples that may be left out: more is no outliers, but forces
+    !! that are no straight line, as a density wave
+    real(dp), parameter :: NOTHING_KNOWN = 1  !! Standard deviation of the offset then, m
+    real(dp), parameter :: LARGEST_MOMENT = 1e6_dp  !! Of a satellite's rods, A m^2
+    real(dp), parameter :: LOWEST_ORBIT = 6.3e6_dp  !! m
 
     !> What comes within a sampling interval of the accelerometer, at its end.
     type :: live_sample_t
@@ -316,6 +322,13 @@ contains
                             all(abs(sample%moment) <= huge(1.0_dp)) .and. all(abs(sample%field) <= huge(1.0_dp)) .and. &
                             all(abs(sample%position) <= huge(1.0_dp)) .and. all(abs(sample%quaternion) <= huge(1.0_dp)))) then
                 call fail(error, 'live estimate: the sample at '//number_text(sample%time)//' s has numbers that are not finite')
+            else if (norm2(sample%acceleration) > LARGEST_ACCELERATION .or. norm2(sample%field) > LARGEST_FIELD .or. &
+                     any(abs(sample%moment) > LARGEST_MOMENT) .or. &
+                     (norm2(sample%position) > 0 .and. norm2(sample%position) < LOWEST_ORBIT)) then
+                call fail(error, 'live estimate: the sample at '//number_text(sample%time)//' s has an acceleration of '// &
+                          number_text(norm2(sample%acceleration))//' m/s^2, a field of '//number_text(norm2(sample%field))// &
+                          ' T, a moment of '//number_text(maxval(abs(sample%moment)))//' A m^2, a position of '// &
+                          number_text(norm2(sample%position))//' m: check their units')
             else if (abs(sample%time - expected) > SAME_TIME*h) then
                 call fail(error, 'live estimate: time = '//number_text(sample%time)//' s; the next sample is that at '// &
                           number_text(expected)//' s. Where the accelerometer is silent, add a sample without acceleration')
@@ -328,7 +341,7 @@ contains
                 call fail(error, 'live estimate: a sample of a star-camera head that does not exist')
             else if (sample%head > 0) then
                 if (.not. (abs(sample%attitude_time - (sample%time - h/2)) <= (0.5_dp + SAME_TIME)*h .and. &
-                           norm2(sample%quaternion) > 0.5_dp)) &
+                           abs(norm2(sample%quaternion) - 1) < 0.5_dp)) &
                     call fail(error, 'live estimate: a sample of the star camera at '//number_text(sample%attitude_time)// &
                               ' s has to lie in the interval that ends at '//number_text(sample%time)// &
                               ' s, and to be a quaternion')
@@ -491,7 +504,7 @@ contains
     end subroutine move_to_estimate
 
     !> The offset and its covariance, with everything that has been added. What the samples do not determine has a standard
-    !> deviation of a metre.
+    !> deviation of a metre; so has all where more than a tenth of the samples was left out, and before `begin_live_estimate`.
     subroutine now(self, estimate, covariance, variance)
         class(live_estimate_t), intent(in) :: self
         real(dp), intent(out) :: estimate(3)            !! Of d, Body axes, m
@@ -499,10 +512,18 @@ contains
         real(dp), intent(out), optional :: variance     !! Of the innovations in units of what is expected: near 1
 
         real(dp) :: last(LATE), of_last(LATE, LATE)
+        integer :: i
 
+        estimate = 0
+        covariance = 0
+        do i = 1, 3
+            covariance(i, i) = NOTHING_KNOWN**2
+        end do
+        if (present(variance)) variance = 1
+        if (.not. allocated(self%constants%array)) return
         call self%constants%last_covariance(last, of_last)
         estimate = last(:3) + self%state%value(OFFSET)
-        covariance = of_last(:3, :3)
+        if (self%edited <= MOST*(self%edited + self%innovations)) covariance = of_last(:3, :3)
         if (present(variance)) variance = self%constants%squares/max(1, self%innovations)
     end subroutine now
 end module gracecg_estimation_live_estimate

@@ -38,6 +38,7 @@ module gracecg_estimation_action
         integer :: kind = DO_NOT_USE            !! One of the four
         logical :: trimmed(3) = .false.         !! Axes along which the centre of mass is to be moved by d
         logical :: again(3) = .false.           !! Axes that take another calibration
+        real(dp) :: sigma(3) = 0                !! That it rests on, m; 0: not known
         character(:), allocatable :: text       !! One line: what, and why
     end type action_t
 
@@ -88,6 +89,7 @@ contains
             return
         end if
         action%trimmed = moved
+        action%sigma = known%sigma
         action%kind = merge(TRIM_IT, merge(LEAVE_IT, CALIBRATE_AGAIN, all(good)), any(moved))
         do axis = 1, 3
             moves(axis) = trim(signed(known%value(axis)/MILLIMETRE))//' mm along '//AXES(axis)

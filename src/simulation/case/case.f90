@@ -96,7 +96,7 @@ module gracecg_simulation_case
         type(density_wave_t) :: density_wave = density_wave_t(REPORT_WAVE_AMPLITUDE, REPORT_WAVE_PERIOD, 0.0_dp)
         !! Relative to the model's density: amplitude, period (s), phase (rad)
         logical :: density_wave_random = .true.     !! The phase is drawn for every run
-        character(16) :: wind_model = 'hwm93'     !! 'hwm93', 'constant', 'none' or 'file'
+        character(16) :: wind_model = 'hwm93-smooth'      !! Of WIND_MODELS, 'none' or 'file'
         character(256) :: wind_file = ''            !! Of latitudes and local times, if 'file'
         real(dp) :: wind_east = 0, wind_north = 0   !! m/s, if constant
         ! radiation
@@ -347,7 +347,7 @@ contains
                                  'deg', DEGREE, 'deg')
         call settings%logical_value('density_wave_random', case%density_wave_random, &
                                     'draw the phase anew for every run')
-        call settings%text_value('wind', case%wind_model, 'horizontal wind', &
+        call settings%text_value('wind', case%wind_model, 'horizontal wind; hwm93 has kinks of 1e-10 m/s^2 in 10 s', &
                                  [character(16) :: WIND_MODELS, 'none', 'file'])
         call settings%text_value('wind_file', case%wind_file, 'if file')
         call check_file_key(settings, 'wind', case%wind_model, case%wind_file)

@@ -134,7 +134,7 @@ contains
         case%velocity = start%velocity
         case%quaternion = normalised(start%quaternion)
         case%angular_velocity = [0.0_dp, start%rate, 0.0_dp]
-        if (case%number == 1) case%wind_model = 'constant'
+        case%wind_model = merge('constant', 'hwm93   ', case%number == 1)
         if (case%name /= name) call print_cards(name, case)
         call new_harmonic_manoeuvre(case%satellite%rods, start%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
                                     0.0_dp, DURATION, error)
@@ -162,7 +162,7 @@ contains
         case%density_scale = default%density_scale
         case%satellite%reflectivity_sun = default%satellite%reflectivity_sun
         case%earth_radiation_constants = default%earth_radiation_constants
-        case%wind_model = default%wind_model
+        case%wind_model = 'hwm93'
         case%wind_east = default%wind_east
     end subroutine print_cards
 end module gracecg_simulation_report_cases

@@ -56,6 +56,8 @@ contains
             do k = 4, 6
                 call settings%real_value(trim(ANGLES(k)), start%elements(k), -360.0_dp, 360.0_dp, 'deg', DEGREE, 'deg', .true.)
             end do
+            if (.not. start%elements(1)*(1 - start%elements(2)) > LEAST_DISTANCE) &
+                call settings%reject('eccentricity', 'the perigee '//INSIDE)
         case (TLE)
             call settings%text_value('tle_1', start%lines(1), 'first of two-line elements', required=.true.)
             call settings%text_value('tle_2', start%lines(2), 'second of two-line elements', required=.true.)
