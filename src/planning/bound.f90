@@ -107,7 +107,7 @@ contains
         call observe_case(case, simulator, observations, error)
         if (.not. allocated(error)) &
             call prepare_at_truth(simulator, observations, options, &
-                                  estimated_parameters(options%optimal, observations%knowledge%duration), problem, error)
+                                  estimated_parameters(options%optimal, observations%knowledge), problem, error)
         if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine reliability_of_case

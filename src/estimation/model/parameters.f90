@@ -21,6 +21,9 @@ module gracecg_estimation_parameters
     !! Standard deviation of AIRFLOW_TURN, rad: 100 m/s RMS across polar orbits (data/wind_hwm93_1989-01-02.txt)
     real(dp), parameter :: USUAL_SIDE_FORCE = 7e-7_dp
     !! Standard deviation of each of SIDE_FORCE, m/s^2/rad: fitted as USUAL_BEND; some 2e-6 acts in case 1, less in the others
+    real(dp), parameter :: USUAL_LIFT = 4e-7_dp
+    !! Standard deviation of LIFT, m/s^2, fitted to one small satellite 420 km up, noise 4.5e-22: with 3e-7 (`lift_sigma` of Level-1)
+    !! the mean normalised square is 3.8, with 1e-6 0.8
 
 contains
 
@@ -41,6 +44,7 @@ contains
         sigmas(FORCE_BENDS) = USUAL_BEND*max(1.0_dp, knowledge%duration/USUAL_ARC)**BEND_DEGREE
         sigmas(AIRFLOW_TURN) = USUAL_WIND
         sigmas(SIDE_FORCE) = USUAL_SIDE_FORCE
+        sigmas(LIFT) = USUAL_LIFT
     end function a_priori_sigmas
 
     !> The largest errors that agree with what the operator states: three standard deviations, but no more than any error;
