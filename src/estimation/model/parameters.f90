@@ -22,8 +22,8 @@ module gracecg_estimation_parameters
     real(dp), parameter :: USUAL_SIDE_FORCE = 7e-7_dp
     !! Standard deviation of each of SIDE_FORCE, m/s^2/rad: fitted as USUAL_BEND; some 2e-6 acts in case 1, less in the others
     real(dp), parameter :: USUAL_LIFT = 4e-7_dp
-    !! Standard deviation of LIFT, m/s^2, fitted to one small satellite 420 km up, noise 4.5e-22: with 3e-7 (`lift_sigma` of Level-1)
-    !! the mean normalised square is 3.8, with 1e-6 0.8
+    !! Standard deviation of LIFT, m/s^2, fitted to one small satellite 420 km up, noise 4.5e-22: with 3e-7 (`lift_sigma` of
+    !! Level-1) the mean normalised square is 3.8, with 1e-6 0.8
 
 contains
 
