@@ -75,6 +75,10 @@ contains
 
         type(observation_writer_t) :: writer
 
+        if (.not. allocated(observations%accelerometer_time)) then
+            call fail(error, folder//': not written: the observation set is empty')
+            return
+        end if
         call writer%open(folder, error)
         if (.not. allocated(error)) then
             call writer%append(observations)

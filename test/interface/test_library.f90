@@ -20,7 +20,8 @@ contains
                     new_unittest('own-gravity', test_own_gravity), &
                     new_unittest('calibration-in-memory', test_calibration), &
                     new_unittest('texts-in-memory', test_texts), &
-                    new_unittest('arcs-too-long', test_long_arcs)]
+                    new_unittest('arcs-too-long', test_long_arcs), &
+                    new_unittest('what-was-never-made', test_unmade)]
     end subroutine collect_library
 
     subroutine prepare(name, dynamics, state)
@@ -227,4 +228,22 @@ contains
         call new_simulator(case, simulator, failure)
         call check_fails(error, failure, 'steps of an arc')
     end subroutine test_long_arcs
+
+    !> Objects that nobody made are refused where there is an error to say so.
+    subroutine test_unmade(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: diagnostics
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call observe(simulator, 1, 1, observations, failure)
+        call check_fails(error, failure, 'has not been made')
+        call write_observations(FOLDER//'unmade', observations, [character(1) ::], failure)
+        call check_fails(error, failure, 'is empty')
+        call diagnose(observations%knowledge, solution, record, diagnostics, failure)
+        call check_fails(error, failure, 'not that of a fit')
+    end subroutine test_unmade
 end module test_library

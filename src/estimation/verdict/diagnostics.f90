@@ -3,7 +3,7 @@
 !> of the setup. All of it from the observations and the fit; nothing here knows the truth.
 module gracecg_estimation_diagnostics
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: symmetric_eigen, solve_normal_equations
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
@@ -92,6 +92,10 @@ contains
         logical :: known(3)
         integer :: axis
 
+        if (.not. (allocated(record%residual) .and. allocated(record%covariance))) then
+            call fail(error, 'the record is not that of a fit')
+            return
+        end if
         do axis = 1, 3
             noise(axis) = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return

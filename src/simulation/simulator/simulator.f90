@@ -79,6 +79,10 @@ contains
 
         type(run_noise_t) :: noise
 
+        if (.not. allocated(self%arc%state)) then
+            call fail(error, 'the simulator has not been made (new_simulator)')
+            return
+        end if
         call begin_noise(self, seed, run, noise, error)
         if (.not. allocated(error)) &
             call observe_piece(self, operator_of_run(self%case, self%case%operator, seed, run), noise, observations, error, &
