@@ -5,6 +5,7 @@
 !> changed once they are stored. To use one takes no lock: `acquire` counts the user in, `release`
 !> out, and `remove` waits until nobody is in.
 module gracecg_interface_handles
+    use, intrinsic :: iso_c_binding, only: c_int
     use gracecg_base_kinds, only: i8
     use gracecg_interface_items, only: items_t
     implicit none
@@ -36,6 +37,14 @@ module gracecg_interface_handles
     type(no_object_t), save, target :: nothing
     integer, save :: last_slot = MAX_OBJECTS - 1        !! That was given out
     integer, save :: alive = 0                          !! Objects
+
+    interface
+        !> The thread rests for some microseconds.
+        integer(c_int) function pause_for(microseconds) bind(c, name='usleep')
+            import :: c_int
+            integer(c_int), value :: microseconds   !! Less than a million
+        end function pause_for
+    end interface
 
 contains
 
@@ -118,6 +127,7 @@ contains
 
         class(object_t), pointer :: object
         integer :: place, users
+        integer(c_int) :: ignored
 
         removed = .false.
         if (handle < 1 .or. handle > huge(0)) return
@@ -134,6 +144,7 @@ contains
             !$omp atomic read seq_cst
             users = slots(place)%users
             if (users == 0) exit
+            ignored = pause_for(100_c_int)
         end do
         object => slots(place)%object
         deallocate (object)
