@@ -344,6 +344,9 @@ contains
         call check(error, verdict%grade, GRADE_GOOD)
         call says(error, verdict, 'Torque', 'times (sigma')
         call advises(error, verdict%action, TRIM_IT, 7, 0, 'trim: move the centre of mass by +0.')
+        call act_on(solution, 400.0_dp, action, torque_off=-0.1_dp)
+        call check(error, all(action%sigma > 0.1_dp*abs(solution%offset) .and. action%sigma > verdict%action%sigma), &
+                   'a torque that is off counts')
         solution%beliefs%signs_known = .false.
         call act_on(solution, 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'say signs_known')

@@ -15,7 +15,7 @@ module gracecg_cli_estimate
     use gracecg_estimation_solution, only: solution_t, running_estimate_t
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_estimate_results, only: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, &
-        publish_estimate, write_estimate_page
+        publish_estimate, publish_refusal, write_estimate_page
     use gracecg_cli_joint, only: declare_joint_options, read_joint_options, read_observed, run_joint, run_chain
     use gracecg_cli_page_program, only: page_folder
     use gracecg_cli_work
@@ -168,7 +168,10 @@ contains
 
         begun = .not. allocated(error)
         if (begun) call estimate(request, observations, options, solution, record, error)
-        if (begun .and. allocated(error)) call warn_of_causes(observations, console)
+        if (begun .and. allocated(error)) then
+            call warn_of_causes(observations, console)
+            call publish_refusal(request%asked, observations, solution, record, console, error%message)
+        end if
         if (.not. allocated(error)) then
             if (request%running_file /= '') call write_running_estimate(request%running_file, solution%running, error)
             if (allocated(error)) return

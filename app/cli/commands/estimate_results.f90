@@ -17,7 +17,8 @@ module gracecg_cli_estimate_results
     use gracecg_cli_work
     implicit none
     private
-    public :: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, publish_estimate, write_estimate_page
+    public :: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, publish_estimate, &
+        publish_refusal, write_estimate_page
 
     !> What is made of an estimate.
     type :: judged_t
@@ -270,6 +271,28 @@ contains
         if (console%format == 'json') call fill_results(asked, observations, solution, record, judged, results)
         call results%publish(table, console, error)
     end subroutine publish_estimate
+
+    !> The action of an estimate that is refused, and in JSON what could be read and fitted.
+    subroutine publish_refusal(asked, observations, solution, record, console, refusal)
+        type(asked_estimate_t), intent(in) :: asked
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record    !! As far as it came
+        type(console_t), intent(inout) :: console
+        character(*), intent(in) :: refusal         !! Why there is no offset to be used
+
+        type(judged_t) :: judged
+        type(results_t) :: results
+        type(data_table_t) :: table
+        type(error_t), allocatable :: without       ! what the message of the refusal says in any case
+
+        call judge_estimate(observations, solution, record, judged, without, refusal)
+        call console%paragraph(judged%verdict%action%text)
+        if (console%format /= 'json') return
+        call table%columns_of(COLUMNS)
+        call fill_results(asked, observations, solution, record, judged, results, refusal)
+        call results%publish(table, console, without)
+    end subroutine publish_refusal
 
     !> The page of the estimate. With a refusal it shows no offset, begins with the reason, and has what could be read and
     !> fitted. Fails when the page cannot be made.

@@ -73,7 +73,7 @@ contains
         call settings%open(path, error)
         if (allocated(error)) return
         call describe_level1(settings, setup)
-        call settings%finish(error, only=[character(16) :: 'mass_properties', 'level1'])
+        call settings%finish(error, only=[character(16) :: 'mass_properties', 'level1', 'a_priori'])       ! that of estimate
         if (.not. allocated(error)) call find_origins(settings, path, setup)
     end subroutine read_level1_setup
 

@@ -113,7 +113,7 @@ contains
         if (report%signs_known) return
         if (text /= '') text = text//'; '
         text = text//'the sign of the accelerometer (all its axes turned would turn d: no calibration tells; a small trim '// &
-            'does, then set signs_known in &a_priori)'
+            'does, then set signs_known)'
 
     contains
 

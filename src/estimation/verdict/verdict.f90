@@ -7,9 +7,9 @@ module gracecg_estimation_verdict
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
-    use gracecg_estimation_fit_checks, only: MISFITTING, MUCH_NOISE
+    use gracecg_estimation_fit_checks, only: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
     use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested
-    use gracecg_estimation_action, only: action_t, known_of, decide, refuse_offset, listed_axes, WANTED_ACCURACY
+    use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, WANTED_ACCURACY
     implicit none
     private
     public :: verdict_t, finding_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
@@ -67,7 +67,7 @@ contains
         if (.not. all(knowledge%star_camera_sigma > 0)) &
             call add(verdict, GRADE_DOUBTFUL, 'Noise of the star camera', 'the setup does not give it '// &
                      '(noise_about_axes): the sigmas leave it out')
-        call take_action(knowledge, solution, diagnostics, verdict)
+        call take_action(knowledge, solution, record, diagnostics, verdict)
     end function judge
 
     subroutine add(verdict, grade, subject, text)
@@ -236,13 +236,15 @@ contains
     end subroutine judge_beliefs
 
     !> What to do: nothing that is bad is used, and no more is trusted than could be tested.
-    subroutine take_action(knowledge, solution, diagnostics, verdict)
+    subroutine take_action(knowledge, solution, record, diagnostics, verdict)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
         type(fit_diagnostics_t), intent(in) :: diagnostics
         type(verdict_t), intent(inout) :: verdict
 
         logical :: contradicted
+        real(dp) :: torque_off
         integer :: bad
 
         contradicted = .false.
@@ -261,16 +263,22 @@ contains
             call refuse_offset('the accuracy is not known, for lack of noise levels in setup.nml: give noise_level and '// &
                                'noise_about_axes, and estimate again', verdict%action)
         else
-            call act_on(solution, knowledge%mass, verdict%action)
+            torque_off = 0
+            if (record%torque_checked) torque_off = record%torque_factor - 1
+            if (abs(torque_off) <= max(DOUBTFUL, SIGNIFICANT*record%torque_sigma)) torque_off = 0
+            call act_on(solution, knowledge%mass, verdict%action, torque_off)
         end if
     end subroutine take_action
 
     !> What to do with a solution whose noise is known, by its tests.
-    subroutine act_on(solution, mass, action)
+    subroutine act_on(solution, mass, action, torque_off)
         type(solution_t), intent(in) :: solution
         real(dp), intent(in) :: mass                    !! Of the satellite, kg
         type(action_t), intent(out) :: action
+        real(dp), intent(in), optional :: torque_off    !! By which the satellite turned otherwise than the rods should have made
+        !! it, relative: the offset may be off by as much
 
+        type(known_offset_t) :: known
         character(:), allocatable :: contradiction
 
         if (.not. allocated(solution%beliefs)) then
@@ -284,7 +292,9 @@ contains
                 call refuse_offset(contradiction, action)
                 return
             end if
-            call decide(known_of(solution%offset, solution%covariance, report), mass, action)
+            known = known_of(solution%offset, solution%covariance, report)
+            if (present(torque_off)) known%sigma = sqrt(known%sigma**2 + (torque_off*known%value)**2)
+            call decide(known, mass, action)
         end associate
     end subroutine act_on
 
