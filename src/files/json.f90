@@ -461,7 +461,7 @@ contains
     !> the end of the value.
     subroutine read_json_file(path, text, error)
         character(*), intent(in) :: path        !! Of the file
-        character(:), allocatable, intent(out) :: text        !! Whole; empty on failure
+        character(:), allocatable, intent(out) :: text  !! To be used where there is no error
         type(error_t), allocatable, intent(out) :: error
 
         type(text_file_t) :: file

@@ -317,5 +317,8 @@ contains
             call check_says(error, html, '"residuals": {')
             call has_not(error, html, '"offset_m"')
         end do
+        call run('estimate '//FOLDER//'page-refused --algorithm optimal --format json', status, output, messages)
+        call check_says(error, output, '"kind": "do not use"')
+        call has_not(error, output, '"offset_m"')
     end subroutine test_refused
 end module test_calibration_page

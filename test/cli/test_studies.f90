@@ -5,6 +5,7 @@ module test_studies
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_simulator, only: disturbance_at
+    use gracecg_simulation_operator_errors, only: ROD_DELAY
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
@@ -204,6 +205,10 @@ contains
         call check(error, all(abs(rounds(n)%estimate) < settings%threshold))
         call check(error, all(abs(rounds(n)%offset) < settings%threshold + 4*rounds(n)%sigma))
         call check(error, any(abs(rounds(n - 1)%estimate) >= settings%threshold), 'no round too many')
+        case%operator%value(:3, ROD_DELAY) = 0.5_dp     ! contradicted: no masses are moved, and no second round
+        call trim_offset(case, 'optimal', estimation_options_t(), settings, rounds, failure)
+        if (failed(error, failure)) return
+        call check(error, size(rounds) == 1 .and. rounds(1)%contradicted, 'stops at a contradiction')
     end subroutine test_trim
 
     !> Without --threshold-mm the command takes three times the sigma of each axis, says so, and ends at the first

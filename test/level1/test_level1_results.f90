@@ -66,6 +66,10 @@ contains
         call make_file('l1_massless.nml', '&mass_properties'//LF//INERTIA)
         call gather(FOLDER//'l1_massless.nml')
         call check_fails(error, failure, 'the mass is not known')
+        call make_file('l1_elsewhere.nml', '&mass_properties'//LF//'mass = 580'//LF//INERTIA//'&a_priori'//LF// &
+                       'signs_known = .true.'//LF//'/'//LF)
+        call gather(FOLDER//'l1_elsewhere.nml')
+        call check_fails(error, failure, 'the group &a_priori is not known; known: mass_properties, level1')
         call gather(FOLDER//'l1_origins.nml')
         if (.not. allocated(failure)) call estimate_level1(calibration, setup, 'prior', estimate, failure)
         if (failed(error, failure)) return

@@ -213,6 +213,8 @@ contains
         call refused("orbit = 'kepler', semi_major_axis_km = 7000, eccentricity = 0.5, inclination_deg = 89, node_deg = 0, "// &
                      "perigee_deg = 0, mean_anomaly_deg = 0"//LF//NADIR, &
                      'lies inside the Earth')
+        call refused("orbit = 'kepler', semi_major_axis_km = 7000, eccentricity = 0.1, inclination_deg = 89, node_deg = 0, "// &
+                     "perigee_deg = 0, mean_anomaly_deg = 180"//LF//NADIR, 'the perigee lies inside the Earth')
         call refused(KEPLER, 'quaternion ... missing')
 
     contains

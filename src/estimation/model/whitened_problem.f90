@@ -22,7 +22,7 @@ module gracecg_estimation_whitened_problem
 
     real(dp), parameter :: QUIET = 3e-21_dp
     !! Two-sided level of the noise across the flight below which the lift is seen, m^2 s^-4/Hz, chosen: a third of the report's,
-    !! where a minute does not show it. At 4.5e-22, 420 km up, the mean normalised square without it is 11, with it 2
+    !! where a minute does not show it. At 4.5e-22, 420 km up, the mean normalised square without it is 11.4, with it 2.6
     real(dp), parameter :: STEADY = 90
     !! Longest arc over which the other torques are taken as constant, s: in the cases of CSR-TM-00-01 a change over 180 s
     !! is told by the tests, over 120 s not

@@ -43,9 +43,9 @@ module gracecg_estimation_live_estimate
     !! Standard deviations of those: of the offset, m; of a torque that is small beside that of the rods, N m; scale factors
     !! stay at 1
     real(dp), parameter :: LONGEST_SILENCE = 30     !! Of the magnetometer, whose last two samples are carried on, s
-    real(dp), parameter :: MOST = 0.1_dp            !! Part of the samples that may be left out: more is no outliers, but forces
-    !! that are no straight line, as a density wave
-    real(dp), parameter :: NOTHING_KNOWN = 1  !! Standard deviation of the offset then, m
+    real(dp), parameter :: MOST = 0.1_dp            !! Part of the samples that may be left out, chosen: more is no outliers, but
+    !! forces that are no straight line; the density wave of the report's cases leaves out a fifth
+    real(dp), parameter :: NOTHING_KNOWN = 1        !! Standard deviation of the offset then, m
     real(dp), parameter :: LARGEST_MOMENT = 1e6_dp  !! Of a satellite's rods, A m^2
     real(dp), parameter :: LOWEST_ORBIT = 6.3e6_dp  !! m
 

@@ -347,7 +347,7 @@ contains
                                  'deg', DEGREE, 'deg')
         call settings%logical_value('density_wave_random', case%density_wave_random, &
                                     'draw the phase anew for every run')
-        call settings%text_value('wind', case%wind_model, 'horizontal wind; hwm93 has kinks of 1e-10 m/s^2 in 10 s', &
+        call settings%text_value('wind', case%wind_model, 'horizontal wind; hwm93 is linear between its points, with kinks', &
                                  [character(16) :: WIND_MODELS, 'none', 'file'])
         call settings%text_value('wind_file', case%wind_file, 'if file')
         call check_file_key(settings, 'wind', case%wind_model, case%wind_file)
