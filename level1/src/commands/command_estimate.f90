@@ -197,7 +197,7 @@ contains
                               trim(estimate%solutions(i)%source)//'):')
             call show_beliefs(estimate%solutions(i)%beliefs, console)
         end do
-        call console%warn_all(estimate%findings)
+        call console%warn_all(estimate%findings, estimate%action%text)
         call console%line('')
         associate (first => estimate%solutions(1))
             call console%line('verdict on '//trim(first%source)//': '//trim(VERDICTS(first%flag))//' (flag '// &

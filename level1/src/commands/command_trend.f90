@@ -1,6 +1,7 @@
 !> gracecg level1 trend: offsets from Level-1 data of several dates.
 module gracecg_level1_command_trend
     use gracecg_base_constants, only: MICROMETRE, JULIAN_YEAR
+    use gracecg_base_text, only: pick_text
     use gracecg_files_json, only: read_json_file, read_json_numbers, read_json_text
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
@@ -189,9 +190,9 @@ contains
         call console%table(table)
         do k = 1, 3
             call console%line('d'//AXES(k)//': '//um(trend%rate(k)*JULIAN_YEAR)//' +- '// &
-                              um(trend%rate_sigma(k)*JULIAN_YEAR)//' um/a; chi square '// &
+                              um(trend%rate_sigma(k)*JULIAN_YEAR)//' um/a'//pick_text(trend%degrees > 0, '; chi square '// &
                               trim(rounded_text(trend%chi_square(k), 3))//' with '//integer_text(trend%degrees)// &
-                              ' degrees of freedom')
+                              ' degrees of freedom', ''))
         end do
         do k = 1, size(trend%step_time)
             call console%line('step at '//date_of(trend%step_time(k))//': '//um(trend%step(1, k))//', '//um(trend%step(2, k))// &

@@ -2,6 +2,8 @@
 module gracecg_level1_estimation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_base_text, only: append, integer_text
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_fit, only: fit_spans
@@ -40,7 +42,11 @@ contains
             call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')
             return
         end if
+        if (calibration%all_day) call refuse_short_manoeuvre(calibration, setup, error)
+        if (allocated(error)) return
         call fit_gyro_axes(calibration, axes, failure)
+        if (calibration%has_gyros .and. .not. axes%known) &
+            call append(estimate%remarks, 'the gyros are not used: the star cameras do not tell their axes well enough')
         call fit_spans(calibration, setup, axes, leakage, estimate, error)
         if (allocated(error)) return
         do i = 1, size(estimate%arcs)
@@ -76,4 +82,30 @@ contains
             end associate
         end do
     end subroutine find_driven
+
+    !> Refuses currents of which some minutes are a manoeuvre and most are not, as driven all the time.
+    subroutine refuse_short_manoeuvre(calibration, setup, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: WINDOW = 60      ! s
+        integer :: windows, driven, first, last
+
+        windows = 0
+        driven = 0
+        first = 1
+        associate (time => calibration%current_time, current => calibration%current)
+            do while (first <= size(time))
+                last = last_not_after(time, time(first) + WINDOW)
+                windows = windows + 1
+                if (any(maxval(current(:, first:last), 2) - minval(current(:, first:last), 2) > setup%excitation_current)) &
+                    driven = driven + 1
+                first = last + 1
+            end do
+        end associate
+        if (driven > 0 .and. 2*driven < windows) call fail(error, 'option --every: rods are driven all the time, but their '// &
+            'currents range over more than excitation_ma in '//integer_text(driven)//' of '//integer_text(windows)// &
+            ' minutes only: these are spans of a manoeuvre; leave --every out')
+    end subroutine refuse_short_manoeuvre
 end module gracecg_level1_estimation

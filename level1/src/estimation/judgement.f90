@@ -15,6 +15,7 @@ module gracecg_level1_judgement
     use gracecg_level1_leakage, only: WORST_CONDITION
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_level1_solution, only: level1_solution_t, sigma_of
+    use gracecg_level1_time_shifts, only: shift_words
     use gracecg_observations_parameters, only: ROD_GAIN
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
@@ -61,8 +62,14 @@ contains
 
         real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
         real(dp), parameter :: HARDLY = 0.3_dp
+        character(:), allocatable :: shifted
         integer :: k, before
 
+        shifted = shift_words(estimate%arcs, calibration%has_angular)
+        if (shifted /= '') then     ! what follows would blame signs, axes, gains
+            call append(estimate%findings, shifted)
+            return
+        end if
         do k = 1, 3
             if (.not. estimate%rods%driven(k)) cycle
             if (estimate%rods%gain(k) < 0) call append(estimate%findings, 'wrong sign of rod '//AXES(k)// &
