@@ -26,6 +26,7 @@ module gracecg_observations_observation_files
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5, TORQUE = 6
     !> What an operator knows
+    integer, parameter :: MAY_BE_LOST = 10  !! Of the accelerometer, rows at the beginning: a second of a minute does not matter
     integer, parameter :: TABLE_COUNT = 6, SETUP_FILE = 7
     !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(7) = [character(17) :: &
@@ -305,7 +306,8 @@ contains
         call read_series(path_of(folder, number), columns, series, error)
         if (.not. allocated(error)) call check_times(series, error)
         if (allocated(error)) return
-        if (present(interval)) call check_coverage(series, interval, duration, error)
+        if (present(interval)) &
+            call check_coverage(series, interval, duration, error, merge(MAY_BE_LOST, 0, number == ACCELEROMETER))
         if (allocated(error) .and. present(remedy)) error%message = error%message//remedy
         if (allocated(error)) return
         times = series%table(:, 1)
@@ -492,23 +494,26 @@ contains
         end do
     end subroutine check_star_camera
 
-    !> A series must begin within its first interval and end within the last one of the arc: else
+    !> A series must begin within its first interval, but for some rows, and end within the last one of the arc: else
     !> the file has lost rows.
-    subroutine check_coverage(series, interval, duration, error)
+    subroutine check_coverage(series, interval, duration, error, may_be_lost)
         type(series_t), intent(in) :: series
         real(dp), intent(in) :: interval, duration      !! s
         type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: may_be_lost    !! Rows at the beginning, without harm
 
         ! of an interval, for the rounding of time tags
         real(dp), parameter :: SLACK = 0.01_dp
-        integer :: last
+        integer :: last, lost
 
+        lost = 0
+        if (present(may_be_lost)) lost = may_be_lost
         last = size(series%table, 1)
         associate (first_time => series%table(1, 1), last_time => series%table(last, 1))
-            if (first_time > (1 + SLACK)*interval) then
+            if (first_time > (1 + lost + SLACK)*interval) then
                 call series%file%fail_at(1, 'the first sample, at '//real_text(first_time)// &
-                                  ' s, comes later than one sampling interval ('// &
-                                  real_text(interval)//' s) after the epoch: rows are missing', error)
+                                  ' s, comes too late after the epoch: sampled at '// &
+                                  real_text(interval)//' s, rows are missing', error)
             else if (last_time < duration - (1 - SLACK)*interval) then
                 call series%file%fail_at(last, 'the last sample, at '//real_text(last_time)// &
                                   ' s, comes too early for the duration of '// &

@@ -4,6 +4,7 @@ module gracecg_spacecraft_settings
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: rounded_text
     use gracecg_files_settings, only: settings_t
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
@@ -52,7 +53,8 @@ contains
         real(dp), intent(inout) :: inertia(3, 3)    !! J_p about the proof-mass centre, kg m^2
         logical, intent(in), optional :: mass_may_lack      !! The mass need not be said; absent: it has to be
 
-        real(dp) :: moments(3), products(3)
+        real(dp), parameter :: WIDEST = 10, NARROWEST = 0.01_dp     ! Radius of gyration of any satellite, m
+        real(dp) :: moments(3), products(3), radius
 
         moments = [inertia(1, 1), inertia(2, 2), inertia(3, 3)]
         products = [inertia(1, 2), inertia(2, 3), inertia(1, 3)]
@@ -63,6 +65,11 @@ contains
         call settings%real_values('products_of_inertia', products, -1e9_dp, 1e9_dp, &
                                   'Ixy, Iyz, Izx in kg m^2, with the sign of Ixy = -integral of x y dm', &
                                   unit='kg m^2')
+        radius = 0
+        if (mass > 0) radius = sqrt(max(0.0_dp, maxval(moments))/mass)
+        if (radius > WIDEST .or. (radius > 0 .and. radius < NARROWEST)) call settings%reject('mass', 'makes a radius of '// &
+            'gyration of '//rounded_text(radius, 2)//' m with these moments of inertia; 0.01 to 10 m are allowed: '// &
+            'mass is in kg, moments in kg m^2')
         call settings%end_group()
         inertia = reshape([moments(1), products(1), products(3), &
                            products(1), moments(2), products(2), &

@@ -137,14 +137,18 @@ contains
         call self%message('warning: '//text)
     end subroutine warn
 
-    !> Writes several warnings.
-    subroutine warn_all(self, texts)
+    !> Writes several warnings, without those that an action has said.
+    subroutine warn_all(self, texts, said)
         class(console_t), intent(inout) :: self
         type(string_t), intent(in) :: texts(:)      !! Without line ends
+        character(*), intent(in), optional :: said  !! The action
 
         integer :: i
 
         do i = 1, size(texts)
+            if (present(said)) then
+                if (index(said, texts(i)%text) > 0) cycle
+            end if
             call self%warn(texts(i)%text)
         end do
     end subroutine warn_all

@@ -182,7 +182,7 @@ contains
                 call warn_of_causes(observations, console)
             end if
             call show_estimate(observations%knowledge, solution, judged, console)
-            call warn(observations%knowledge, solution, console)
+            call warn(observations%knowledge, solution, judged%verdict%action%text, console)
             if (allocated(solution%history)) call show_iterations(solution, console)
             call publish_estimate(request%asked, observations, solution, record, judged, console, error)
             if (allocated(error)) return
@@ -259,12 +259,13 @@ contains
     end subroutine estimate
 
     !> What the estimator had to bridge, and what the formal errors leave out.
-    subroutine warn(knowledge, solution, console)
+    subroutine warn(knowledge, solution, said, console)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(solution_t), intent(in) :: solution
+        character(*), intent(in) :: said        !! The action
         type(console_t), intent(inout) :: console
 
-        call console%warn_all(solution%warnings)
+        call console%warn_all(solution%warnings, said)
         if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
         if (.not. all(knowledge%accelerometer_noise%level > 0)) &
             call console%warn('the setup gives no noise_level of the accelerometer '// &

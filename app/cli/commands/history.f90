@@ -137,6 +137,11 @@ contains
             call read_offsets(arguments%positional(i), more, error)
             if (allocated(error)) return
             offsets = [offsets, more]
+            if (any(offsets%satellite /= offsets(1)%satellite)) then
+                call fail(error, arguments%positional(i)//' is of satellite '//more(1)%satellite//', '// &
+                          arguments%positional(1)//' of '//offsets(1)%satellite//': a history is of one satellite')
+                return
+            end if
             if (all(more%moves_masses)) cycle
             call console%warn(arguments%positional(i)//' says itself to calibrate again before masses are moved')
         end do

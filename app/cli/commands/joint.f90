@@ -1,6 +1,7 @@
 !> gracecg estimate of several calibrations, or of one long run in arcs: one offset.
 module gracecg_cli_joint
-    use gracecg_environment_time, only: utc_t
+    use gracecg_base_constants, only: SECONDS_PER_DAY
+    use gracecg_environment_time, only: utc_t, seconds_between
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
@@ -63,11 +64,13 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp), parameter :: LONG = 14*SECONDS_PER_DAY    ! In which gas and trims hardly move d
         type(joint_run_t), allocatable :: runs(:)
         type(joint_solution_t) :: solution
         type(action_t) :: action
         type(string_t), allocatable :: names(:)
         character(:), allocatable :: changes, options_file
+        real(dp) :: apart       ! s
         integer :: i
 
         call arguments%get('--options', options_file, error)
@@ -80,6 +83,10 @@ contains
             call read_run(names(i)%text, options_file, runs(i), console, error)
             if (allocated(error)) return
         end do
+        apart = maxval([(abs(seconds_between(runs(1)%information%epoch, runs(i)%information%epoch)), i=1, size(runs))])
+        if (apart > LONG .and. changes == '') call console%warn('the runs are up to '// &
+            trim(rounded_text(apart/SECONDS_PER_DAY, 3))//' days apart, and d is taken as the same: name what changed it in '// &
+            '--changes, or join estimates by gracecg history')
         call estimate_runs(runs, options, solution, error)
         if (allocated(error)) return
         call act_on_runs(runs, options, names, solution, action)

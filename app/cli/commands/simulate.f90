@@ -71,9 +71,10 @@ contains
         character(:), allocatable :: setup
 
         setup = order%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE))      ! which is written last
-        if (file_exists(setup) .and. .not. file_exists(order%folder//'/'//TRUTH_FILE)) then
-            call fail(error, order%folder//' holds an observation set that is no simulation (it has no '//TRUTH_FILE// &
-                      '), and would be lost: take another folder')
+        if (file_exists(setup) .and. .not. (file_exists(order%folder//'/'//TRUTH_FILE) .and. &
+                                            file_exists(order%folder//'/'//OPTIONS_FILE))) then
+            call fail(error, order%folder//' holds data that are no simulation of this command (without '//TRUTH_FILE//' or '// &
+                      OPTIONS_FILE//'), and would be lost: take another folder')
             return
         end if
         call note_output(setup, error)

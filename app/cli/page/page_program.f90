@@ -77,7 +77,7 @@ contains
         if (status == 127 .or. index(messages, 'No module named') > 0) then
             call fail(error, path//': not made, for it takes Python with the packages of gracecg[pages]: get them by '// &
                       'tools/setup.sh pages (in the sources) or pip install "gracecg[pages]", then: python3 -m '// &
-                      'gracecg.pages '//numbers//' '//path)
+                      'gracecg.pages '//numbers//' '//path//' ('//python()//' was used; '//PYTHON_VARIABLE//' names another)')
         else
             call fail(error, path//': not made; '//python()//' -m gracecg.pages ended with status '//integer_text(status)// &
                       ': '//last_line(messages))

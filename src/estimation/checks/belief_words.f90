@@ -175,7 +175,11 @@ contains
         case default
             text = 'the noise levels are not those of the setup ('//trim(NOISE_SUBJECTS(explanation%place))//': '// &
                 rounded_text(explanation%value, 3)//' times in standard deviation, noise_level by its square)'
-            if (explanation%value < FAR_LESS) text = text//' or the samples are of another unit'
+            if (explanation%value < FAR_LESS) then
+                text = text//' or the samples are of another unit'
+            else
+                text = text//': correct it, or let the data tell it (&optimal noise = ''estimate'' /)'
+            end if
         end select
         text = text//' (d would be'
         do axis = 1, 3

@@ -123,7 +123,7 @@ contains
         integer :: k
 
         associate (interval => observations%knowledge%magnetometer_interval)
-            epochs = [(time_tag(k, interval), k=1, int(observations%knowledge%duration/interval + SLACK))]
+            epochs = [(time_tag(k, interval), k=0, int(observations%knowledge%duration/interval + SLACK))]
             missing = pack(epochs, [(.not. is_covered(observations%magnetometer_time, epochs(k), interval), &
                                      k=1, size(epochs))])
         end associate

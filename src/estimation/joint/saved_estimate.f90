@@ -18,6 +18,7 @@ module gracecg_estimation_saved_estimate
         type(utc_t) :: time    !! Epoch of the calibration, UTC
         real(dp) :: offset(3) = 0           !! Body axes, m
         real(dp) :: covariance(3, 3) = 0    !! m^2
+        character(1) :: satellite = ''      !! Of Level-1 data; empty: not said
         logical :: moves_masses = .true.    !! Its own action is not to calibrate again; rows of CSV files have none
     end type dated_offset_t
 
@@ -111,7 +112,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), allocatable :: epoch(:), values(:), matrix(:), flag(:)
-        character(:), allocatable :: reason, wrong
+        character(:), allocatable :: reason, wrong, satellite
         integer(i8) :: second
         logical :: ok
 
@@ -131,6 +132,8 @@ contains
             call fail(error, 'this estimate is not to be used (flag 2: '//reason//'): leave it out')
             return
         end if
+        call read_json_text(text, 'satellite', satellite, ok)
+        if (ok) offset%satellite = satellite
         second = floor(epoch(1), i8)
         offset%time = utc_of_gps(second, epoch(1) - real(second, dp))
         offset%offset = values*MILLIMETRE

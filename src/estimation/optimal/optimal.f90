@@ -21,6 +21,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
+    use gracecg_estimation_spike_screen, only: is_spike
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited, MEDIAN_OF_ONE, MEDIAN_OF_THREE
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_belief, only: apply_value
@@ -147,6 +148,11 @@ contains
                                  estimated_parameters(options%optimal, observations%knowledge), start)
         solution%warnings = start%data%warnings
         call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
+        if (allocated(error)) then      ! spikes may be so large that no fit tells them from the rest
+            call leave_out_spikes(start)
+            if (.not. all(start%acceleration_kept)) &
+                call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
+        end if
         if (allocated(error)) then
             call add_context(error, 'optimal')
             return
@@ -171,6 +177,21 @@ contains
         end if
         call add_context(error, 'optimal')
     end subroutine estimate_as_believed
+
+    !> Leaves out what is far from its neighbours, whatever the fit.
+    subroutine leave_out_spikes(problem)
+        type(whitened_problem_t), intent(inout) :: problem
+
+        real(dp), parameter :: FAR = 1e3_dp     ! Standard deviations: such spikes are not of the noise, or of the satellite
+        integer :: axis
+
+        do axis = 1, 3
+            associate (noise => problem%noise%accelerometer(axis))
+                problem%acceleration_kept(axis, :) = .not. is_spike(problem%data%acceleration(axis, :), &
+                    sqrt(noise%level*noise%sides/(2*problem%model%interval)), FAR)
+            end associate
+        end do
+    end subroutine leave_out_spikes
 
     !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
     !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency; if those show a jump of
