@@ -37,6 +37,9 @@ class GracecgError(Exception):
 
 def _declarations() -> str:
     """The headers without what only a compiler wants: conditions, includes, the block for C++."""
+    if not (FOLDER / "include").is_dir():
+        raise ImportError("these are the sources of gracecg, without its library: pip install . in the folder above python, "
+                          "and import it from another folder")
     text = "".join((FOLDER / "include" / name).read_text(encoding="utf-8") for name in ("gracecg.h", "gracecg_level1.h"))
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     text = re.sub(r'^#ifdef __cplusplus\n.*?^#endif\n', "", text, flags=re.S | re.M)
@@ -73,6 +76,8 @@ def call(name: str, *arguments: Any, allowed: Sequence[int] = ()) -> int:
 
     Other threads of Python run meanwhile.
     """
+    if any(isinstance(one, bytes) and b"\0" in one for one in arguments):
+        raise ValueError("a text contains the character NUL")
     error = ffi.new("gracecg_error *")
     status = int(getattr(lib, "gracecg_" + name)(*arguments, error))
     if status != 0 and status not in allowed:

@@ -399,6 +399,8 @@ def monte_carlo(case: Case, algorithm: str = "optimal", runs: int = 15, seed: in
     progress : callable, optional
         Called with the number of runs done and of all; when it gives False the work stops with KeyboardInterrupt.
     """
+    if runs < 1:
+        raise ValueError(f"runs is {runs}; 1 or more are allowed")
     simulator = case.simulator()
 
     def one(run: int) -> Solution:

@@ -42,7 +42,7 @@ def _namelist(options: Options) -> bytes:
         return repr(value.item() if isinstance(value, np.generic) else value)
 
     lines = []
-    for group, keys in options.items():
+    for group, keys in (options or {"estimation": {}}).items():
         lines += [f"&{group}", *(f"    {key} = {written(value)}" for key, value in keys.items()), "/"]
     return ("\n".join(lines) + "\n").encode()
 

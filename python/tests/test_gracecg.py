@@ -307,6 +307,14 @@ def test_refusals(call, message):
         call()
 
 
+def test_arguments(case, observations):
+    with pytest.raises(ValueError, match="NUL"):
+        gracecg.Case("front-1\0x")
+    with pytest.raises(ValueError, match="1 or more"):
+        gracecg.monte_carlo(case, runs=-2)
+    assert observations.with_options({}).estimate().converged
+
+
 def test_shapes():
     with pytest.raises(ValueError, match="shape"):
         gracecg.Gravity().evaluate([1.0, 2.0])

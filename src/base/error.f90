@@ -111,12 +111,13 @@ contains
         if (near /= '') error%message = error%message//'; did you mean "'//near//'"?'
     end subroutine fail_unknown_name
 
-    !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
+    !> Puts `context: ` before the message of an error that is set and does not begin so.
     subroutine add_context(error, context)
         type(error_t), allocatable, intent(inout) :: error
         character(*), intent(in) :: context !! What was being done or read
 
-        if (allocated(error)) error%message = context//': '//error%message
+        if (.not. allocated(error)) return
+        if (index(error%message, context//': ') /= 1) error%message = context//': '//error%message
     end subroutine add_context
 
     pure integer function message_length(error) result(length)
@@ -146,7 +147,7 @@ contains
         else if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
             field = real_field(anint(value*MILLION)/MILLION)
         else
-            write (field, '(es14.6)') value
+            write (field, merge('(es15.6e3)', '(es14.6)  ', abs(log10(max(abs(value), tiny(value)))) >= 99)) value
             field = adjustl(field)
         end if
     end function number_field

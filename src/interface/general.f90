@@ -163,7 +163,8 @@ contains
         character(*), intent(in) :: name        !! Of the object that is wanted
         type(outcome_t), intent(inout) :: outcome
 
-        call outcome%refuse(STATUS_BAD_HANDLE, 'the handle is not that of a '//name//': it was never made, was freed, '// &
-                            'or is of another kind')
+        call outcome%refuse(STATUS_BAD_HANDLE, 'the handle is not that of '// &
+                            trim(merge('an', 'a ', scan(name(:1), 'aeiou') > 0))//' '//name// &
+                            ': it was never made, was freed, or is of another kind')
     end subroutine refuse_handle
 end module gracecg_interface_general

@@ -15,7 +15,7 @@ module gracecg_studies_timing
     use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
     implicit none
     private
-    public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, places_table, &
+    public :: timing_study_t, study_timing, weakest_x, timing_summary_t, summary_of, best_places, places_table, &
         marked_places_table, revolutions_table
 
     !> One revolution of one satellite.
@@ -95,9 +95,16 @@ contains
                 summary%largest = max(summary%largest, maxval(places(i)%acceleration))
             end do
             summary%x_strongest = real(count(x_is_strongest(places)), dp)/size(places)
-            summary%x_weakest = count(x_is_weakest(places))*study%step
         end associate
+        summary%x_weakest = weakest_x(study)
     end function summary_of
+
+    !> How long the angular acceleration is the smallest about x, s of the revolution.
+    pure integer function weakest_x(study)
+        type(timing_study_t), intent(in) :: study
+
+        weakest_x = min(count(x_is_weakest(study%places))*study%step, nint(study%orbit%revolution))
+    end function weakest_x
 
     elemental logical function x_is_strongest(place)
         type(orbit_place_t), intent(in) :: place

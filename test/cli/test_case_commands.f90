@@ -102,6 +102,7 @@ contains
         call broken('mass =', 'mass =', 'broken.nml:10 ... mass ... value')
         call broken('mass =', 'mass = -1', 'broken.nml:10 ... mass ... -1 ... 0.001 to')
         call broken('mass =', 'mass = nan', 'broken.nml:10 ... mass ... nan')
+        call broken('mass =', 'mass = 0.5', 'broken.nml:10 ... radius of gyration of 28 m ... mass is in kg')
         call broken('position =', 'position = 7e6, 0', 'broken.nml: ... position ... 3')
         call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', 'broken.nml: ... quaternion ... not a unit quaternion')
         call broken('epoch =', 'epoch = ''1995-01-02T00:00:00''', &

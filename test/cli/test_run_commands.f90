@@ -69,7 +69,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//new_line('a')
         character(:), allocatable :: output, messages
-        integer :: status
+        integer :: status, i
 
         call make_file('apart.csv', HEAD//'2020-01-01T00:00:00,0.3,0.4,0.0,0.01,0.01,0.01'//new_line('a')// &
                        '2020-02-01T00:00:00,-0.3,-0.4,0.0,0.01,0.01,0.01'//new_line('a'))
@@ -79,6 +79,13 @@ contains
         call make_file('near.csv', HEAD//'2020-01-01T00:00:00,0.3,0.4,0.0,0.01,0.2,0.01'//new_line('a'))
         call succeeds(error, 'history '//FOLDER//'near.csv', output)
         call check_says(error, output, 'move masses along x (gracecg trim) ... y: not known')
+        do i = 1, 2
+            call make_file('of_'//'CD'(i:i)//'.json', '{"command": "level1 estimate", "satellite": "'//'CD'(i:i)//'", '// &
+                           '"epoch_gps_s": 63378720'//'18'(i:i)//', "offset_mm": [0.1, 0.1, 0.1], "flag": 0, '// &
+                           '"covariance_mm2": [1e-4, 0, 0, 0, 1e-4, 0, 0, 0, 1e-4]}')
+        end do
+        call refused(error, 'history '//FOLDER//'of_C.json '//FOLDER//'of_D.json', STATUS_FAILED, &
+                     'of_D.json is of satellite D ... of C ... one satellite')
     end subroutine test_contradiction
 
     !> Samples that are no simulation's stay where one would take their place.
@@ -93,6 +100,8 @@ contains
         call refused(error, 'simulate front-3 --out '//FOLDER//'measured', STATUS_FAILED, 'no simulation ... would be lost')
         call read_text_file(FOLDER//'measured/setup.nml', still, failure)
         call check(error, still%text == setup%text, 'it stays')
+        call make_file('measured/truth.csv', 'of a Level-1 day')
+        call refused(error, 'simulate front-3 --out '//FOLDER//'measured', STATUS_FAILED, 'without ... would be lost')
     end subroutine check_measured
 
     !> Where one of the files cannot be written none is.

@@ -308,6 +308,10 @@ contains
         bad%knowledge%field_model = 'igrf14'
         call survived(error, bad, NEARLY, 'magnetometer ... 60 epochs ... igrf14')
         bad = good
+        bad%magnetometer_time = good%magnetometer_time(2:)
+        bad%field = good%field(:, 2:)
+        call survived(error, bad, NEARLY, '1 epochs from 1 s')
+        bad = good
         bad%field(:, 20:) = spread(good%field(:, 20), 2, 41)
         call survived(error, bad, NEARLY, 'stuck at one value: 40 samples')
         call survived(error, bad, NEARLY, '39 epochs ... 22 s to 60 s ... igrf95')

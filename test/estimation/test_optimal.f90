@@ -140,6 +140,11 @@ contains
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
             call check(error, solution%covariance(i, i) >= reference%covariance(i, i))
         end do
+        observations = clean        ! beyond what a fit with it comes back from
+        observations%acceleration(1, 200) = observations%acceleration(1, 200) + 1e-3_dp
+        if (fit_fails(observations, solution, error)) return
+        call check(error, all(solution%edited == [1, 0]), 'a spike of 1e-3 m/s^2')
+        call check(error, all(abs(solution%offset - reference%offset) < 1e-6_dp), 'its offset')
     end subroutine test_editing
 
     !> In 60 arcs nothing is left out and no wave is found.

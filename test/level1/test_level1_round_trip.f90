@@ -404,6 +404,7 @@ contains
         type(level1_estimate_t) :: estimate
         type(level1_calibration_t) :: calibration
         type(console_t) :: console
+        type(error_t), allocatable :: failure
         character(:), allocatable :: path, whole
         real(dp) :: sound(3)
         integer :: status, record
@@ -439,6 +440,23 @@ contains
         call change('GNV1B', [1], 1.0_dp, -18.0_dp, error)
         call change('GNI1B', [1], 1.0_dp, -18.0_dp, error)
         call told('tags of the orbit are 18 s off')
+        call again()
+        call change('ACC1A', [1], 1.0_dp, -7.0_dp, error)
+        call told('tags of the accelerometer (ACC) are -7 s off')
+        call again()
+        call change('MAG1B', [1], 1.0_dp, 18.0_dp, error)
+        call told('tags of the currents (MAG) are 18 s off')
+        call again()
+        call change('SCA1B', [1], 1.0_dp, 6.0_dp, error)
+        call told('tags of the attitude (SCA) are 6 s off')
+        call again()
+        call execute_command_line('rm '//path//'/SCA1B*')
+        call estimated()
+        if (allocated(error)) return
+        call check(error, says(estimate%remarks, 'the gyros are not used'), 'heads alone do not tell the axes of the gyros')
+        call check(error, maxval(abs(estimate%solutions(1)%offset - sound)) < 15*MICROMETRE, 'by the heads alone')
+        call estimate_folder(path, calibration, estimate, failure, every=5600.0_dp)
+        call check_fails(error, failure, 'option --every ... minutes only ... leave --every out')
         call again()
         call change('ACC1A', [11], 0.0_dp, 0.0_dp, error)
         call told('about an axis are zero')

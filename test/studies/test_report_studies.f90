@@ -107,6 +107,7 @@ contains
 
         allocate (study%places(4))
         study%step = 30
+        study%orbit%revolution = 110
         study%places(1)%acceleration = [3.0_dp, 1.0_dp, 2.0_dp]
         study%places(2)%acceleration = [5.0_dp, 4.0_dp, 1.0_dp]
         study%places(3)%acceleration = [1.0_dp, 2.0_dp, 3.0_dp]

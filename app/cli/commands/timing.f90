@@ -3,8 +3,7 @@ module gracecg_cli_timing
     use gracecg_files_value, only: real_from_text
     use gracecg_spacecraft_rod_pattern, only: PATTERN_RULES
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, MOST_MANOEUVRES
-    use gracecg_planning_scan, only: x_is_weakest
-    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, marked_places_table
+    use gracecg_studies_timing, only: timing_study_t, study_timing, weakest_x, best_places, places_table, marked_places_table
     use gracecg_cli_plan_results, only: add_programme
     use gracecg_cli_work
     implicit none
@@ -70,7 +69,7 @@ contains
         call show_table(study, console)
         call console%line('')
         call console%line('angular acceleration smaller about x than about y and z: '// &
-                          integer_text(count(x_is_weakest(study%places))*step)//' s of the revolution')
+                          integer_text(weakest_x(study))//' s of the revolution')
         if (request%manoeuvres > 0) call plan_programme(study, request, asked%threads, console, error)
         if (.not. allocated(error)) call publish(study, request, asked%path, console, error)
     end subroutine run_timing
@@ -141,7 +140,7 @@ contains
             end do
         end associate
         call results%end()
-        call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*study%step)
+        call results%member('weakest_about_x_s', weakest_x(study))
         if (request%manoeuvres > 0) &
             call add_programme(request%candidates, request%programme, console, results)
         call results%publish(places_table(study%places, study%case%epoch), console, error, path, &

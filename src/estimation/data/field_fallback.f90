@@ -114,7 +114,8 @@ contains
         modelled = seen - offset
     end subroutine compare_field
 
-    !> The magnetometer's epochs that its samples do not cover.
+    !> The magnetometer's epochs that its samples do not cover; before the first sample, where interpolation would reach, but
+    !> not to the beginning of the arc, all.
     pure function missing_epochs(observations) result(missing)
         type(observation_set_t), intent(in) :: observations
         real(dp), allocatable :: missing(:)     !! s
@@ -123,9 +124,9 @@ contains
         integer :: k
 
         associate (interval => observations%knowledge%magnetometer_interval)
-            epochs = [(time_tag(k, interval), k=0, int(observations%knowledge%duration/interval + SLACK))]
+            epochs = [(time_tag(k, interval), k=1, int(observations%knowledge%duration/interval + SLACK))]
             missing = pack(epochs, [(.not. is_covered(observations%magnetometer_time, epochs(k), interval), &
-                                     k=1, size(epochs))])
+                                     k=1, size(epochs))] .or. epochs < minval(observations%magnetometer_time) - interval/2)
         end associate
     end function missing_epochs
 
