@@ -5,9 +5,8 @@ module gracecg_level1_conversion
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append
     use gracecg_files_file, only: input_stream_t
-    use gracecg_level1_ccsds_form, only: write_ccsds, read_ccsds, CCSDS_MARK
+    use gracecg_level1_exchange_forms, only: write_ccsds, read_ccsds, CCSDS_MARK, write_groops, read_groops
     use gracecg_level1_exchange_series, only: exchange_series_t, series_of_level1, write_as_level1, kind_of_product
-    use gracecg_level1_groops_form, only: write_groops, read_groops
     use gracecg_level1_header, only: level1_header_t, product_of_file_name
     use gracecg_level1_products, only: SATELLITES
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t

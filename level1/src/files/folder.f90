@@ -35,7 +35,7 @@ contains
     !> there is no Level-1 file of the satellite, or of that day.
     subroutine open_level1_folder(places, satellite, files, error, day)
         character(*), intent(in) :: places(:)           !! Folders with all that is in them, bundles, files
-        character(1), intent(in) :: satellite           !! A to D; blank: the first one
+        character(*), intent(in) :: satellite           !! A to D; blank: the first one
         type(level1_folder_t), intent(out) :: files
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: day       !! YYYY-MM-DD; blank: all
@@ -110,15 +110,11 @@ contains
         character(10), allocatable, intent(inout) :: days(:)
         character(10), intent(in) :: date
 
-        character(10) :: more(size(days) + 1)
         integer :: earlier
 
         if (any(days == date)) return
         earlier = count(days < date)
-        more(:earlier) = days(:earlier)
-        more(earlier + 1) = date
-        more(earlier + 2:) = days(earlier + 1:)
-        days = more
+        days = [days(:earlier), date, days(earlier + 1:)]
     end subroutine add_day
 
     !> That days are joined, and whether days between them are missing.
