@@ -18,8 +18,7 @@ module gracecg_level1_command_estimate
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
     use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
-    use gracecg_level1_results, only: find_origins, trim_command_t, trim_commands, write_vcm, &
-        write_event, write_offsets
+    use gracecg_level1_results, only: find_origins, trim_command_t, trim_commands, write_vcm, write_event, write_offsets
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds, sigma_of
     use gracecg_level1_to_observations, only: prepare_observations
     use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup

@@ -3,7 +3,7 @@
 module gracecg_level1_estimate_json
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
-    use gracecg_level1_setup, only: level1_setup_t, origin_t
+    use gracecg_level1_setup, only: origin_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
     use gracecg_level1_spans, only: rod_lines_t, find_rod_lines

@@ -85,7 +85,7 @@ contains
         call acc%drop(.not. without_bits(acc, [0, 1, 3, 4, 6]))
         call sca%drop(.not. without_bits(sca, [0]))
         call acc%times_since(calibration%epoch, times)
-        call build_models(calibration%setup%mass, calibration%epoch, models, error)
+        call build_models()
         if (allocated(error)) return
         allocate (seen(3, size(minutes)), air(3, size(minutes)), light(3, size(minutes)))
         n = 0
@@ -125,77 +125,60 @@ contains
             call read_product(found, aside, fields, records, error, wider)
         end subroutine read_in
 
-        !> What air and light make in SRF, m/s^2.
+        !> What air that turns with the Earth, and light of Sun and Earth, make plate by plate in SRF, m/s^2.
         subroutine model_at(time, air, light, known)
             real(dp), intent(in) :: time            ! s
             real(dp), intent(out) :: air(3), light(3)
             logical, intent(out) :: known
 
-            real(dp) :: inertial(6), fixed(6), c(3, 3), q(4)
+            real(dp), parameter :: CENTRE(3) = 0    ! no torques are wanted
+            type(atmosphere_point_t) :: point
+            type(atmosphere_state_t) :: state
+            type(earth_irradiance_t) :: earthlight
+            type(surface_load_t) :: load, sunlight
+            real(dp) :: inertial(6), fixed(6), c(3, 3), q(4), to_body(3, 3), longitude, sun(3), flow(3)
 
             associate (second => floor(time, i8))
                 call attitude_at(sca, calibration%epoch + second, time - real(second, dp), q, known)
                 if (known) call orbit_at(gnv, gni, calibration%epoch + second, time - real(second, dp), inertial, fixed, c, known)
             end associate
             if (.not. known) return
-            call accelerations(models, time, inertial, fixed(:3), rotation_matrix(q), air, light)
+            to_body = rotation_matrix(q)
+            associate (epoch => models%epoch, r => inertial(:3))
+                call earth_fixed_to_geodetic(fixed(:3), point%latitude, longitude, point%height)
+                point%local_solar_time = local_mean_solar_time(epoch, 0.0_dp) + time/3600 + longitude/HOUR_ANGLE
+                point%day_of_year = day_of_year(epoch) + time/SECONDS_PER_DAY
+                call models%air%evaluate(point, state)
+                flow = matmul(to_body, inertial(4:) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], r))
+                load = aerodynamic_load(models%surface, CENTRE, gas_t(state%density, state%temperature, &
+                                        mean_molar_mass([state%n_he, state%n_o, state%n_n2])), wall_t(), flow)
+                air = load%force/models%mass
+                sun = sun_position(julian_centuries_tt(epoch) + time/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
+                sunlight = solar_radiation_load(models%surface, CENTRE, DEFAULT_SOLAR_IRRADIANCE, conical_shadow(r, sun), &
+                                                matmul(to_body, sun - r))
+                call models%earthlight%irradiance_at(r, sun, epoch%mjd + (epoch%seconds + time)/SECONDS_PER_DAY + &
+                                                     (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), earthlight)
+                load = earth_radiation_load(models%surface, CENTRE, to_body, earthlight)
+                light = (sunlight%force + load%force)/models%mass
+            end associate
         end subroutine model_at
+
+        !> Air and light about the satellite of CSR-TM-00-01 (section 5.2), with the mass that is said. Its plates
+        !> reflect light as solar cells and foil do together, about.
+        subroutine build_models()
+            real(dp), parameter :: SPECULAR = 0.2_dp, DIFFUSE = 0.3_dp
+
+            models%epoch = utc_of_gps(calibration%epoch, 0.0_dp)
+            models%mass = calibration%setup%mass
+            associate (prism => REPORT_PRISM)
+                call new_trapezoid(models%surface, prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, error)
+            end associate
+            if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
+                                                                 DEFAULT_SOLAR_IRRADIANCE, error)
+            if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &
+                density_settings_t(space_weather_source_t('given')), models%air, error)
+        end subroutine build_models
     end subroutine compare_along_orbit
-
-    !> Air and light about the satellite of CSR-TM-00-01 (section 5.2), with the mass that is said, from an epoch on. Its plates
-    !> reflect light as solar cells and foil do together, about.
-    subroutine build_models(mass, epoch, models, error)
-        real(dp), intent(in) :: mass                !! Of the satellite, kg
-        integer(i8), intent(in) :: epoch            !! GPS, s past 2000-01-01 12:00
-        type(surroundings_t), intent(out) :: models
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), parameter :: SPECULAR = 0.2_dp, DIFFUSE = 0.3_dp
-
-        models%epoch = utc_of_gps(epoch, 0.0_dp)
-        models%mass = mass
-        associate (prism => REPORT_PRISM)
-            call new_trapezoid(models%surface, prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, error)
-        end associate
-        if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
-                                                             DEFAULT_SOLAR_IRRADIANCE, error)
-        if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &
-            density_settings_t(space_weather_source_t('given')), models%air, error)
-    end subroutine build_models
-
-    !> What air that turns with the Earth, and light of Sun and Earth, make plate by plate.
-    subroutine accelerations(models, time, inertial, fixed, to_body, air, light)
-        type(surroundings_t), intent(in) :: models
-        real(dp), intent(in) :: time                !! s
-        real(dp), intent(in) :: inertial(6), fixed(3)       !! Position and velocity, m, m/s; Earth-fixed position, m
-        real(dp), intent(in) :: to_body(3, 3)       !! From inertial axes
-        real(dp), intent(out) :: air(3), light(3)   !! SRF, m/s^2
-
-        real(dp), parameter :: CENTRE(3) = 0     ! no torques are wanted
-        type(atmosphere_point_t) :: point
-        type(atmosphere_state_t) :: state
-        type(earth_irradiance_t) :: earthlight
-        type(surface_load_t) :: load, sunlight
-        real(dp) :: longitude, sun(3), flow(3)
-
-        associate (epoch => models%epoch, r => inertial(:3))
-            call earth_fixed_to_geodetic(fixed, point%latitude, longitude, point%height)
-            point%local_solar_time = local_mean_solar_time(epoch, 0.0_dp) + time/3600 + longitude/HOUR_ANGLE
-            point%day_of_year = day_of_year(epoch) + time/SECONDS_PER_DAY
-            call models%air%evaluate(point, state)
-            flow = matmul(to_body, inertial(4:) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], r))
-            load = aerodynamic_load(models%surface, CENTRE, gas_t(state%density, state%temperature, &
-                                    mean_molar_mass([state%n_he, state%n_o, state%n_n2])), wall_t(), flow)
-            air = load%force/models%mass
-            sun = sun_position(julian_centuries_tt(epoch) + time/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
-            sunlight = solar_radiation_load(models%surface, CENTRE, DEFAULT_SOLAR_IRRADIANCE, conical_shadow(r, sun), &
-                                            matmul(to_body, sun - r))
-            call models%earthlight%irradiance_at(r, sun, epoch%mjd + (epoch%seconds + time)/SECONDS_PER_DAY + &
-                                                 (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), earthlight)
-            load = earth_radiation_load(models%surface, CENTRE, to_body, earthlight)
-            light = (sunlight%force + load%force)/models%mass
-        end associate
-    end subroutine accelerations
 
     !> What one axis says, all beside a bias and a drift, by least squares: whether air by its density and light by a factor of
     !> its own, or the opposite of both, explain it. The sigma is for residuals that hang together.

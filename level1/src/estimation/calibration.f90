@@ -45,7 +45,6 @@ module gracecg_level1_calibration
         integer :: expected = 0                     !! Samples of the accelerometer
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings
-        integer :: without_current = 0              !! For gaps in the currents
         integer :: outliers = 0                     !! As outliers
         integer :: firings_inside = 0    !! Thruster firings between start and stop
         real(dp) :: mean_field(3) = 0               !! T

@@ -350,7 +350,48 @@ contains
         if (allocated(error)) return
         solution%sigma_alone = sqrt([(covariance(k, k), k=1, 3)])
         call judge_leakage(information%matrix, information%rhs, &
-                           [spread(0.0_dp, 1, 3), 1/(choice%prior(choice%leaks)*unit(4:))**2], choice%rods, leakage, solution)
+                           [spread(0.0_dp, 1, 3), 1/(choice%prior(choice%leaks)*unit(4:))**2])
+
+    contains
+
+        !> Whether the data separate leakage from d: by the singular values, and by what an a-priori sigma would change.
+        subroutine judge_leakage(normal, rhs, priors)
+            real(dp), intent(in) :: normal(:, :), rhs(:)    !! Without what is known a priori
+            real(dp), intent(in) :: priors(:)               !! What that adds to the diagonal
+
+            real(dp), dimension(size(rhs), size(rhs)) :: scaled, vectors, covariance, with_prior
+            real(dp), dimension(size(rhs)) :: values, x
+            real(dp) :: condition, bounded(3)
+            type(error_t), allocatable :: failure
+            integer :: i, k, n
+
+            n = size(rhs)
+            scaled = 0
+            do i = 1, n
+                do k = 1, n
+                    if (normal(i, i) > 0 .and. normal(k, k) > 0) scaled(k, i) = normal(k, i)/sqrt(normal(i, i)*normal(k, k))
+                end do
+            end do
+            call symmetric_eigen(scaled, values, vectors, failure)
+            solution%condition = huge(1.0_dp)
+            solution%leakage = 'a priori'
+            solution%separable = .false.
+            if (allocated(failure)) return
+            if (values(1) > values(n)*epsilon(1.0_dp)) solution%condition = values(n)/values(1)
+            solution%weakest = direction_text(vectors(:, 1), choice%rods)
+            with_prior = normal
+            do i = 1, n
+                with_prior(i, i) = with_prior(i, i) + priors(i)
+            end do
+            bounded = 0
+            call solve_normal_equations(with_prior, rhs, x, covariance, condition, failure)
+            if (.not. allocated(failure)) bounded = sqrt([(covariance(i, i), i=1, 3)])
+            solution%sigma_free = huge(1.0_dp)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, failure)
+            if (.not. allocated(failure)) solution%sigma_free = sqrt([(covariance(i, i), i=1, 3)])
+            solution%separable = solution%condition <= WORST_CONDITION .and. all(solution%sigma_free <= UNDECIDED*bounded)
+            if (leakage == 'estimate' .and. solution%separable) solution%leakage = 'estimated'
+        end subroutine judge_leakage
     end subroutine look_at_leakage
 
     !> The fit as a solution among those by sources.
@@ -391,48 +432,6 @@ contains
             call offset_of(fit, span_of == i, solution%span_offset(:, i), solution%span_covariance(:, :, i), error)
         end do
     end subroutine take
-
-    !> Whether the data separate leakage from d: by the singular values, and by what an a-priori sigma would change.
-    subroutine judge_leakage(normal, rhs, priors, rods, leakage, solution)
-        real(dp), intent(in) :: normal(:, :), rhs(:)    !! Without what is known a priori
-        real(dp), intent(in) :: priors(:)               !! What that adds to the diagonal
-        integer, intent(in) :: rods(:)                  !! That are driven
-        character(*), intent(in) :: leakage             !! One of LEAKAGE_CHOICES
-        type(level1_solution_t), intent(inout) :: solution
-
-        real(dp), dimension(size(rhs), size(rhs)) :: scaled, vectors, covariance, with_prior
-        real(dp), dimension(size(rhs)) :: values, x
-        real(dp) :: condition, bounded(3)
-        type(error_t), allocatable :: failure
-        integer :: i, k, n
-
-        n = size(rhs)
-        scaled = 0
-        do i = 1, n
-            do k = 1, n
-                if (normal(i, i) > 0 .and. normal(k, k) > 0) scaled(k, i) = normal(k, i)/sqrt(normal(i, i)*normal(k, k))
-            end do
-        end do
-        call symmetric_eigen(scaled, values, vectors, failure)
-        solution%condition = huge(1.0_dp)
-        solution%leakage = 'a priori'
-        solution%separable = .false.
-        if (allocated(failure)) return
-        if (values(1) > values(n)*epsilon(1.0_dp)) solution%condition = values(n)/values(1)
-        solution%weakest = direction_text(vectors(:, 1), rods)
-        with_prior = normal
-        do i = 1, n
-            with_prior(i, i) = with_prior(i, i) + priors(i)
-        end do
-        bounded = 0
-        call solve_normal_equations(with_prior, rhs, x, covariance, condition, failure)
-        if (.not. allocated(failure)) bounded = sqrt([(covariance(i, i), i=1, 3)])
-        solution%sigma_free = huge(1.0_dp)
-        call solve_normal_equations(normal, rhs, x, covariance, condition, failure)
-        if (.not. allocated(failure)) solution%sigma_free = sqrt([(covariance(i, i), i=1, 3)])
-        solution%separable = solution%condition <= WORST_CONDITION .and. all(solution%sigma_free <= UNDECIDED*bounded)
-        if (leakage == 'estimate' .and. solution%separable) solution%leakage = 'estimated'
-    end subroutine judge_leakage
 
     !> The largest parts of a direction of the parameters.
     pure function direction_text(direction, rods) result(text)

@@ -315,7 +315,6 @@ contains
                         stays(k) = .false.
                     end if
                 end do
-                span%without_current = count(.not. stays) - span%vetoed
                 call keep_samples(span, stays)
                 stray = find_strays(span%time, span%linear, LINEAR_NOISE)
                 if (calibration%has_angular) stray = stray .or. find_strays(span%time, span%angular, ANGULAR_NOISE)

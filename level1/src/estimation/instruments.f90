@@ -8,8 +8,7 @@ module gracecg_level1_instruments
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_level1_frames, only: srf_of_accelerometer
     use gracecg_level1_records, only: level1_records_t
-    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, find_files, read_product, &
-        without_bits
+    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, find_files, read_product, without_bits
     use gracecg_level1_spans, only: find_spans
     use gracecg_level1_series, only: find_strays
     implicit none

@@ -2,7 +2,6 @@
 module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
-    use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset

@@ -14,10 +14,8 @@ module gracecg_level1_writer
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
     use gracecg_level1_field_forms, only: put_bytes, BLOCK_NUMBERS, put_word
-    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES, &
-        is_calibration_history
-    use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, &
-        LABEL_LENGTH
+    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES, is_calibration_history
+    use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
     use gracecg_level1_time, only: gps_date_text
     implicit none
     private
