@@ -22,8 +22,7 @@ module gracecg_level1
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
-    use gracecg_level1_outcome, only: level1_estimate_t, LEVEL1_SOURCES
-    use gracecg_level1_solution, only: level1_solution_t
+    use gracecg_level1_outcome, only: level1_estimate_t, LEVEL1_SOURCES, level1_solution_t
     implicit none
     private
 

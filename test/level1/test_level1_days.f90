@@ -14,6 +14,7 @@ module test_level1_days
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_spans, only: find_spans
     use level1_day, only: flaws_t, setup_said, start_of, write_day, copy_day, day_fails, says, make_setup, EPOCH, DURATION
     implicit none
@@ -184,15 +185,15 @@ contains
         currents(1, :) = 6*sin(times/80)
         currents(2, :) = 0
         currents(3, :) = -3
-        call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
+        call find_spans(times, currents, level1_setup_t(), spans)
         if (unmet(error, size(spans, 2), 0, 'science mode')) return
         where (times >= 100 .and. times <= 160) currents(1, :) = 90*sin(TWO_PI*(times - 100)/12)
         where (times >= 250 .and. times <= 310) currents(2, :) = sign(60.0_dp, sin(TWO_PI*(times - 250)/10))
-        call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.8_dp, spans)
+        call find_spans(times, currents, level1_setup_t(sine_share=0.8_dp), spans)
         if (unmet(error, size(spans, 2), 2, 'two spans')) return
         call check(error, all(abs(spans - reshape([100, 160, 250, 310], [2, 2])) < 1.1_dp), 'begin and end')
         currents(2, :) = 30*sin(times**2/7)*cos(times**2/3)     ! irregular
-        call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
+        call find_spans(times, currents, level1_setup_t(), spans)
         call check(error, size(spans, 2) == 0, 'what no line explains is no manoeuvre')
     end subroutine test_spans
 

@@ -18,7 +18,7 @@ module test_level1_estimate
     use gracecg_spacecraft_torque_rods, only: rod_moments
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_results, only: write_event
-    use gracecg_level1_preparation, only: prepare_observations
+    use gracecg_level1_to_observations, only: prepare_observations
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, day_fails, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
     implicit none
@@ -87,17 +87,17 @@ contains
         call check(error, size(events) == 2 .and. events(1)%name == 'CMCAL' .and. events(size(events))%name == 'VCM', 'events')
         ! Spans that are far from each other, or sources, are not to be used.
         estimate%solutions(1)%chi_square = 1000
-        call judge(calibration, setup, estimate)
+        call judge(calibration, estimate)
         call check(error, estimate%solutions(1)%flag == 2 .and. estimate%solutions(2)%flag == 0, 'spans that disagree')
         estimate%solutions(1)%chi_square = 0
         estimate%solutions(2)%offset = estimate%solutions(2)%offset + 30*MICROMETRE
-        call judge(calibration, setup, estimate)
+        call judge(calibration, estimate)
         call check(error, all(estimate%solutions%flag == 2), 'solutions that disagree')
-        call take_action(calibration, setup%mass, estimate)
+        call take_action(calibration, estimate)
         call check(error, estimate%action%kind == DO_NOT_USE .and. .not. any(estimate%action%trimmed), &
                    estimate%action%text)
         estimate%solutions(1)%offset = 11e-3_dp
-        call name_faults(calibration, setup, estimate)
+        call name_faults(calibration, estimate)
         call check(error, says(estimate%findings, 'an offset of 11 mm'), 'an offset beyond all')
     end subroutine test_offset
 
@@ -294,7 +294,7 @@ contains
         real(dp) :: along(3), begin
 
         if (day_fails(error, 'l1_set', flaws_t(), setup_said(), calibration, estimate)) return
-        call prepare_observations(calibration, setup_said(), estimate, 2, observations, failure)
+        call prepare_observations(calibration, estimate, 2, observations, failure)
         if (failed(error, failure)) return
         associate (times => observations%accelerometer_time/observations%knowledge%accelerometer_interval)
             call check(error, maxval(abs(times - nint(times))) < 1e-9_dp, 'whole intervals')

@@ -6,8 +6,8 @@ module test_level1_parts
         rotation_between
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
-    use gracecg_level1_heads, only: combine_heads
-    use gracecg_level1_strays, only: find_strays
+    use gracecg_level1_attitude_reading, only: combine_heads
+    use gracecg_level1_series, only: find_strays
     use gracecg_level1_held_currents, only: find_steps, rod_acceleration
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_moment_series, only: new_moment_series
@@ -46,15 +46,15 @@ contains
             values(:, i) = [sin(TWO_PI*times(i)/4), 1e-3_dp*times(i)**2] + 0.01_dp*[stream%normal(), stream%normal()]
         end do
         values(2, 120:) = values(2, 120:) + 50      ! a step
-        call find_strays(times, values, 0.01_dp, stray)
+        stray = find_strays(times, values, 0.01_dp)
         if (unmet(error, count(stray), 0, 'none')) return
         values(1, [40, 43, 250]) = values(1, [40, 43, 250]) + [100, -30, 1000000]
         values(2, 77) = values(2, 77) - 20
-        call find_strays(times, values, 0.01_dp, stray)
+        stray = find_strays(times, values, 0.01_dp)
         if (unmet(error, count(stray) == 4 .and. all(stray([40, 43, 77, 250])), 'the four')) return
         values(1, 150:151) = values(1, 150:151) + [30, 25]
         values(2, 270:271) = values(2, 270:271) + [40, -40]
-        call find_strays(times, values, 0.01_dp, stray)
+        stray = find_strays(times, values, 0.01_dp)
         call check(error, count(stray) == 8 .and. all(stray([150, 151, 270, 271])), 'side by side, too')
     end subroutine test_strays
 

@@ -10,11 +10,10 @@ module test_level1_results
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_origins, only: take_from_products, find_origins
+    use gracecg_level1_results, only: find_origins, residual_spectrum_t, fitted_samples, &
+        find_spectrum, trim_command_t, trim_commands
     use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
-    use gracecg_level1_results, only: trim_command_t, trim_commands
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
     use level1_day, only: flaws_t, setup_said, day_fails, write_day
     implicit none
@@ -73,7 +72,7 @@ contains
         call gather(FOLDER//'l1_origins.nml')
         if (.not. allocated(failure)) call estimate_level1(calibration, setup, 'prior', estimate, failure)
         if (failed(error, failure)) return
-        call find_origins(calibration, setup, estimate, origins)
+        call find_origins(calibration, estimate, origins)
         call expect('mass', '580', 'l1_origins.nml, line 3')
         call expect('products_of_inertia', '-3, -0.3, -2.9', 'l1_origins.nml, line 5')
         call expect('science_ma', '9', 'l1_origins.nml, line 9')
@@ -86,8 +85,8 @@ contains
                        '633798000 0 G C 00000000 11000101 590.5 590.25 13.4 13.5'//LF)
         call gather(FOLDER//'l1_massless.nml')
         if (failed(error, failure)) return
-        call check(error, setup%mass, 590.5_dp, 'mass of MAS1B')
-        call find_origins(calibration, setup, estimate, origins)
+        call check(error, calibration%setup%mass, 590.5_dp, 'mass of MAS1B')
+        call find_origins(calibration, estimate, origins)
         call expect('mass', '590.5', MAS)
         call expect('gas', '13.4, 13.5', MAS)
         call gather(FOLDER//'l1_origins.nml')
@@ -101,7 +100,6 @@ contains
             call read_level1_setup(setup_file, setup, failure)
             if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', &
                                                                   calibration, failure)
-            if (.not. allocated(failure)) call take_from_products(calibration, setup)
         end subroutine gather
 
         subroutine expect(name, value, source)

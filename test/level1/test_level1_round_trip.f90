@@ -12,11 +12,10 @@ module test_level1_round_trip
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
-    use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_solution, only: sigma_of
-    use gracecg_level1_preparation, only: prepare_observations
+    use gracecg_level1_outcome, only: level1_estimate_t, sigma_of
+    use gracecg_level1_to_observations, only: prepare_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations
-    use gracecg_level1_simulated_notes, only: SETUP_NAME
+    use gracecg_level1_simulated_folder, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
     use test_level1_simulation, only: fly, write_files, prepare, START
@@ -63,7 +62,7 @@ contains
         call write_files(truth, 'l1s_prepare', path)
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
         if (.not. allocated(failure)) call estimate_folder(path, calibration, estimate, failure)
-        if (.not. allocated(failure)) call prepare_observations(calibration, setup, estimate, 2, observations, failure)
+        if (.not. allocated(failure)) call prepare_observations(calibration, estimate, 2, observations, failure)
         if (.not. allocated(failure)) call write_observations(path//'/span', observations, [character(1) ::], failure)
         if (.not. allocated(failure)) call read_observations(path//'/span', observations, failure)
         if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)

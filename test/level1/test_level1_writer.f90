@@ -8,7 +8,7 @@ module test_level1_writer
     use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names, KIND_I1, KIND_I2, &
         KIND_I4, KIND_U1, KIND_U2, KIND_U4, KIND_F4, KIND_LETTER, KIND_NUMERAL, KIND_FLAG8, KIND_FLAG32
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
-    use gracecg_level1_text_form, only: general_text
+    use gracecg_level1_field_forms, only: general_text
     use gracecg_level1_writer, only: level1_writer_t
     use gracecg_level1_summary, only: level1_summary_t, summarise_level1
     use gracecg_level1_conversion, only: convert_level1

@@ -1,29 +1,31 @@
-!> gracecg level1 estimate: the CG offset from Level-1 files.
+!> gracecg level1 estimate, prepare: the CG offset from Level-1 files, and a span of them as an observation set.
 module gracecg_level1_command_estimate
     use gracecg_base_constants, only: MICROMETRE, NANOTESLA
     use gracecg_base_text, only: pick_text
-    use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup
-    use gracecg_level1_calibration, only: level1_calibration_t, middle_of
-    use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_estimation, only: estimate_level1
-    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, signs_are_known, VERDICTS
-    use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
-    use gracecg_level1_leakage, only: LEAKAGE_CHOICES
-    use gracecg_level1_solution, only: sigma_of
-    use gracecg_level1_origins, only: take_from_products, find_origins
-    use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event, &
-        write_offsets
-    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
-    use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
-    use gracecg_cli_calibration_json, only: put_action, put_movement
-    use gracecg_cli_page_program, only: make_page
+    use gracecg_base_version, only: VERSION
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
+    use gracecg_cli_calibration_json, only: put_action, put_movement
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
+    use gracecg_cli_page_program, only: make_page
     use gracecg_cli_work
+    use gracecg_files_file, only: file_exists, read_text_file, text_file_t
+    use gracecg_files_run_record, only: note_file, UPDATED
+    use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_level1_calibration, only: level1_calibration_t, middle_of, signs_are_known
+    use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
+    use gracecg_level1_estimation, only: estimate_level1, LEAKAGE_CHOICES
+    use gracecg_level1_gathering, only: gather_calibration
+    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
+    use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
+    use gracecg_level1_results, only: find_origins, trim_command_t, trim_commands, write_vcm, write_event, write_offsets
+    use gracecg_level1_outcome, only: level1_estimate_t, milliseconds, sigma_of
+    use gracecg_level1_to_observations, only: prepare_observations
+    use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup
     implicit none
     private
-    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_options, take_calibration
-    public :: MOST_PLACES, PLACES_ARE
+    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_options, take_calibration, &
+        MOST_PLACES, PLACES_ARE, declare_level1_prepare, run_level1_prepare
 
     integer, parameter :: MOST_PLACES = 100000      !! In a command
     !> What a place is, for helps
@@ -31,6 +33,8 @@ module gracecg_level1_command_estimate
         'compressed (.gz) or not; of two releases the newer one is taken.'
 
     character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
+
+    integer, parameter :: MOST_SPANS = 1000
 
 contains
 
@@ -114,7 +118,6 @@ contains
         if (allocated(error)) return
         call gather_calibration(padded(arguments%words), setup, satellite, spans_file, span, field, calibration, error, &
                                 day, every)
-        if (.not. allocated(error)) call take_from_products(calibration, setup)
     end subroutine take_calibration
 
     !> The work of `gracecg level1 estimate`.
@@ -142,9 +145,9 @@ contains
         call estimate_level1(calibration, setup, leakage, estimate, error)
         if (allocated(error)) return
         call console%warn_all([calibration%notes, estimate%remarks])
-        call show(calibration, setup, estimate, console)
-        if (arguments%has('--origins')) call show_origins(calibration, setup, estimate, console)
-        call publish(page, calibration, setup, estimate, console, error)
+        call show(calibration, estimate, console)
+        if (arguments%has('--origins')) call show_origins(calibration, estimate, console)
+        call publish(page, calibration, estimate, console, error)
         if (allocated(error)) return
         if (page /= '') call console%line('written: '//page)
         if (offsets /= '') call write_offsets(offsets, calibration, estimate%solutions(1), error)
@@ -161,9 +164,8 @@ contains
     end subroutine run_level1_estimate
 
     !> For people.
-    subroutine show(calibration, setup, estimate, console)
+    subroutine show(calibration, estimate, console)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
         type(console_t), intent(inout) :: console
 
@@ -179,7 +181,7 @@ contains
         call span_table(calibration, spans)
         call console%table(spans)
         call console%line('')
-        call rod_table(setup, estimate, rods)
+        call rod_table(calibration%setup, estimate, rods)
         call console%table(rods)
         call console%line('currents between samples: '//trim(merge('held (steps)', 'smooth      ', estimate%steps))// &
                           '; torque behind the tags of its current: '//trim(milliseconds(estimate%rods%delay))//' +- '// &
@@ -188,7 +190,9 @@ contains
             call console%line('accelerometer behind its tags: '//trim(milliseconds(estimate%accelerometer_delay))//' +- '// &
                               trim(milliseconds(estimate%accelerometer_delay_sigma))//' ms')
         call console%line('')
-        call show_sources(estimate, console)
+        call console%table(source_table(estimate))
+        call console%line('sources agree when they differ by less than three sigma or '// &
+                          trim(rounded_text(CLOSE_ENOUGH/MICROMETRE, 3))//' um; flag 0 good, 1 with care, 2 not to be used')
         call show_leakage(estimate, console)
         do i = 1, size(estimate%solutions)
             if (.not. allocated(estimate%solutions(i)%beliefs)) cycle
@@ -204,7 +208,7 @@ contains
                               integer_text(first%flag)//')'// &
                               pick_text(first%reason == '', '', ': '//trim(first%reason)))
             call console%line(trim(offset_remark(first%offset)))
-            call trim_commands(setup, merge(first%offset, 0*first%offset, estimate%action%trimmed), commands)
+            call trim_commands(calibration%setup, merge(first%offset, 0*first%offset, estimate%action%trimmed), commands)
             do i = 1, size(commands)
                 call console%line('trim command: '//trim(commands(i)%text))
             end do
@@ -212,16 +216,15 @@ contains
     end subroutine show
 
     !> Every value that is used, with its source.
-    subroutine show_origins(calibration, setup, estimate, console)
+    subroutine show_origins(calibration, estimate, console)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
         type(console_t), intent(inout) :: console
 
         type(origin_t), allocatable :: origins(:)
         integer :: i
 
-        call find_origins(calibration, setup, estimate, origins)
+        call find_origins(calibration, estimate, origins)
         call console%line('')
         do i = 1, size(origins)
             call console%line(trim(origins(i)%name)//pick_text(origins(i)%value == '', '', ' = '//trim(origins(i)%value))// &
@@ -304,16 +307,6 @@ contains
         end do
     end subroutine rod_table
 
-    !> The sources side by side: offsets, sigmas, and differences from the first in um and in sigma.
-    subroutine show_sources(estimate, console)
-        type(level1_estimate_t), intent(in) :: estimate
-        type(console_t), intent(inout) :: console
-
-        call console%table(source_table(estimate))
-        call console%line('sources agree when they differ by less than three sigma or '// &
-                          trim(rounded_text(CLOSE_ENOUGH/MICROMETRE, 3))//' um; flag 0 good, 1 with care, 2 not to be used')
-    end subroutine show_sources
-
     !> What the leakage is, or why it is not estimated.
     subroutine show_leakage(estimate, console)
         type(level1_estimate_t), intent(in) :: estimate
@@ -359,10 +352,9 @@ contains
     end function um
 
     !> CSV, JSON, and the page of it.
-    subroutine publish(page, calibration, setup, estimate, console, error)
+    subroutine publish(page, calibration, estimate, console, error)
         character(*), intent(in) :: page        !! Path; empty: none
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
@@ -371,7 +363,7 @@ contains
         character(:), allocatable :: text
 
         if (console%format == 'text' .and. page == '') return
-        call fill_results(calibration, setup, estimate, results)
+        call fill_results(calibration, estimate, results)
         call results%publish(source_table(estimate), console, error, json=text)
         if (.not. allocated(error) .and. page /= '') call make_page(page, text, error)
     end subroutine publish
@@ -409,9 +401,8 @@ contains
     end function source_table
 
     !> Everything but the table.
-    subroutine fill_results(calibration, setup, estimate, results)
+    subroutine fill_results(calibration, estimate, results)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
         type(results_t), intent(inout) :: results
 
@@ -425,8 +416,8 @@ contains
         call results%member('epoch_gps_s', middle_of(calibration))
         call results%member('spans_from', trim(calibration%spans_from))
         call results%member('currents', trim(merge('steps ', 'smooth', estimate%steps)))
-        call results%member('rod_gain', estimate%rods%gain*setup%rod_gain*setup%rod_sign)
-        call results%member('rod_gain_sigma', estimate%rods%gain_sigma*setup%rod_gain)
+        call results%member('rod_gain', estimate%rods%gain*calibration%setup%rod_gain*calibration%setup%rod_sign)
+        call results%member('rod_gain_sigma', estimate%rods%gain_sigma*calibration%setup%rod_gain)
         call results%member('torque_delay_s', estimate%rods%delay)
         call results%member('torque_delay_sigma_s', estimate%rods%delay_sigma)
         call results%member('accelerometer_delay_s', estimate%accelerometer_delay)
@@ -471,12 +462,79 @@ contains
                 end associate
             end do
             call results%end()
-            call results%member('signs_known', signs_are_known(calibration, setup))
-            call trim_commands(setup, merge(first%offset, 0*first%offset, estimate%action%trimmed), commands)
+            call results%member('signs_known', signs_are_known(calibration))
+            call trim_commands(calibration%setup, merge(first%offset, 0*first%offset, estimate%action%trimmed), commands)
             call results%member('trim', [(commands(k)%text, k=1, size(commands))])
         end associate
         call results%member('findings', estimate%findings)
-        call put_level1_details(calibration, setup, estimate, results)
+        call put_level1_details(calibration, estimate, results)
         call put_level1_tables(calibration, estimate, results)
     end subroutine fill_results
+
+    !> Arguments and help of `gracecg level1 prepare`.
+    subroutine declare_level1_prepare(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('level1 prepare', 'PLACE ...', 1, MOST_PLACES, &
+                                'Makes an observation set, as `gracecg estimate` takes it, of one span of Level-1 files: '// &
+                                'GPS time, SRF axes, the field of the model or the corrected magnetometer, the rods as '// &
+                                'measured, with gains and delays as estimated (rods.csv). '//PLACES_ARE, &
+                                'gracecg level1 prepare day --setup setup.nml --number 2 --out span2')
+        call declare_data_options(arguments)
+        call arguments%add_option('--number', 'N', 'of the span that is wanted', default='1')
+        call arguments%add_option('--out', 'DIR', 'folder to write the set into', required=.true.)
+    end subroutine declare_level1_prepare
+
+    !> The work of `gracecg level1 prepare`.
+    subroutine run_level1_prepare(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(observation_set_t) :: observations
+        character(:), allocatable :: folder
+        character(80) :: about(2)
+        integer :: number
+
+        call arguments%get('--number', number, misuse, low=1, high=MOST_SPANS)
+        call arguments%get('--out', folder, misuse)
+        if (allocated(misuse)) return
+        call refuse_other_set(folder, error)
+        if (.not. allocated(error)) call take_calibration(arguments, setup, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call refuse_if(number > size(calibration%spans), '--number '//integer_text(number)//': there are '// &
+                       integer_text(size(calibration%spans))//' spans', misuse)
+        if (allocated(misuse)) return
+        call estimate_level1(calibration, setup, 'estimate', estimate, error)
+        if (.not. allocated(error)) call prepare_observations(calibration, estimate, number, observations, error)
+        if (allocated(error)) return
+        call console%warn_all([calibration%notes, estimate%findings])
+        if (estimate%solutions(1)%leakage /= 'estimated') call console%warn('the spans do not determine the leakage of the '// &
+            'rods: it is in the accelerations, and the sigma of an estimate leaves it out')
+        about(1) = 'gracecg '//VERSION//' level1 prepare'
+        about(2) = 'GRACE-'//calibration%satellite//', '//calibration%date//', span '//integer_text(number)
+        call write_observations(folder, observations, about, error)
+        if (.not. allocated(error)) call console%line('written: '//folder//' ('// &
+            integer_text(size(observations%accelerometer_time))//' samples of the accelerometer)')
+    end subroutine run_level1_prepare
+
+    !> Fails when the folder has an observation set that this command did not write: it would be lost.
+    subroutine refuse_other_set(folder, error)
+        character(*), intent(in) :: folder
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        character(:), allocatable :: path
+
+        path = folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE))
+        if (.not. file_exists(path)) return
+        call note_file(path, UPDATED)       ! looked at, and then replaced
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        if (index(file%text, 'level1 prepare') == 0) call fail(error, folder//' holds an observation set that level1 '// &
+            'prepare did not write, and would be lost: take another folder')
+    end subroutine refuse_other_set
 end module gracecg_level1_command_estimate

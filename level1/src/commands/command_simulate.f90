@@ -5,9 +5,9 @@ module gracecg_level1_command_simulate
     use gracecg_files_folder, only: files_in_folder
     use gracecg_observations_observation_files, only: OBSERVATION_FILES
     use gracecg_level1_header, only: name_of, product_of_file_name
-    use gracecg_level1_time, only: gps_date_text
+    use gracecg_level1_time, only: gps_day
     use gracecg_level1_simulated_files, only: write_level1_folder
-    use gracecg_level1_simulated_notes, only: SETUP_NAME
+    use gracecg_level1_simulated_folder, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use gracecg_level1_simulated_truth, only: level1_truth_t, new_level1_truth
     use gracecg_cli_calibration_argument, only: take_calibration
@@ -103,7 +103,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: files(:)
-        character(26) :: date
         character(256) :: name
         integer :: i
 
@@ -114,13 +113,12 @@ contains
         end if
         call files_in_folder(folder, files, error)
         if (allocated(error)) return
-        date = gps_date_text(truth%epoch, 0.0_dp)
         do i = 1, size(files)
             if (product_of_file_name(files(i)%text) == '') cycle
             name = name_of(files(i)%text)       ! such as ACC1A_2020-02-01_C_04.txt
-            if (name(7:18) == date(:10)//'_'//truth%satellite .and. file_exists(folder//'/truth.csv')) cycle
-            call fail(error, folder//' holds '//trim(name)//', which is of no simulation of '//date(:10)//': estimates would '// &
-                      'join both; take another folder')
+            if (name(7:18) == gps_day(truth%epoch)//'_'//truth%satellite .and. file_exists(folder//'/truth.csv')) cycle
+            call fail(error, folder//' holds '//trim(name)//', which is of no simulation of '//gps_day(truth%epoch)// &
+                      ': estimates would join both; take another folder')
             return
         end do
     end subroutine refuse_other_files

@@ -5,7 +5,7 @@ module gracecg_level1_command_trend
     use gracecg_files_json, only: read_json_file, read_json_numbers, read_json_text
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_level1_time, only: gps_date_text
+    use gracecg_level1_time, only: gps_day
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
     use gracecg_cli_page_program, only: make_page
     use gracecg_cli_results, only: put_columns
@@ -195,15 +195,15 @@ contains
                               ' degrees of freedom', ''))
         end do
         do k = 1, size(trend%step_time)
-            call console%line('step at '//date_of(trend%step_time(k))//': '//um(trend%step(1, k))//', '//um(trend%step(2, k))// &
-                              ', '//um(trend%step(3, k))//' um (x, y, z)')
+            call console%line('step at '//gps_day(floor(trend%step_time(k), i8))//': '// &
+                              um(trend%step(1, k))//', '//um(trend%step(2, k))//', '//um(trend%step(3, k))//' um (x, y, z)')
         end do
         if (trend%passes < 0) then
             call console%line('no component of d exceeds 100 um for 50 years')
         else if (is_left) then
             call console%line('a component of d is above 100 um')
         else
-            call console%line('a component of d passes 100 um on '//date_of(trend%passes))
+            call console%line('a component of d passes 100 um on '//gps_day(floor(trend%passes, i8)))
         end if
         call results%open('level1 trend')
         call results%member('satellite', satellite)
@@ -211,13 +211,13 @@ contains
         call results%member('rate_sigma_um_year', trend%rate_sigma*JULIAN_YEAR/MICROMETRE)
         call results%member('chi_square', trend%chi_square)
         call results%member('degrees', trend%degrees)
-        if (trend%passes >= 0) call results%member('passes_100_um', date_of(trend%passes))
+        if (trend%passes >= 0) call results%member('passes_100_um', gps_day(floor(trend%passes, i8)))
         call results%member('limit_um', LIMIT/MICROMETRE)
         call results%member('limit_left', is_left)
         call results%begin_array('steps')
         do k = 1, size(trend%step_time)
             call results%begin(on_one_line=.true.)
-            call results%member('date', date_of(trend%step_time(k)))
+            call results%member('date', gps_day(floor(trend%step_time(k), i8)))
             call results%member('step_um', trend%step(:, k)/MICROMETRE)
             call results%member('sigma_um', trend%step_sigma(:, k)/MICROMETRE)
             call results%end()
@@ -251,7 +251,7 @@ contains
         end do
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(points)
-            call table%add(date_of(points(i)%time))
+            call table%add(gps_day(floor(points(i)%time, i8)))
             call table%add(points(i)%time)
             call table%add(points(i)%offset/MILLIMETRE)
             call table%add(points(i)%sigma/MILLIMETRE)
@@ -286,16 +286,6 @@ contains
         call results%end()
         call results%end()
     end subroutine put_lines
-
-    function date_of(time) result(text)
-        real(dp), intent(in) :: time
-        character(10) :: text
-
-        character(26) :: full
-
-        full = gps_date_text(floor(time, i8), 0.0_dp)
-        text = full(:len(text))
-    end function date_of
 
     function um(length) result(text)
         real(dp), intent(in) :: length

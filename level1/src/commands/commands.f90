@@ -1,11 +1,10 @@
 !> The commands `gracecg level1 ...`.
 module gracecg_level1_commands
     use gracecg_cli_command, only: command_t
-    use gracecg_level1_command_files, only: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump, &
-        declare_level1_convert, run_level1_convert
-    use gracecg_level1_command_check, only: declare_level1_check, run_level1_check
-    use gracecg_level1_command_estimate, only: declare_level1_estimate, run_level1_estimate
-    use gracecg_level1_command_prepare, only: declare_level1_prepare, run_level1_prepare
+    use gracecg_level1_command_files, only: declare_level1_list, run_level1_list, declare_level1_dump, &
+        run_level1_dump, declare_level1_convert, run_level1_convert, declare_level1_check, run_level1_check
+    use gracecg_level1_command_estimate, only: declare_level1_estimate, run_level1_estimate, declare_level1_prepare, &
+        run_level1_prepare
     use gracecg_level1_command_simulate, only: declare_level1_simulate, run_level1_simulate
     use gracecg_level1_command_trend, only: declare_level1_trend, run_level1_trend
     implicit none

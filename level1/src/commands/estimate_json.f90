@@ -3,13 +3,12 @@
 module gracecg_level1_estimate_json
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
-    use gracecg_level1_setup, only: level1_setup_t, origin_t
+    use gracecg_level1_setup, only: origin_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
-    use gracecg_level1_lines, only: rod_lines_t, find_rod_lines
-    use gracecg_level1_origins, only: find_origins
+    use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
+    use gracecg_level1_results, only: find_origins, residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_level1_outcome, only: level1_estimate_t
-    use gracecg_level1_residuals, only: residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_cli_results, only: results_t, put_columns
     implicit none
     private
@@ -23,16 +22,15 @@ module gracecg_level1_estimate_json
 contains
 
     !> What is beside the numbers: limits, leakage, rods, sources in words, notes.
-    subroutine put_level1_details(calibration, setup, estimate, results)
+    subroutine put_level1_details(calibration, estimate, results)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(in) :: estimate
         type(results_t), intent(inout) :: results
 
         type(origin_t), allocatable :: origins(:)
         integer :: i
 
-        call find_origins(calibration, setup, estimate, origins)
+        call find_origins(calibration, estimate, origins)
         call results%begin_array('origins')
         do i = 1, size(origins)
             call results%begin()
@@ -43,10 +41,10 @@ contains
             call results%end()
         end do
         call results%end()
-        call results%member('folder', calibration%places)
+        call results%member('folder', calibration%files%places)
         call results%member('limit_mm', REQUIREMENT/MILLIMETRE)
         call results%member('rod_driven', pack(AXES, estimate%rods%driven))
-        call results%member('rod_gain_said', setup%rod_gain*setup%rod_sign)
+        call results%member('rod_gain_said', calibration%setup%rod_gain*calibration%setup%rod_sign)
         associate (first => estimate%solutions(1))
             call results%member('remark', trim(offset_remark(first%offset)))
             call results%member('leakage', trim(first%leakage))
@@ -147,21 +145,16 @@ contains
 
         real(dp), allocatable :: time(:), field(:, :)
         integer, allocatable :: of_span(:)
-        integer :: i, k, n, used, step
+        integer :: i, k, step
 
         step = 1 + sum([(size(calibration%spans(i)%attitude_time), i=1, size(calibration%spans))])/MOST_FIELDS
-        n = sum([((size(calibration%spans(i)%attitude_time) + step - 1)/step, i=1, size(calibration%spans))])
-        allocate (time(n), field(3, n), of_span(n))
-        used = 0
+        allocate (time(0), field(3, 0), of_span(0))
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
-                do k = 1, size(span%attitude_time), step
-                    used = used + 1
-                    time(used) = span%attitude_time(k)
-                    field(:, used) = span%field(:, k)
-                    of_span(used) = i
-                end do
+                time = [time, span%attitude_time(::step)]
+                field = reshape([field, span%field(:, ::step)], [3, size(time)])
             end associate
+            of_span = [of_span, [(i, k=size(of_span) + 1, size(time))]]
         end do
         call results%begin('field')
         call results%member('span', real(of_span, dp))

@@ -20,14 +20,10 @@ module gracecg_level1_along_orbit
     use gracecg_spacecraft_plates, only: satellite_surface_t, new_trapezoid, REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: gas_t, wall_t, surface_load_t, mean_molar_mass, aerodynamic_load, &
         solar_radiation_load, earth_radiation_load
-    use gracecg_level1_between_records, only: orbit_at, attitude_at
-    use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_folder, only: level1_folder_t
-    use gracecg_level1_frames, only: srf_of_accelerometer
-    use gracecg_level1_product_reading, only: find_files, read_product, without_bits
+    use gracecg_level1_frames, only: orbit_at, attitude_at, srf_of_accelerometer
+    use gracecg_level1_calibration, only: level1_calibration_t, find_files, read_product, without_bits
     use gracecg_level1_records, only: level1_records_t
-    use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_time, only: level1_clock_t
+    use gracecg_level1_series, only: take_away
     implicit none
     private
     public :: compare_along_orbit, compare_axis
@@ -48,10 +44,7 @@ contains
     !>
     !> The air's density is hardly known beforehand (solar activity): x, along the flight, gives it. Light is known to a third:
     !> the unit is that by which it is seen.
-    subroutine compare_along_orbit(paths, setup, clock, calibration)
-        type(level1_folder_t), intent(in) :: paths
-        type(level1_setup_t), intent(in) :: setup
-        type(level1_clock_t), intent(in) :: clock
+    subroutine compare_along_orbit(calibration)
         type(level1_calibration_t), intent(inout) :: calibration
 
         real(dp), parameter :: AROUND = 2900        ! s: half a revolution
@@ -73,6 +66,7 @@ contains
         allocate (aside%notes(0))
         aside%satellite = calibration%satellite
         aside%epoch = calibration%epoch
+        aside%clock = calibration%clock
         associate (spans => calibration%spans)
             n = int((spans(size(spans))%stop - spans(1)%start + 2*AROUND)/EVERY)
             allocate (minutes(0))
@@ -91,7 +85,7 @@ contains
         call acc%drop(.not. without_bits(acc, [0, 1, 3, 4, 6]))
         call sca%drop(.not. without_bits(sca, [0]))
         call acc%times_since(calibration%epoch, times)
-        call build_models(setup, calibration%epoch, models, error)
+        call build_models()
         if (allocated(error)) return
         allocate (seen(3, size(minutes)), air(3, size(minutes)), light(3, size(minutes)))
         n = 0
@@ -103,7 +97,7 @@ contains
                 n = n + 1
                 minutes(n) = minutes(i)
                 sample = [(median_of(pack(acc%values(:, k), inside)), k=1, 3)]     ! a firing does no harm
-                seen(:, n) = srf_of_accelerometer(sample, setup%accelerometer_axes)
+                seen(:, n) = srf_of_accelerometer(sample, calibration%setup%accelerometer_axes)
             end associate
         end do
         if (n < FEWEST) return
@@ -124,84 +118,67 @@ contains
             type(string_t), allocatable :: found(:)
             real(dp) :: wider(2, size(windows, 2))
 
-            call find_files(paths, [product], found)
+            call find_files(calibration, [product], found)
             if (size(found) == 0 .or. allocated(error)) return
             wider(1, :) = windows(1, :) - margin
             wider(2, :) = windows(2, :) + margin
-            call read_product(found, clock, aside, fields, records, error, wider)
+            call read_product(found, aside, fields, records, error, wider)
         end subroutine read_in
 
-        !> What air and light make in SRF, m/s^2.
+        !> What air that turns with the Earth, and light of Sun and Earth, make plate by plate in SRF, m/s^2.
         subroutine model_at(time, air, light, known)
             real(dp), intent(in) :: time            ! s
             real(dp), intent(out) :: air(3), light(3)
             logical, intent(out) :: known
 
-            real(dp) :: inertial(6), fixed(6), c(3, 3), q(4)
+            real(dp), parameter :: CENTRE(3) = 0    ! no torques are wanted
+            type(atmosphere_point_t) :: point
+            type(atmosphere_state_t) :: state
+            type(earth_irradiance_t) :: earthlight
+            type(surface_load_t) :: load, sunlight
+            real(dp) :: inertial(6), fixed(6), c(3, 3), q(4), to_body(3, 3), longitude, sun(3), flow(3)
 
             associate (second => floor(time, i8))
                 call attitude_at(sca, calibration%epoch + second, time - real(second, dp), q, known)
                 if (known) call orbit_at(gnv, gni, calibration%epoch + second, time - real(second, dp), inertial, fixed, c, known)
             end associate
             if (.not. known) return
-            call accelerations(models, time, inertial, fixed(:3), rotation_matrix(q), air, light)
+            to_body = rotation_matrix(q)
+            associate (epoch => models%epoch, r => inertial(:3))
+                call earth_fixed_to_geodetic(fixed(:3), point%latitude, longitude, point%height)
+                point%local_solar_time = local_mean_solar_time(epoch, 0.0_dp) + time/3600 + longitude/HOUR_ANGLE
+                point%day_of_year = day_of_year(epoch) + time/SECONDS_PER_DAY
+                call models%air%evaluate(point, state)
+                flow = matmul(to_body, inertial(4:) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], r))
+                load = aerodynamic_load(models%surface, CENTRE, gas_t(state%density, state%temperature, &
+                                        mean_molar_mass([state%n_he, state%n_o, state%n_n2])), wall_t(), flow)
+                air = load%force/models%mass
+                sun = sun_position(julian_centuries_tt(epoch) + time/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
+                sunlight = solar_radiation_load(models%surface, CENTRE, DEFAULT_SOLAR_IRRADIANCE, conical_shadow(r, sun), &
+                                                matmul(to_body, sun - r))
+                call models%earthlight%irradiance_at(r, sun, epoch%mjd + (epoch%seconds + time)/SECONDS_PER_DAY + &
+                                                     (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), earthlight)
+                load = earth_radiation_load(models%surface, CENTRE, to_body, earthlight)
+                light = (sunlight%force + load%force)/models%mass
+            end associate
         end subroutine model_at
+
+        !> Air and light about the satellite of CSR-TM-00-01 (section 5.2), with the mass that is said. Its plates
+        !> reflect light as solar cells and foil do together, about.
+        subroutine build_models()
+            real(dp), parameter :: SPECULAR = 0.2_dp, DIFFUSE = 0.3_dp
+
+            models%epoch = utc_of_gps(calibration%epoch, 0.0_dp)
+            models%mass = calibration%setup%mass
+            associate (prism => REPORT_PRISM)
+                call new_trapezoid(models%surface, prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, error)
+            end associate
+            if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
+                                                                 DEFAULT_SOLAR_IRRADIANCE, error)
+            if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &
+                density_settings_t(space_weather_source_t('given')), models%air, error)
+        end subroutine build_models
     end subroutine compare_along_orbit
-
-    !> Air and light about the satellite of CSR-TM-00-01 (section 5.2), with the mass that is said, from an epoch on. Its plates
-    !> reflect light as solar cells and foil do together, about.
-    subroutine build_models(setup, epoch, models, error)
-        type(level1_setup_t), intent(in) :: setup
-        integer(i8), intent(in) :: epoch            !! GPS, s past 2000-01-01 12:00
-        type(surroundings_t), intent(out) :: models
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), parameter :: SPECULAR = 0.2_dp, DIFFUSE = 0.3_dp
-
-        models%epoch = utc_of_gps(epoch, 0.0_dp)
-        models%mass = setup%mass
-        associate (prism => REPORT_PRISM)
-            call new_trapezoid(models%surface, prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, error)
-        end associate
-        if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
-                                                             DEFAULT_SOLAR_IRRADIANCE, error)
-        if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &
-            density_settings_t(space_weather_source_t('given')), models%air, error)
-    end subroutine build_models
-
-    !> What air that turns with the Earth, and light of Sun and Earth, make plate by plate.
-    subroutine accelerations(models, time, inertial, fixed, to_body, air, light)
-        type(surroundings_t), intent(in) :: models
-        real(dp), intent(in) :: time                !! s
-        real(dp), intent(in) :: inertial(6), fixed(3)       !! Position and velocity, m, m/s; Earth-fixed position, m
-        real(dp), intent(in) :: to_body(3, 3)       !! From inertial axes
-        real(dp), intent(out) :: air(3), light(3)   !! SRF, m/s^2
-
-        real(dp), parameter :: CENTRE(3) = 0     ! no torques are wanted
-        type(atmosphere_point_t) :: point
-        type(atmosphere_state_t) :: state
-        type(earth_irradiance_t) :: earthlight
-        type(surface_load_t) :: load, sunlight
-        real(dp) :: longitude, sun(3), flow(3)
-
-        associate (epoch => models%epoch, r => inertial(:3))
-            call earth_fixed_to_geodetic(fixed, point%latitude, longitude, point%height)
-            point%local_solar_time = local_mean_solar_time(epoch, 0.0_dp) + time/3600 + longitude/HOUR_ANGLE
-            point%day_of_year = day_of_year(epoch) + time/SECONDS_PER_DAY
-            call models%air%evaluate(point, state)
-            flow = matmul(to_body, inertial(4:) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], r))
-            load = aerodynamic_load(models%surface, CENTRE, gas_t(state%density, state%temperature, &
-                                    mean_molar_mass([state%n_he, state%n_o, state%n_n2])), wall_t(), flow)
-            air = load%force/models%mass
-            sun = sun_position(julian_centuries_tt(epoch) + time/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
-            sunlight = solar_radiation_load(models%surface, CENTRE, DEFAULT_SOLAR_IRRADIANCE, conical_shadow(r, sun), &
-                                            matmul(to_body, sun - r))
-            call models%earthlight%irradiance_at(r, sun, epoch%mjd + (epoch%seconds + time)/SECONDS_PER_DAY + &
-                                                 (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD), earthlight)
-            load = earth_radiation_load(models%surface, CENTRE, to_body, earthlight)
-            light = (sunlight%force + load%force)/models%mass
-        end associate
-    end subroutine accelerations
 
     !> What one axis says, all beside a bias and a drift, by least squares: whether air by its density and light by a factor of
     !> its own, or the opposite of both, explain it. The sigma is for residuals that hang together.
@@ -227,10 +204,8 @@ contains
         rows(2, :) = (times - sum(times)/n)/(times(n) - times(1))
         drifting = reshape([air, light, seen], [n, 3])
         do i = 1, 3
-            call normal_equations(rows, drifting(:, i), normal, rhs)
-            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            call take_away(rows, drifting(:, i), error)
             if (allocated(error)) return
-            drifting(:, i) = drifting(:, i) - matmul(x, rows)
         end do
         if (density < 0) then
             call normal_equations(transpose(drifting(:, :2)), drifting(:, 3), normal, rhs)

@@ -1,14 +1,20 @@
-!> The data of a calibration: in GPS time and SRF, what lies in the spans of the manoeuvre and a little around them.
+!> The data of a calibration: in GPS time and SRF, what lies in the spans of the manoeuvre and a little around them; and how
+!> products are read from its files.
 module gracecg_level1_calibration
-    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: NANOTESLA
-    use gracecg_base_text, only: string_t, append
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_environment_time, only: utc_t, utc_of_gps
+    use gracecg_level1_folder, only: level1_folder_t
+    use gracecg_level1_header, only: name_of
+    use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_setup, only: level1_setup_t, origin_t
+    use gracecg_level1_time, only: level1_clock_t, to_gps_time
     implicit none
     private
-    public :: level1_calibration_t, level1_span_t, level1_gyro_t
-    public :: SPAN_MARGIN, keep_samples, leave_out, note, middle_of, middle_of_span, field_sigma
+    public :: level1_calibration_t, level1_span_t, level1_gyro_t, SPAN_MARGIN, keep_samples, leave_out, note, &
+        middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
@@ -33,15 +39,12 @@ module gracecg_level1_calibration
         real(dp), allocatable :: rate(:, :)         !! Angular velocity, rad/s
         real(dp), allocatable :: field(:, :)        !! Of the Earth, T
         real(dp), allocatable :: field_rate(:, :)   !! Its change along the orbit, T/s
-        real(dp), allocatable :: up(:, :)           !! Unit vector from the Earth's centre
-        real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
         type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
         real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
         real(dp), allocatable :: shadow_edges(:)    !! Times of the attitude between which the Sun's light changes
         integer :: expected = 0                     !! Samples of the accelerometer
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings
-        integer :: without_current = 0              !! For gaps in the currents
         integer :: outliers = 0                     !! As outliers
         integer :: firings_inside = 0    !! Thruster firings between start and stop
         real(dp) :: mean_field(3) = 0               !! T
@@ -49,7 +52,9 @@ module gracecg_level1_calibration
 
     type :: level1_calibration_t
         !! What a folder says of a calibration manoeuvre
-        character(:), allocatable :: places             !! Of the files, as the user gave them
+        type(level1_setup_t) :: setup                   !! What the operator says; the mass is that of a product that has it
+        type(level1_folder_t) :: files                  !! Of the satellite
+        type(level1_clock_t) :: clock                   !! That takes their tags to GPS time
         character(1) :: satellite = ''    !! A to D
         character(10) :: date = ''                      !! Of the epoch, GPS
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
@@ -75,6 +80,12 @@ module gracecg_level1_calibration
         type(string_t), allocatable :: notes(:)         !! What is unusual
     end type level1_calibration_t
 
+    !> What products give, by the letters that they begin with
+    character(3), parameter :: FAMILIES(11) = ['ACC', 'MAG', 'SCA', 'QSA', 'IMU', 'GNI', 'GNV', 'THR', 'CLK', 'TIM', 'MAS']
+    character(40), parameter :: GIVES(11) = [character(40) :: 'accelerations', 'currents of the rods, measured field', &
+        'attitude', 'axes of the star cameras', 'angles of the gyros', 'orbit, inertial', 'orbit, Earth-fixed', &
+        'firings of thrusters', 'GPS less receiver time', 'receiver less on-board time', 'masses']
+
 contains
 
     !> The middle of the manoeuvre, GPS s past 2000-01-01 12:00.
@@ -98,17 +109,23 @@ contains
     !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
     !> magnetometer is closer to the model: PLACES and LEAST are fitted to the simulated sets four60 and dirty, where that
     !> difference is 5 nT and the model's field is the true one.
-    pure real(dp) function field_sigma(calibration, setup) result(sigma)
+    pure real(dp) function field_sigma(calibration) result(sigma)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
 
         integer, parameter :: PLACES = 3
         real(dp), parameter :: LEAST = 10*NANOTESLA     ! What no difference shows: a constant along SRF of that size
 
-        sigma = setup%field_sigma
+        sigma = calibration%setup%field_sigma
         if (calibration%field_difference < 0 .or. count(calibration%spans%used) < PLACES) return
         sigma = min(sigma, max(LEAST, calibration%field_difference))
     end function field_sigma
+
+    !> Whether the operator, or every axis along the orbit, confirms the signs of the accelerometer.
+    pure logical function signs_are_known(calibration)
+        type(level1_calibration_t), intent(in) :: calibration
+
+        signs_are_known = calibration%setup%signs_known .or. all(calibration%follows == 1)
+    end function signs_are_known
 
     !> Notes something unusual.
     subroutine note(calibration, text)
@@ -140,4 +157,84 @@ contains
         if (span%used) span%reason = reason
         span%used = .false.
     end subroutine leave_out
+
+    !> The files of one of some products, on every day that has one: the first product that is there on as many days as
+    !> any of them.
+    subroutine find_files(calibration, products, paths)
+        type(level1_calibration_t), intent(in) :: calibration
+        character(5), intent(in) :: products(:)    !! Names of products, the preferred first
+        type(string_t), allocatable, intent(out) :: paths(:)    !! In order of the days; none: there is none
+
+        integer :: i
+
+        i = maxloc([(calibration%files%days_with(products(i)), i=1, size(products))], 1)
+        call calibration%files%paths_of(products(i), paths)
+    end subroutine find_files
+
+    !> Reads the wanted fields of a product in GPS time.
+    subroutine read_product(paths, calibration, fields, records, error, windows)
+        type(string_t), intent(in) :: paths(:)
+        character(*), intent(in) :: fields(:)               !! Their names
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(level1_records_t), intent(out) :: records
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: windows(:, :)     !! (2, n), s past 2000-01-01 12:00; absent: all
+
+        integer :: extrapolated, i
+
+        call read_level1(paths, records, error, fields, windows)
+        if (allocated(error)) return
+        call note_product(calibration, records%layout%product, paths)
+        if (records%count == 0) return
+        if (records%satellite /= calibration%satellite) then
+            call fail(error, records%path//': its records are of satellite '//records%satellite//', not '// &
+                      calibration%satellite)
+            return
+        end if
+        if (records%layout%product(5:5) == 'A' .and. records%time_ref == 'G') call note(calibration, records%layout%product// &
+            ': its tags say GPS time, a 1A product has those of the on-board computer: they may be tags left in OBC time')
+        call to_gps_time(records, calibration%clock, extrapolated)
+        if (extrapolated > 0) call note(calibration, records%layout%product//': '//integer_text(extrapolated)// &
+                                        ' tags are beyond CLK1B, which is extrapolated')
+        do i = 1, size(records%warnings)
+            call note(calibration, records%layout%product//': '//records%warnings(i)%text)
+        end do
+    end subroutine read_product
+
+    !> Notes that a product was read, from which files.
+    subroutine note_product(calibration, product, paths)
+        type(level1_calibration_t), intent(inout) :: calibration
+        character(5), intent(in) :: product     !! Its name
+        type(string_t), intent(in) :: paths(:)
+
+        type(origin_t) :: origin
+        integer :: i
+
+        if (.not. allocated(calibration%products)) allocate (calibration%products(0))
+        if (any(calibration%products%name == product)) return
+        origin%name = product
+        i = findloc(FAMILIES, product(:3), 1)
+        if (i > 0) origin%meaning = GIVES(i)
+        do i = 1, size(paths)
+            if (i > 1) origin%source = trim(origin%source)//', '
+            origin%source = trim(origin%source)//' '//name_of(paths(i)%text)
+        end do
+        origin%source = adjustl(origin%source)
+        calibration%products = [calibration%products, origin]
+    end subroutine note_product
+
+    !> Which records have none of some bits set in the quality flag.
+    pure function without_bits(records, bits) result(good)
+        type(level1_records_t), intent(in) :: records
+        integer, intent(in) :: bits(:)              !! From 0
+        logical :: good(records%count)
+
+        integer :: i, column, flag
+
+        column = records%field_of('qualflg')
+        do i = 1, records%count
+            flag = nint(records%values(i, column))
+            good(i) = .not. any(btest(flag, bits))
+        end do
+    end function without_bits
 end module gracecg_level1_calibration

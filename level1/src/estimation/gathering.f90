@@ -10,20 +10,17 @@ module gracecg_level1_gathering
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
-    use gracecg_level1_folder, only: level1_folder_t, open_level1_folder
+    use gracecg_level1_folder, only: open_level1_folder
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_time, only: level1_clock_t, new_level1_clock, gps_date_text
-    use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
-        middle_of, SPAN_MARGIN
+    use gracecg_level1_time, only: new_level1_clock, gps_day
+    use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, middle_of, &
+        SPAN_MARGIN, find_files, note_product
     use gracecg_level1_along_orbit, only: compare_along_orbit
-    use gracecg_level1_origins, only: take_from_products
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
-    use gracecg_level1_product_reading, only: find_files, note_product
-    use gracecg_level1_series, only: interpolate
+    use gracecg_level1_series, only: interpolate, find_strays, take_away
     use gracecg_level1_spans, only: said_spans, choose_spans, equal_spans
-    use gracecg_level1_strays, only: find_strays
     implicit none
     private
     public :: gather_calibration
@@ -49,37 +46,30 @@ contains
         real(dp), intent(in), optional :: every     !! Rods are driven all the time: spans of so many seconds throughout the
                                                     !! files, or the first one given; absent or 0: a manoeuvre
 
-        type(level1_folder_t) :: paths
-        type(level1_clock_t) :: clock
-        type(level1_setup_t) :: known
         real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
         character(:), allocatable :: wanted
-        character(26) :: date
         integer :: i
 
         wanted = ''
         if (present(day)) wanted = day
-        allocate (calibration%notes(0))
-        call open_files(places, satellite, wanted, paths, calibration, error)
-        if (.not. allocated(error)) call make_clock(paths, calibration, clock, error)
+        calibration%setup = setup
+        call open_files(places, satellite, wanted, calibration, error)
+        if (.not. allocated(error)) call make_clock(calibration, error)
         if (present(every)) calibration%all_day = every > 0
         if (calibration%all_day) then
             said = reshape([0.0_dp, huge(1.0_dp)/2], [2, 1])
             if (size(given_span) > 0) said = reshape([given_span(1, 1), sum(given_span(:, 1))], [2, 1])
-            if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
+            if (.not. allocated(error)) call read_currents(said, calibration, error)
             if (allocated(error)) return
             spans = equal_spans(calibration%current_time, said(:, 1) - real(calibration%epoch, dp), every)
             calibration%spans_from = merge('a part of the files   ', 'the whole of the files', size(given_span) > 0)
         else
-            if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
-            if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
-            if (.not. allocated(error)) call choose_spans(said, wanted, setup, calibration, spans, error)
+            if (.not. allocated(error)) call said_spans(spans_file, given_span, calibration, said, error)
+            if (.not. allocated(error)) call read_currents(said, calibration, error)
+            if (.not. allocated(error)) call choose_spans(said, wanted, calibration, spans, error)
             if (allocated(error)) return
         end if
-        if (size(paths%days) > 1) then
-            date = gps_date_text(calibration%epoch + floor(spans(1, 1), i8), 0.0_dp)
-            calibration%date = date(:len(calibration%date))
-        end if
+        if (size(calibration%files%days) > 1) calibration%date = gps_day(calibration%epoch + floor(spans(1, 1), i8))
         allocate (calibration%spans(size(spans, 2)))
         do i = 1, size(spans, 2)
             calibration%spans(i)%start = spans(1, i)
@@ -91,63 +81,54 @@ contains
         windows = spans + real(calibration%epoch, dp)
         windows(1, :) = windows(1, :) - SPAN_MARGIN - READ_MARGIN
         windows(2, :) = windows(2, :) + SPAN_MARGIN + READ_MARGIN
-        call read_firings(paths, clock, calibration, error)
-        if (.not. allocated(error)) call read_accelerometer(paths, setup, clock, calibration, windows, error)
-        if (.not. allocated(error)) call read_attitude(paths, setup, clock, calibration, windows, error)
-        if (.not. allocated(error)) call read_gyros(paths, clock, calibration, windows, error)
+        call read_firings(calibration, error)
+        if (.not. allocated(error)) call read_accelerometer(calibration, windows, error)
+        if (.not. allocated(error)) call read_attitude(calibration, windows, error)
+        if (.not. allocated(error)) call read_gyros(calibration, windows, error)
         if (allocated(error)) return
         call fit_magnetometer(calibration, field_choice == 'magnetometer', error)
         if (allocated(error)) return
-        call edit_spans(setup, calibration)
+        call edit_spans(calibration)
         call find_shadow_edges(calibration)
-        call read_masses(paths, setup, calibration, error)
+        call read_masses(calibration, error)
         if (allocated(error)) return
-        known = setup
-        call take_from_products(calibration, known)
-        call compare_along_orbit(paths, known, clock, calibration)
+        call compare_along_orbit(calibration)
     end subroutine gather_calibration
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
-    subroutine open_files(places, satellite, day, files, calibration, error)
+    subroutine open_files(places, satellite, day, calibration, error)
         character(*), intent(in) :: places(:), satellite, day
-        type(level1_folder_t), intent(out) :: files
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: found(:)
-        character(1) :: wanted
-        integer :: i
 
-        wanted = satellite
-        call open_level1_folder(places, wanted, files, error, day)
-        if (allocated(error)) return
-        calibration%places = files%places
-        calibration%satellite = files%satellite
-        calibration%date = files%date
-        do i = 1, size(files%warnings)
-            call note(calibration, files%warnings(i)%text)
-        end do
-        call files%paths_of('ACC1A', found)
-        if (size(found) > 0) return
-        call fail(error, files%places//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
-                  'observation; its name is like ACC1A_2020-02-01_C_04.txt')
-        call find_files(files, ['ACT1A', 'ACT1B'], found)
+        associate (files => calibration%files)
+            call open_level1_folder(places, satellite, files, error, day)
+            if (allocated(error)) return
+            calibration%satellite = files%satellite
+            calibration%date = files%date
+            calibration%notes = files%warnings
+            call files%paths_of('ACC1A', found)
+            if (size(found) > 0) return
+            call fail(error, files%places//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
+                      'observation; its name is like ACC1A_2020-02-01_C_04.txt')
+        end associate
+        call find_files(calibration, ['ACT1A', 'ACT1B'], found)
         if (size(found) > 0) error%message = error%message//'. ACT data are no observation: they may be transplanted from '// &
             'the other satellite, and have no angular accelerations'
     end subroutine open_files
 
     !> Time: CLK1B, TIM1B. Without CLK1B tags are taken as they are, and that is said.
-    subroutine make_clock(paths, calibration, clock, error)
-        type(level1_folder_t), intent(in) :: paths
+    subroutine make_clock(calibration, error)
         type(level1_calibration_t), intent(inout) :: calibration
-        type(level1_clock_t), intent(out) :: clock
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_records_t) :: clk, tim
         type(string_t), allocatable :: found(:), others(:)
 
-        call paths%paths_of('CLK1B', found)
-        call paths%paths_of('TIM1B', others)
+        call calibration%files%paths_of('CLK1B', found)
+        call calibration%files%paths_of('TIM1B', others)
         if (size(found) == 0) then
             call fail(error, 'no file of product CLK1B of satellite '//calibration%satellite//': the tags of ACC1A cannot be '// &
                       'taken to GPS time')
@@ -159,10 +140,10 @@ contains
         if (size(others) > 0) then
             call note_product(calibration, 'TIM1B', others)
             call read_level1(others, tim, error)
-            if (.not. allocated(error)) call new_level1_clock(clock, error, clk, tim)
+            if (.not. allocated(error)) call new_level1_clock(calibration%clock, error, clk, tim)
         else
             call note(calibration, 'no TIM1B: receiver time is taken as that of the on-board computer')
-            call new_level1_clock(clock, error, clk)
+            call new_level1_clock(calibration%clock, error, clk)
         end if
     end subroutine make_clock
 
@@ -281,8 +262,7 @@ contains
         real(dp), parameter :: LEAST = 5            ! s: 200 nT
         real(dp), parameter :: SHARE = 0.75_dp      ! Of the squares
         type(error_t), allocatable :: singular
-        real(dp), dimension(size(rows, 1), size(rows, 1)) :: normal, covariance
-        real(dp) :: rhs(size(rows, 1)), x(size(rows, 1)), condition, product, square, total, series(count(kept), 2)
+        real(dp) :: product, square, total, series(count(kept), 2)
         integer, allocatable :: which(:)
         integer :: axis, i
 
@@ -294,10 +274,8 @@ contains
             series(:, 1) = differences(which, axis)
             series(:, 2) = rates(which, axis)
             do i = 1, 2
-                call normal_equations(rows(:, which), series(:, i), normal, rhs)
-                call solve_normal_equations(normal, rhs, x, covariance, condition, singular)
+                call take_away(rows(:, which), series(:, i), singular)
                 if (allocated(singular)) return
-                series(:, i) = series(:, i) - matmul(x, rows(:, which))
             end do
             product = product + sum(series(:, 1)*series(:, 2))
             square = square + sum(series(:, 2)**2)
@@ -307,48 +285,44 @@ contains
     end subroutine find_orbit_delay
 
     !> Leaves out samples at firings and at gaps of the currents, and spans with too little.
-    subroutine edit_spans(setup, calibration)
-        type(level1_setup_t), intent(in) :: setup
+    subroutine edit_spans(calibration)
         type(level1_calibration_t), intent(inout) :: calibration
 
         real(dp), parameter :: LONGEST_STEP = 1.5_dp    ! Intervals of the currents
+        integer, parameter :: MOST_STEPS = 2000         ! That give the usual interval
         real(dp), parameter :: LINEAR_NOISE = 1e-8_dp, ANGULAR_NOISE = 1e-6_dp      ! m/s^2, rad/s^2
-        logical, allocatable :: stays(:), stray(:), also(:)
+        logical, allocatable :: stays(:), stray(:)
         real(dp) :: interval, gap
         integer :: i, k, n, before
 
         n = size(calibration%current_time)
-        interval = median_step(calibration%current_time)
+        associate (t => calibration%current_time(:min(n, MOST_STEPS)))
+            interval = median_of(t(2:) - t(:size(t) - 1))
+        end associate
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
-                allocate (stays(size(span%time)), source=.true.)
+                stays = spread(.true., 1, size(span%time))
                 do k = 1, size(span%firings)
-                    stays = stays .and. .not. (span%time > span%firings(k) - setup%veto_before .and. &
-                                               span%time < span%firings(k) + setup%veto_after)
+                    stays = stays .and. .not. (span%time > span%firings(k) - calibration%setup%veto_before .and. &
+                                               span%time < span%firings(k) + calibration%setup%veto_after)
                 end do
                 span%vetoed = count(.not. stays)
                 do k = 1, size(span%time)
                     before = last_not_after(calibration%current_time, span%time(k))
                     if (before < 1 .or. before >= n) then
                         stays(k) = .false.
-                    else
-                        if (calibration%current_time(before + 1) - calibration%current_time(before) > LONGEST_STEP*interval) &
-                            stays(k) = .false.
+                    else if (calibration%current_time(before + 1) - calibration%current_time(before) > LONGEST_STEP*interval) then
+                        stays(k) = .false.
                     end if
                 end do
-                span%without_current = count(.not. stays) - span%vetoed
                 call keep_samples(span, stays)
-                deallocate (stays)
-                allocate (stray(size(span%time)), also(size(span%time)))
-                call find_strays(span%time, span%linear, LINEAR_NOISE, stray)
-                also = .false.
-                if (calibration%has_angular) call find_strays(span%time, span%angular, ANGULAR_NOISE, also)
-                span%outliers = count(stray .or. also)
-                call keep_samples(span, .not. (stray .or. also))
-                deallocate (stray, also)
+                stray = find_strays(span%time, span%linear, LINEAR_NOISE)
+                if (calibration%has_angular) stray = stray .or. find_strays(span%time, span%angular, ANGULAR_NOISE)
+                span%outliers = count(stray)
+                call keep_samples(span, .not. stray)
                 if (.not. span%used) cycle
                 if (calibration%all_day) cycle      ! arcs without them are none
-                if (size(span%time) < setup%least_share*span%expected) then
+                if (size(span%time) < calibration%setup%least_share*span%expected) then
                     call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &
                                    ' samples')
                     cycle
@@ -356,7 +330,7 @@ contains
                 gap = maxval(span%attitude_time(2:) - span%attitude_time(:size(span%attitude_time) - 1), &
                              mask=span%attitude_time(2:) > span%start .and. &
                              span%attitude_time(:size(span%attitude_time) - 1) < span%stop)
-                if (gap > setup%longest_attitude_gap .or. span%attitude_time(1) > span%start .or. &
+                if (gap > calibration%setup%longest_attitude_gap .or. span%attitude_time(1) > span%start .or. &
                     span%attitude_time(size(span%attitude_time)) < span%stop) &
                     call leave_out(span, 'a gap in the attitude')
             end associate
@@ -395,19 +369,8 @@ contains
         end do
     end subroutine find_shadow_edges
 
-    pure real(dp) function median_step(times) result(step)
-        real(dp), intent(in) :: times(:)
-
-        integer :: n
-
-        n = min(size(times), 2000)
-        step = median_of(times(2:n) - times(:n - 1))
-    end function median_step
-
     !> The masses of MAS1B or MAS1A: gas, and that of the satellite. Fails where neither they nor the setup say the latter.
-    subroutine read_masses(paths, setup, calibration, error)
-        type(level1_folder_t), intent(in) :: paths
-        type(level1_setup_t), intent(in) :: setup
+    subroutine read_masses(calibration, error)
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
@@ -416,43 +379,46 @@ contains
         type(string_t), allocatable :: found(:)
         integer :: i
 
-        call find_files(paths, ['MAS1B', 'MAS1A'], found)
+        call find_files(calibration, ['MAS1B', 'MAS1A'], found)
         if (size(found) > 0) then
             call read_level1(found, records, error)
             if (allocated(error)) return
             call note_product(calibration, records%layout%product, found)
             do i = 1, 2
-                call take_mass(records, 'gas_mass_tnk'//integer_text(i), middle_of(calibration), calibration%gas(i))
+                call take_mass('gas_mass_tnk'//integer_text(i), calibration%gas(i))
             end do
-            call take_mass(records, 'mass_tnk', middle_of(calibration), calibration%mass)
-            call take_mass(records, 'mass_thr', middle_of(calibration), calibration%mass)
+            call take_mass('mass_tnk', calibration%mass)
+            call take_mass('mass_thr', calibration%mass)
         end if
-        if (calibration%mass < 0 .and. .not. setup%mass > 0) then
-            call fail(error, 'the mass is not known: MAS1B does not have it (that of GRACE-FO has the gas alone); say mass in '// &
-                      '&mass_properties of the setup, in kg')
-        else if (calibration%mass > 0 .and. abs(setup%mass - calibration%mass) > APART*calibration%mass .and. setup%mass > 0) then
-            call note(calibration, 'the setup says a mass of '//trim(rounded_text(setup%mass, 5))//' kg, MAS1B '// &
-                      trim(rounded_text(calibration%mass, 5))//' kg, which is taken')
-        end if
+        associate (said => calibration%setup%mass)
+            if (calibration%mass < 0 .and. .not. said > 0) then
+                call fail(error, 'the mass is not known: MAS1B does not have it (that of GRACE-FO has the gas alone); say mass '// &
+                          'in &mass_properties of the setup, in kg')
+            else if (calibration%mass > 0 .and. abs(said - calibration%mass) > APART*calibration%mass .and. said > 0) then
+                call note(calibration, 'the setup says a mass of '//trim(rounded_text(said, 5))//' kg, MAS1B '// &
+                          trim(rounded_text(calibration%mass, 5))//' kg, which is taken')
+            end if
+            if (calibration%mass > 0) said = calibration%mass
+        end associate
+
+    contains
+
+        !> A mass in the middle of the manoeuvre; where no record has it, it stays what it is.
+        subroutine take_mass(field, mass)
+            character(*), intent(in) :: field           !! Of MAS1A, MAS1B
+            real(dp), intent(inout) :: mass             !! kg
+
+            real(dp) :: nearest, distance
+            integer :: i, column
+
+            column = records%field_of(field)
+            nearest = huge(nearest)
+            do i = 1, records%count
+                distance = abs(real(records%seconds(i), dp) - middle_of(calibration))
+                if (.not. records%values(i, column) > 0 .or. distance >= nearest) cycle
+                nearest = distance
+                mass = records%values(i, column)
+            end do
+        end subroutine take_mass
     end subroutine read_masses
-
-    !> A mass at a time; where no record has it, it stays what it is.
-    subroutine take_mass(records, field, time, mass)
-        type(level1_records_t), intent(in) :: records
-        character(*), intent(in) :: field           !! Of MAS1A, MAS1B
-        real(dp), intent(in) :: time                !! s past 2000-01-01 12:00 GPS
-        real(dp), intent(inout) :: mass             !! kg
-
-        real(dp) :: nearest, distance
-        integer :: i, column
-
-        column = records%field_of(field)
-        nearest = huge(nearest)
-        do i = 1, records%count
-            distance = abs(real(records%seconds(i), dp) - time)
-            if (.not. records%values(i, column) > 0 .or. distance >= nearest) cycle
-            nearest = distance
-            mass = records%values(i, column)
-        end do
-    end subroutine take_mass
 end module gracecg_level1_gathering

@@ -7,7 +7,7 @@ module gracecg_level1_gyros
     use gracecg_base_statistics, only: median_of
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
     use gracecg_estimation_outlier_editing, only: leave_out_worst
-    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, level1_gyro_t
     use gracecg_level1_series, only: interpolate
     implicit none
     private
@@ -100,8 +100,8 @@ contains
 
         integer, parameter :: FEWEST = 20
         integer, allocatable :: wanted(:)
-        real(dp), allocatable :: angles(:, :), sampled(:, :)
-        real(dp) :: first, last, angle(1)
+        real(dp), allocatable :: angles(:, :)
+        real(dp) :: first, last
         integer :: i, j, k
 
         allocate (rows(3, 0), gyros(size(list), 0))
@@ -115,13 +115,7 @@ contains
                 allocate (angles(3 + size(list), size(wanted)))
                 angles(:3, :) = span%angle(:, wanted)
                 do j = 1, size(list)
-                    associate (gyro => span%gyros(list(j)))
-                        sampled = reshape(gyro%angle, [1, size(gyro%angle)])
-                        do k = 1, size(wanted)
-                            call interpolate(gyro%time, sampled, span%attitude_time(wanted(k)), angle)
-                            angles(3 + j, k) = angle(1)
-                        end do
-                    end associate
+                    angles(3 + j, :) = angles_at(span%gyros(list(j)), span%attitude_time(wanted))
                 end do
                 ! Bias and drift of the gyros; the mean rate of the satellite goes with them but where spans differ, so that
                 ! only the offset is taken away.
@@ -143,8 +137,8 @@ contains
         real(dp), allocatable, intent(out) :: times(:)    !! s
         real(dp), allocatable, intent(out) :: angles(:, :)      !! (3, n), rad
 
-        real(dp), allocatable :: seen(:, :), sampled(:, :)
-        integer :: i, k, first, last
+        real(dp), allocatable :: seen(:, :)
+        integer :: k, first, last
 
         associate (all => span%gyros(axes%gyro(1))%time)
             first = max(3, last_not_after(all, from))
@@ -154,14 +148,21 @@ contains
         end associate
         allocate (seen(size(axes%gyro), size(times)))
         do k = 1, size(axes%gyro)
-            associate (gyro => span%gyros(axes%gyro(k)))
-                sampled = reshape(gyro%angle, [1, size(gyro%angle)])
-                do i = 1, size(times)
-                    call interpolate(gyro%time, sampled, times(i), seen(k:k, i))
-                end do
-                seen(k, :) = seen(k, :) - gyro%angle(1)
-            end associate
+            seen(k, :) = angles_at(span%gyros(axes%gyro(k)), times) - span%gyros(axes%gyro(k))%angle(1)
         end do
         angles = matmul(inverse_3x3(matmul(axes%axis, transpose(axes%axis))), matmul(axes%axis, seen))
     end subroutine gyro_attitude
+
+    !> The angles of a gyro between its samples.
+    pure function angles_at(gyro, times) result(angles)
+        type(level1_gyro_t), intent(in) :: gyro
+        real(dp), intent(in) :: times(:)        !! s
+        real(dp) :: angles(size(times))         !! rad
+
+        integer :: i
+
+        do i = 1, size(times)
+            call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), times(i), angles(i:i))
+        end do
+    end function angles_at
 end module gracecg_level1_gyros

@@ -7,14 +7,10 @@ module gracecg_level1_instruments
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_level1_frames, only: srf_of_accelerometer
-    use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_records, only: level1_records_t
-    use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_time, only: level1_clock_t
-    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN
+    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, find_files, read_product, without_bits
     use gracecg_level1_spans, only: find_spans
-    use gracecg_level1_strays, only: find_strays
-    use gracecg_level1_product_reading, only: find_files, read_product, without_bits
+    use gracecg_level1_series, only: find_strays
     implicit none
     private
     public :: read_currents, read_firings, read_accelerometer, read_gyros
@@ -23,10 +19,7 @@ contains
 
     !> Net currents of the rods and the measured field, of MAG1B or MAG1A: of one file all; of several those around
     !> manoeuvres, which are looked for in one file after the other, and around the spans that are said.
-    subroutine read_currents(paths, clock, setup, said, calibration, error)
-        type(level1_folder_t), intent(in) :: paths
-        type(level1_clock_t), intent(in) :: clock
-        type(level1_setup_t), intent(in) :: setup
+    subroutine read_currents(said, calibration, error)
         real(dp), intent(in) :: said(:, :)      !! (2, n): begin and end of spans, s past 2000-01-01 12:00 GPS
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
@@ -40,14 +33,14 @@ contains
         integer(i8) :: first
         integer :: i, n
 
-        call find_files(paths, ['MAG1B', 'MAG1A'], found)
+        call find_files(calibration, ['MAG1B', 'MAG1A'], found)
         if (size(found) == 0) then
             call fail(error, 'no file of product MAG1B or MAG1A of satellite '//calibration%satellite//': the currents of the '// &
                       'torque rods are not known')
             return
         end if
         if (size(found) == 1) then
-            call take_currents(found, clock, calibration, error)
+            call take_currents(found, calibration, error)
             return
         end if
         windows = said
@@ -55,15 +48,15 @@ contains
         windows(2, :) = said(2, :) + AROUND
         first = huge(first)
         of_file%satellite = calibration%satellite
+        of_file%clock = calibration%clock
         allocate (of_file%notes(0))
         do i = 1, size(found)
-            call take_currents(found(i:i), clock, of_file, error)
+            call take_currents(found(i:i), of_file, error)
             if (allocated(error)) return
             n = size(of_file%current_time)
             epoch = real(of_file%epoch, dp)
             ends = epoch + [0.0_dp, of_file%current_time(n)]
-            call find_spans(of_file%current_time, of_file%current, setup%science_current, setup%excitation_current, &
-                            setup%sine_share, spans)
+            call find_spans(of_file%current_time, of_file%current, calibration%setup, spans)
             if (size(spans) > 0 .or. any(said(1, :) < ends(2) .and. said(2, :) > ends(1))) first = min(first, of_file%epoch)
             spans = spans + epoch
             windows = reshape([windows, ends(1), ends(1) + AT_ENDS, ends(2) - AT_ENDS, ends(2)], [2, size(windows, 2) + 2])
@@ -72,16 +65,15 @@ contains
             end do
         end do
         calibration%largest_current = of_file%largest_current
-        call take_currents(found, clock, calibration, error, windows)
+        call take_currents(found, calibration, error, windows)
         if (allocated(error) .or. first == huge(first)) return
         calibration%current_time = calibration%current_time + real(calibration%epoch - first, dp)
         calibration%epoch = first
     end subroutine read_currents
 
     !> Net currents, |A| - |B|, and the measured field of some files.
-    subroutine take_currents(found, clock, calibration, error, windows)
+    subroutine take_currents(found, calibration, error, windows)
         type(string_t), intent(in) :: found(:)
-        type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: windows(:, :)     !! (2, n), s past 2000-01-01 12:00; absent: all
@@ -93,7 +85,7 @@ contains
         logical :: grace_fo
         integer :: negative_a, wrong_b
 
-        call read_product(found, clock, calibration, FIELDS, mag, error, windows)
+        call read_product(found, calibration, FIELDS, mag, error, windows)
         if (allocated(error)) return
         call mag%drop(.not. without_bits(mag, [0, 6]) .or. any(ieee_is_nan(mag%values), 2))
         if (mag%count < 10) then
@@ -116,9 +108,7 @@ contains
     end subroutine take_currents
 
     !> Thruster firings at the spans.
-    subroutine read_firings(paths, clock, calibration, error)
-        type(level1_folder_t), intent(in) :: paths
-        type(level1_clock_t), intent(in) :: clock
+    subroutine read_firings(calibration, error)
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
@@ -131,13 +121,13 @@ contains
         do i = 1, size(calibration%spans)
             allocate (calibration%spans(i)%firings(0))
         end do
-        call find_files(paths, ['THR1B', 'THR1A'], found)
+        call find_files(calibration, ['THR1B', 'THR1A'], found)
         if (size(found) == 0) then
             call note(calibration, 'no THR1B or THR1A: firings of thrusters are not known, and no sample is vetoed')
             return
         end if
         fields = [character(10) :: ('on_time_'//integer_text(i), i=1, 14)]
-        call read_product(found, clock, calibration, fields, records, error)
+        call read_product(found, calibration, fields, records, error)
         if (allocated(error)) return
         if (records%count == 0) return
         call records%drop(.not. any(records%values > 0, 2))
@@ -151,10 +141,7 @@ contains
     end subroutine read_firings
 
     !> Samples of ACC1A in SRF.
-    subroutine read_accelerometer(paths, setup, clock, calibration, windows, error)
-        type(level1_folder_t), intent(in) :: paths
-        type(level1_setup_t), intent(in) :: setup
-        type(level1_clock_t), intent(in) :: clock
+    subroutine read_accelerometer(calibration, windows, error)
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
@@ -173,10 +160,10 @@ contains
 
         second = calibration%epoch
         fraction = 0
-        call clock%gps_time(second, fraction)
+        call calibration%clock%gps_time(second, fraction)
         calibration%clock_correction = real(second - calibration%epoch, dp) + fraction
-        call find_files(paths, ['ACC1A'], found)
-        call read_product(found, clock, calibration, FIELDS, acc, error, windows)
+        call find_files(calibration, ['ACC1A'], found)
+        call read_product(found, calibration, FIELDS, acc, error, windows)
         if (allocated(error)) return
         if (acc%count < 10) then
             call fail(error, acc%path//': no samples within the spans of the manoeuvre')
@@ -209,17 +196,15 @@ contains
                 allocate (span%linear(3, size(wanted)), span%angular(3, size(wanted)))
                 do k = 1, size(wanted)
                     sample = acc%values(wanted(k), 1:6)
-                    span%linear(:, k) = srf_of_accelerometer(sample(:3), setup%accelerometer_axes)
-                    span%angular(:, k) = srf_of_accelerometer(sample(4:), setup%accelerometer_axes)
+                    span%linear(:, k) = srf_of_accelerometer(sample(:3), calibration%setup%accelerometer_axes)
+                    span%angular(:, k) = srf_of_accelerometer(sample(4:), calibration%setup%accelerometer_axes)
                 end do
             end associate
         end do
     end subroutine read_accelerometer
 
     !> Angles of the gyros, where there are any.
-    subroutine read_gyros(paths, clock, calibration, windows, error)
-        type(level1_folder_t), intent(in) :: paths
-        type(level1_clock_t), intent(in) :: clock
+    subroutine read_gyros(calibration, windows, error)
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
@@ -241,9 +226,9 @@ contains
                 allocate (calibration%spans(i)%gyros(k)%time(0), calibration%spans(i)%gyros(k)%angle(0))
             end do
         end do
-        call find_files(paths, ['IMU1B', 'IMU1A'], found)
+        call find_files(calibration, ['IMU1B', 'IMU1A'], found)
         if (size(found) == 0) return
-        call read_product(found, clock, calibration, FIELDS, imu, error, windows)
+        call read_product(found, calibration, FIELDS, imu, error, windows)
         if (allocated(error)) return
         if (imu%count == 0) return
         call imu%drop(.not. without_bits(imu, [0, 1, 6]))
@@ -259,12 +244,10 @@ contains
                     span%gyros(k)%time = pack(times, wanted)
                     span%gyros(k)%angle = pack(imu%values(:, 2), wanted)*DEGREE
                     associate (gyro => span%gyros(k))
-                        allocate (stray(size(gyro%time)))
-                        call find_strays(gyro%time, reshape(gyro%angle, [1, size(stray)]), NOISE, stray)
+                        stray = find_strays(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), NOISE)
                         n_stray = n_stray + count(stray)
                         gyro%time = pack(gyro%time, .not. stray)
                         gyro%angle = pack(gyro%angle, .not. stray)
-                        deallocate (stray)
                     end associate
                 end do
                 calibration%has_gyros = calibration%has_gyros .and. &

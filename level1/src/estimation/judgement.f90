@@ -2,25 +2,21 @@
 module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
-    use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_offset_movement, only: movement_words, axis_words
-    use gracecg_level1_setup, only: level1_setup_t
-    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
     use gracecg_level1_held_currents, only: rod_acceleration
-    use gracecg_level1_leakage, only: WORST_CONDITION
-    use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
-    use gracecg_level1_solution, only: level1_solution_t, sigma_of
+    use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
     use gracecg_level1_time_shifts, only: shift_words
     use gracecg_observations_parameters, only: ROD_GAIN
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: name_faults, judge, take_action, offset_remark, signs_are_known, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
+    public :: name_faults, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
 
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
@@ -31,9 +27,8 @@ module gracecg_level1_judgement
 contains
 
     !> What to do: nothing is moved by an offset that is not to be used.
-    subroutine take_action(calibration, mass, estimate)
+    subroutine take_action(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
-        real(dp), intent(in) :: mass                !! Of the satellite, kg
         type(level1_estimate_t), intent(inout) :: estimate
 
         type(known_offset_t) :: known
@@ -48,16 +43,15 @@ contains
             else
                 known = known_of(first%offset, first%covariance, first%beliefs)
                 known%signs_seen = all(calibration%follows == 1)
-                call decide(known, mass, estimate%action)
+                call decide(known, calibration%setup%mass, estimate%action)
                 if (first%flag == 1) estimate%action%text = estimate%action%text//'; with care: '//trim(first%reason)
             end if
         end associate
     end subroutine take_action
 
     !> Names what is wrong with data or setup.
-    subroutine name_faults(calibration, setup, estimate)
+    subroutine name_faults(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
@@ -73,7 +67,7 @@ contains
         do k = 1, 3
             if (.not. estimate%rods%driven(k)) cycle
             if (estimate%rods%gain(k) < 0) call append(estimate%findings, 'wrong sign of rod '//AXES(k)// &
-                ': the attitude gives it a gain of '//trim(rounded_text(estimate%rods%gain(k)*setup%rod_gain(k), 4))// &
+                ': the attitude gives it a gain of '//trim(rounded_text(estimate%rods%gain(k)*calibration%setup%rod_gain(k), 4))// &
                 ' A m^2/mA; check rod_sign, or the sign of its currents')
         end do
         if (all(abs(estimate%rods%gain) < HARDLY .or. .not. estimate%rods%driven)) call append(estimate%findings, 'the '// &
@@ -82,7 +76,7 @@ contains
         call look_along_orbit(calibration, estimate)
         if (calibration%has_angular) call look_for_silent_rods(estimate)
         before = size(estimate%findings)
-        if (calibration%has_angular) call check_axes(setup, estimate)
+        if (calibration%has_angular) call check_axes(calibration%setup%accelerometer_axes, estimate)
         associate (correction => calibration%clock_correction)
             ! the delay of channels that do not follow the torque says nothing
             if (size(estimate%findings) == before .and. abs(correction) > LEAST_CORRECTION .and. &
@@ -114,7 +108,7 @@ contains
         k = count(estimate%disturbed)
         if (k > 0) call append(estimate%remarks, integer_text(k)//' of '//integer_text(size(estimate%disturbed))// &
                                ' arcs are disturbed: their noise is larger than that of the others, and they count less')
-        if (size(estimate%findings) == 0) call look_at_beliefs(setup%gain_sigma, estimate)
+        if (size(estimate%findings) == 0) call look_at_beliefs(calibration%setup%gain_sigma, estimate)
     end subroutine name_faults
 
     !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
@@ -294,8 +288,8 @@ contains
     end function offset_remark
 
     !> Whether the angular channels follow the torque in the axes that the setup says.
-    subroutine check_axes(setup, estimate)
-        type(level1_setup_t), intent(in) :: setup
+    subroutine check_axes(said, estimate)
+        integer, intent(in) :: said(3)      !! accelerometer_axes of the setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         integer, parameter :: PERMUTATIONS(3, 6) = reshape([1, 2, 3, 2, 3, 1, 3, 1, 2, 1, 3, 2, 2, 1, 3, 3, 2, 1], [3, 6])
@@ -303,7 +297,7 @@ contains
         type(torque_rods_t) :: rods
         real(dp) :: correlation(3, 3), product(3, 3), seen(3), acted(3), best, given, score
         real(dp), allocatable :: angular(:, :), torque(:, :)
-        integer :: i, k, axis, chosen, axes_found(3), signs(3)
+        integer :: i, k, axis, chosen, axes_found(3)
 
         product = 0
         seen = 0
@@ -346,12 +340,11 @@ contains
                         'satellite (transplanted ACT), or of another time')
         else if (best > given + CLEARLY) then
             do k = 1, 3
-                signs(k) = nint(sign(1.0_dp, correlation(k, PERMUTATIONS(k, chosen))))
-                axes_found(k) = signs(k)*setup%accelerometer_axes(PERMUTATIONS(k, chosen))
+                axes_found(k) = nint(sign(1.0_dp, correlation(k, PERMUTATIONS(k, chosen))))*said(PERMUTATIONS(k, chosen))
             end do
             call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
                         'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
-                        trim(axes_text(setup%accelerometer_axes)))
+                        trim(axes_text(said)))
         end if
     end subroutine check_axes
 
@@ -363,14 +356,6 @@ contains
         text = integer_text(numbers(1))//', '//integer_text(numbers(2))//', '//integer_text(numbers(3))
     end function axes_text
 
-    !> Whether the operator, or every axis along the orbit, confirms the signs of the accelerometer.
-    pure logical function signs_are_known(calibration, setup)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
-
-        signs_are_known = setup%signs_known .or. all(calibration%follows == 1)
-    end function signs_are_known
-
     !> Does a test of what the setup says fail, however little the offset would move?
     pure logical function is_contradicted(solution)
         type(level1_solution_t), intent(in) :: solution
@@ -380,16 +365,15 @@ contains
     end function is_contradicted
 
     !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
-    subroutine judge(calibration, setup, estimate)
+    subroutine judge(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
-        type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         real(dp), parameter :: SIGMAS = 3
         real(dp), parameter :: FAR = 2      ! Times the limit of chi square: the spans do not say the same
-        real(dp) :: sigma(3), difference(3), allowed(3)
+        real(dp) :: sigma(3)
         logical :: mixed
-        integer :: i, k
+        integer :: i
 
         do i = 1, size(estimate%solutions)
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
@@ -405,13 +389,9 @@ contains
                 if (is_contradicted(solution)) call lower(1, 'the data contradict the setup')
                 if (.not. estimate%settled) call lower(2, 'the fit does not settle')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
-                if (.not. signs_are_known(calibration, setup)) call lower(1, 'sign of the accelerometer not confirmed')
+                if (.not. signs_are_known(calibration)) call lower(1, 'sign of the accelerometer not confirmed')
                 if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
-                do k = 1, 3
-                    difference(k) = abs(solution%offset(k) - first%offset(k))
-                    allowed(k) = max(CLOSE_ENOUGH, SIGMAS*hypot(sigma(k), sqrt(first%covariance(k, k))))
-                end do
-                if (any(difference > allowed)) then
+                if (any(abs(solution%offset - first%offset) > max(CLOSE_ENOUGH, SIGMAS*hypot(sigma, sigma_of(first))))) then
                     call lower(2, 'disagrees with '//trim(first%source))
                     first%flag = 2
                     first%reason = trim(solution%source)//' disagrees'

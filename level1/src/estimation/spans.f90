@@ -1,19 +1,19 @@
-!> The sub-manoeuvres of a calibration: given, of an SOE file, or found in the currents of the rods.
+!> The sub-manoeuvres of a calibration: given, of an SOE file, or found in the currents of the rods; and the lines in these.
 module gracecg_level1_spans
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_constants, only: TWO_PI, DEGREE
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_text, only: string_t, integer_text, lower_case, parse_real, real_text, split_words
+    use gracecg_base_text, only: string_t, integer_text, parse_real, real_text, split_words
     use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, level1_span_t
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
-    use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: gps_date_text
-    use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN
     implicit none
     private
-    public :: said_spans, choose_spans, find_spans, equal_spans, strongest_line
+    public :: said_spans, choose_spans, find_spans, equal_spans, strongest_line, rod_lines_t, find_rod_lines
 
     real(dp), parameter :: WINDOW = 20, SHIFT = 4           !! s
     real(dp), parameter :: SLOWEST = 2/60.0_dp, FASTEST = 25/60.0_dp    !! Of lines, Hz
@@ -23,11 +23,17 @@ module gracecg_level1_spans
     integer, parameter :: FEWEST_SAMPLES = 20
     real(dp), parameter :: SHORTEST = 10                    !! A span, s
 
+    type :: rod_lines_t
+        !! The strongest line of each rod: amplitude sin(2 pi frequency (t - start) + phase)
+        real(dp) :: frequency(3) = 0        !! Hz
+        real(dp) :: amplitude(3) = 0        !! mA
+        real(dp) :: phase(3) = 0            !! deg
+    end type rod_lines_t
+
 contains
 
     !> The spans that are said, s past 2000-01-01 12:00 GPS: given, of a file, or of the SOE files in the folder.
-    subroutine said_spans(paths, spans_file, given_span, calibration, spans, error)
-        type(level1_folder_t), intent(in) :: paths
+    subroutine said_spans(spans_file, given_span, calibration, spans, error)
         character(*), intent(in) :: spans_file    !! A file of spans; empty: none
         real(dp), intent(in) :: given_span(:, :)    !! (2, n): begin and duration, s; of size 0: none
         type(level1_calibration_t), intent(inout) :: calibration
@@ -51,8 +57,8 @@ contains
             if (allocated(error)) return
             calibration%spans_from = 'a file'
         else
-            do i = 1, size(paths%events)
-                call read_events(paths%events(i)%text, events, error)
+            do i = 1, size(calibration%files%events)
+                call read_events(calibration%files%events(i)%text, events, error)
                 if (allocated(error)) return
                 call manoeuvre_spans(events, calibration%satellite, of_file)
                 spans = joined(spans, of_file)
@@ -77,10 +83,9 @@ contains
     end function joined
 
     !> The spans, s from the epoch: those that are said and lie within the data, else those that the currents show.
-    subroutine choose_spans(said, day, setup, calibration, spans, error)
+    subroutine choose_spans(said, day, calibration, spans, error)
         real(dp), intent(in) :: said(:, :)      !! (2, n): begin and end, s past 2000-01-01 12:00 GPS
         character(*), intent(in) :: day         !! The manoeuvre that this day has part of, YYYY-MM-DD; empty: the only one
-        type(level1_setup_t), intent(in) :: setup
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s
         type(error_t), allocatable, intent(out) :: error
@@ -103,10 +108,9 @@ contains
             end if
             if (size(spans, 2) == 0) call note(calibration, 'no span of '//trim(calibration%spans_from)//' lies within the data')
         end if
-        if (calibration%spans_from == FROM_EVENTS) call narrow_by_currents(setup, calibration, spans)
+        if (calibration%spans_from == FROM_EVENTS) call narrow_by_currents(calibration, spans)
         if (size(spans, 2) == 0) then
-            call find_spans(calibration%current_time, calibration%current, setup%science_current, setup%excitation_current, &
-                            setup%sine_share, spans)
+            call find_spans(calibration%current_time, calibration%current, calibration%setup, spans)
             calibration%spans_from = 'the currents'
         end if
         if (size(spans, 2) == 0) then
@@ -207,8 +211,7 @@ contains
 
     !> Events are said, currents flow: where an event is longer than what its currents show, or holds several
     !> sub-manoeuvres, these are the spans.
-    subroutine narrow_by_currents(setup, calibration, spans)
-        type(level1_setup_t), intent(in) :: setup
+    subroutine narrow_by_currents(calibration, spans)
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, m): begin and end, s
 
@@ -223,8 +226,7 @@ contains
         do i = 1, size(spans, 2)
             near = pack([(k, k=1, size(calibration%current_time))], calibration%current_time > spans(1, i) - AROUND .and. &
                         calibration%current_time < spans(2, i) + AROUND)
-            call find_spans(calibration%current_time(near), calibration%current(:, near), setup%science_current, &
-                            setup%excitation_current, setup%sine_share, found)
+            call find_spans(calibration%current_time(near), calibration%current(:, near), calibration%setup, found)
             found = some_of(found, found(1, :) > spans(1, i) - ENOUGH .and. found(2, :) < spans(2, i) + ENOUGH)
             if (size(found, 2) == 1) then
                 if (found(1, 1) < spans(1, i) + ENOUGH .and. found(2, 1) > spans(2, i) - ENOUGH) found = spans(:, i:i)
@@ -289,11 +291,10 @@ contains
 
     !> Begin and end of the sub-manoeuvres: where in a window of 20 s some rod's current ranges over more than a
     !> manoeuvre's, and lines of 2 to 25 cycles a minute explain the variance of every such rod.
-    subroutine find_spans(times, currents, science, excitation, share, spans)
+    subroutine find_spans(times, currents, setup, spans)
         real(dp), intent(in) :: times(:)                    !! Rising, s
         real(dp), intent(in) :: currents(:, :)              !! (3, n), mA
-        real(dp), intent(in) :: science, excitation         !! Level of science mode and least range, mA
-        real(dp), intent(in) :: share                       !! Of the variance
+        type(level1_setup_t), intent(in) :: setup           !! Level of science mode, least range, share of the variance
         real(dp), allocatable, intent(out) :: spans(:, :)   !! (2, m): begin and end, s
 
         logical :: driven(size(times))
@@ -303,18 +304,12 @@ contains
 
         driven = .false.
         start = times(1)
-        first = 1
         do while (start + WINDOW <= times(size(times)))
-            do while (times(first) < start)
-                first = first + 1
-            end do
-            end_of = first
-            do while (end_of < size(times))
-                if (times(end_of + 1) > start + WINDOW) exit
-                end_of = end_of + 1
-            end do
+            first = last_not_after(times, start)
+            if (times(first) < start) first = first + 1
+            end_of = last_not_after(times, start + WINDOW)
             if (end_of - first + 1 >= FEWEST_SAMPLES) then
-                if (is_driven(times(first:end_of), currents(:, first:end_of), excitation, share)) driven(first:end_of) = .true.
+                if (is_driven(first, end_of)) driven(first:end_of) = .true.
             end if
             start = start + SHIFT
         end do
@@ -329,7 +324,7 @@ contains
                 call add(begun, last)
                 running = .false.
             end if
-            if (maxval(abs(currents(:, i))) <= science) cycle
+            if (maxval(abs(currents(:, i))) <= setup%science_current) cycle
             if (.not. running) begun = times(i)
             running = .true.
             last = times(i)
@@ -345,30 +340,29 @@ contains
             if (2*count(driven .and. times >= from .and. times <= to) < count(times >= from .and. times <= to)) return
             spans = reshape([spans, from, to], [2, size(spans, 2) + 1])
         end subroutine add
-    end subroutine find_spans
 
-    logical function is_driven(times, currents, excitation, share)
-        real(dp), intent(in) :: times(:), currents(:, :), excitation, share
+        !> Whether lines explain the current of every rod that ranges over more than a manoeuvre's in some samples, one at least.
+        logical function is_driven(first, last)
+            integer, intent(in) :: first, last
 
-        real(dp) :: left(size(times)), total, frequency, amplitude, phase
-        integer :: rod, line
-        logical :: some
+            real(dp) :: left(last - first + 1), total, frequency, amplitude, phase
+            integer :: rod, line
 
-        some = .false.
-        is_driven = .false.
-        do rod = 1, 3
-            if (maxval(currents(rod, :)) - minval(currents(rod, :)) <= excitation) cycle
-            some = .true.
-            left = currents(rod, :) - sum(currents(rod, :))/size(times)
-            total = sum(left**2)
-            do line = 1, MOST_LINES
-                call strongest_line(times, left, frequency, amplitude, phase)
-                if (sum(left**2) < (1 - share)*total) exit
+            is_driven = .false.
+            do rod = 1, 3
+                left = currents(rod, first:last)
+                if (maxval(left) - minval(left) <= setup%excitation_current) cycle
+                left = left - sum(left)/size(left)
+                total = sum(left**2)
+                do line = 1, MOST_LINES
+                    call strongest_line(times(first:last), left, frequency, amplitude, phase)
+                    is_driven = sum(left**2) < (1 - setup%sine_share)*total
+                    if (is_driven) exit
+                end do
+                if (.not. is_driven) return
             end do
-            if (sum(left**2) >= (1 - share)*total) return
-        end do
-        is_driven = some
-    end function is_driven
+        end function is_driven
+    end subroutine find_spans
 
     !> The line amplitude sin(2 pi frequency (t - t_1) + phase) that explains most of some samples, which are left
     !> without it, and without a mean.
@@ -429,4 +423,27 @@ contains
             if (.not. allocated(failure)) explained = dot_product(x, rhs) - rhs(1)**2/size(times)
         end subroutine fit
     end subroutine strongest_line
+
+    !> Finds them. Zeros: the span has too few currents.
+    subroutine find_rod_lines(calibration, span, lines)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_span_t), intent(in) :: span
+        type(rod_lines_t), intent(out) :: lines
+
+        integer, parameter :: FEWEST = 12
+        real(dp), parameter :: LONGEST = 900        ! s: of a longer span that much
+        real(dp), allocatable :: times(:), left(:)
+        logical :: inside(size(calibration%current_time))
+        integer :: rod
+
+        inside = calibration%current_time >= span%start .and. calibration%current_time <= min(span%stop, span%start + LONGEST)
+        if (count(inside) < FEWEST) return
+        times = pack(calibration%current_time, inside)
+        do rod = 1, 3
+            left = pack(calibration%current(rod, :), inside)
+            call strongest_line(times, left, lines%frequency(rod), lines%amplitude(rod), lines%phase(rod))
+            lines%phase(rod) = lines%phase(rod)/DEGREE - 360*lines%frequency(rod)*(times(1) - span%start)
+            lines%phase(rod) = modulo(lines%phase(rod) + 180, 360.0_dp) - 180
+        end do
+    end subroutine find_rod_lines
 end module gracecg_level1_spans

@@ -1,24 +1,27 @@
 !> Spans of a calibration from Level-1 files as observation sets, an arc each: SRF for body axes, times from the arc's first
 !> sample of the accelerometer, the currents of the rods as measured moments, the gyros as head 2.
 module gracecg_level1_to_observations
-    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_coloured_noise, only: ONE_SIDED
+    use gracecg_base_error, only: error_t, add_context, fail
     use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_statistics, only: median_of, sort
     use gracecg_base_text, only: integer_text
+    use gracecg_base_vectors, only: cross
     use gracecg_environment_time, only: utc_of_gps, utc_plus
-    use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
-    use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_estimation_physical_model, only: turned_by
-    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, field_sigma
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
+    use gracecg_spacecraft_torque_rods, only: take_measured_moments, torque_rods_t, rod_moments
+    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, field_sigma, signs_are_known
     use gracecg_level1_gyros, only: gyro_axes_t, gyro_attitude
-    use gracecg_level1_means, only: mean_weights, find_means, APART
-    use gracecg_level1_setup, only: level1_setup_t
+    use gracecg_level1_held_currents, only: rod_acceleration
+    use gracecg_level1_series, only: mean_weights, find_means, APART
+    use gracecg_level1_outcome, only: level1_estimate_t
+    use gracecg_level1_setup, only: level1_setup_t, QUIETEST
     implicit none
     private
-    public :: arcs_of_spans, SAMPLE
+    public :: arcs_of_spans, SAMPLE, prepare_observations
 
     !> Of an arc, s: chosen. It has attitude, rate, torque and forces of its own, each with polynomials, which in a piece
     !> of less than two cycles of the rods (6 to 12 s each, usually) leave hardly anything to the offset
@@ -33,9 +36,15 @@ module gracecg_level1_to_observations
     real(dp), parameter :: LONGEST = 300
     !> Samples on either side of a mean: tones of 0.1 Hz stay within 0.1 %, and what is near 1 Hz, which means of 1 Hz would show
     !> near the tones, goes
-    integer, parameter :: HALF = 12
+    integer, parameter :: HALF_OF_ARC = 12
     real(dp), parameter :: AROUND = 20              !! Currents are taken so long before and behind an arc, s
     real(dp), parameter :: ENDS = 0.3_dp        !! Left out at the ends of a span, where currents may jump, s: some samples
+
+    real(dp), parameter :: MOMENT_STEP = 0.1_dp     !! Of the moments, s
+    real(dp), parameter :: MOMENT_MARGIN = 1        !! Before and behind the arc, s
+    integer, parameter :: HALF = 6                  !! A mean has so many samples on either side: less than apart, their noise is
+                                                    !! independent
+    integer, parameter :: FEWEST = 30               !! Means, or the samples stay as they are
 
 contains
 
@@ -84,7 +93,7 @@ contains
                           sets(k), error)
             call add_context(error, 'span '//integer_text(span_of(k)))
             if (allocated(error)) return
-            if (thinned) call take_means(sets(k))
+            if (thinned) call thin_arc(sets(k))
         end do
     end subroutine arcs_of_spans
 
@@ -118,7 +127,7 @@ contains
     end function suffices
 
     !> Takes means in place of the accelerometer's samples; time 0 stays that of the first sample, from where their epochs count.
-    subroutine take_means(set)
+    subroutine thin_arc(set)
         type(observation_set_t), intent(inout) :: set
 
         integer, allocatable :: epochs(:), centres(:)
@@ -127,11 +136,11 @@ contains
 
         associate (knowledge => set%knowledge)
             epochs = nint(set%accelerometer_time/knowledge%accelerometer_interval)
-            call find_means(epochs, set%acceleration, mean_weights(HALF), centres, means, .true.)
+            call find_means(epochs, set%acceleration, mean_weights(HALF_OF_ARC), centres, means, .true.)
             first = centres(1)*knowledge%accelerometer_interval
             set%acceleration = means
             if (allocated(set%angular_acceleration)) then
-                call find_means(epochs, set%angular_acceleration, mean_weights(HALF), centres, means, .true.)
+                call find_means(epochs, set%angular_acceleration, mean_weights(HALF_OF_ARC), centres, means, .true.)
                 set%angular_acceleration = means
             end if
             set%accelerometer_time = (centres - centres(1))*knowledge%accelerometer_interval
@@ -148,7 +157,7 @@ contains
             set%star_camera_head = pack(set%star_camera_head, inside)
             set%star_camera_time = pack(set%star_camera_time, inside)
         end associate
-    end subroutine take_means
+    end subroutine thin_arc
 
     subroutine make_arc(calibration, setup, axes, held, unsure_stay, span, from, to, set, error)
         type(level1_calibration_t), intent(in) :: calibration
@@ -193,9 +202,9 @@ contains
             knowledge%camera = 0
             knowledge%accelerometer_noise%sides = ONE_SIDED
             knowledge%accelerometer_delay = setup%accelerometer_delay
-            knowledge%a_priori%sigma_magnetometer_bias = field_sigma(calibration, setup)
+            knowledge%a_priori%sigma_magnetometer_bias = field_sigma(calibration)
             knowledge%a_priori%sigma_inertia = setup%inertia_sigma
-            knowledge%a_priori%signs_known = setup%signs_known .or. all(calibration%follows == 1)
+            knowledge%a_priori%signs_known = signs_are_known(calibration)
             knowledge%a_priori%sigma_torque = 1e-4_dp       ! a line of torque is the arc's own, of any size
             first = max(1, last_not_after(calibration%current_time, max(span%start, from - AROUND)))
             if (calibration%current_time(first) < span%start) first = first + 1
@@ -250,16 +259,13 @@ contains
         real(dp), intent(in) :: zero, from, to      !! s
         type(observation_set_t), intent(inout) :: set
 
-        real(dp), allocatable :: gyro_time(:), angle(:, :), quaternion(:, :), q(:, :), time(:)
-        integer, allocatable :: head(:)
+        real(dp), allocatable :: gyro_time(:), angle(:, :), quaternion(:, :)
         integer :: i, k, n, m
 
         n = size(wanted)
-        m = 0
-        if (axes%known) then
-            call gyro_attitude(span, axes, max(from, span%attitude_time(wanted(1))), to, gyro_time, angle)
-            m = size(gyro_time)
-        end if
+        allocate (gyro_time(0))
+        if (axes%known) call gyro_attitude(span, axes, max(from, span%attitude_time(wanted(1))), to, gyro_time, angle)
+        m = size(gyro_time)
         allocate (quaternion(4, m))
         do k = 1, m
             if (k == 1) then
@@ -269,29 +275,175 @@ contains
                 quaternion(:, k) = turned_by(angle(:, k) - angle(:, k - 1), quaternion(:, k - 1))
             end if
         end do
-        allocate (time(n + m), head(n + m), q(4, n + m))
-        i = 1
-        k = 1
-        do while (i + k - 1 <= n + m)
-            if (k > m) then
-                head(i + k - 1) = 1
-            else if (i > n) then
-                head(i + k - 1) = 2
-            else
-                head(i + k - 1) = merge(1, 2, span%attitude_time(wanted(i)) <= gyro_time(k))
-            end if
-            if (head(i + k - 1) == 1) then
-                time(i + k - 1) = span%attitude_time(wanted(i)) - zero
-                q(:, i + k - 1) = span%quaternion(:, wanted(i))
-                i = i + 1
-            else
-                time(i + k - 1) = gyro_time(k) - zero
-                q(:, i + k - 1) = quaternion(:, k)
-                k = k + 1
-            end if
-        end do
-        set%star_camera_time = time
-        set%star_camera_head = head
-        set%quaternion = q
+        allocate (set%star_camera_time(n + m), set%star_camera_head(n + m), set%quaternion(4, n + m))
+        associate (cameras => span%attitude_time(wanted))
+            associate (places => [(i + count(gyro_time < cameras(i)), i=1, n)])
+                set%star_camera_head(places) = 1
+                set%star_camera_time(places) = cameras - zero
+                set%quaternion(:, places) = span%quaternion(:, wanted)
+            end associate
+            associate (places => [(k + count(cameras <= gyro_time(k)), k=1, m)])
+                set%star_camera_head(places) = 2
+                set%star_camera_time(places) = gyro_time - zero
+                set%quaternion(:, places) = quaternion
+            end associate
+        end associate
     end subroutine take_heads
+
+    !> The observation set of a span, of one that a firing cuts the longest piece. Fails when the span is not used, or no
+    !> estimator could use the set.
+    subroutine prepare_observations(calibration, estimate, number, observations, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_estimate_t), intent(in) :: estimate
+        integer, intent(in) :: number               !! Of the span
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t), allocatable :: arcs(:)
+        type(gyro_axes_t) :: no_gyros
+        type(torque_rods_t) :: rods, shown          ! as they act, and as samples show them
+        type(moment_series_t) :: moments
+        real(dp), allocatable :: time(:), moment(:, :)
+        real(dp) :: per_current(3), late, first, last, begin
+        real(dp) :: weights(-HALF:HALF)
+        integer, allocatable :: span_of(:)
+        integer :: i, n
+
+        if (.not. calibration%spans(number)%used) then
+            call fail(error, 'span '//integer_text(number)//' is not usable: '//trim(calibration%spans(number)%reason))
+            return
+        end if
+        call arcs_of_spans(calibration, calibration%setup, no_gyros, estimate%steps, arcs, span_of, error, with_unsure=.true.)
+        if (.not. allocated(error) .and. all(span_of /= number)) call fail(error, 'span '//integer_text(number)//' is too short')
+        if (allocated(error)) return
+        observations = arcs(maxloc([(merge(arcs(i)%knowledge%duration, 0.0_dp, span_of(i) == number), i=1, size(arcs))], 1))
+        if (allocated(observations%angular_acceleration)) deallocate (observations%angular_acceleration)
+        associate (knowledge => observations%knowledge)
+            knowledge%name = trim(knowledge%name)//' span '//integer_text(number)
+            knowledge%camera = 1
+            knowledge%star_camera_sigma = estimate%head_sigma
+            knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*max(QUIETEST, estimate%solutions(1)%rms)**2
+            knowledge%accelerometer_delay = estimate%accelerometer_delay
+            knowledge%a_priori%sigma_magnetometer_bias = calibration%setup%field_sigma
+            knowledge%a_priori%sigma_scale_factors = max(1e-6_dp, calibration%setup%scale_sigma)
+            knowledge%a_priori%sigma_rod_gain = max(1e-4_dp, maxval(estimate%rods%gain_sigma))
+            rods = knowledge%rods
+            rods%gain = estimate%rods%gain
+            rods%delay = estimate%rods%delay
+            late = estimate%rods%delay + estimate%accelerometer_delay
+            per_current = calibration%setup%rod_gain*calibration%setup%rod_sign
+            if (estimate%solutions(1)%leakage == 'estimated') then
+                do i = 1, size(observations%accelerometer_time)
+                    associate (t => observations%accelerometer_time(i) - estimate%accelerometer_delay, &
+                               half => knowledge%accelerometer_interval/2, one => estimate%solutions(1))
+                        observations%acceleration(:, i) = observations%acceleration(:, i) - &
+                            matmul(one%leak, currents(t)) - matmul(one%leak_rate, currents(t + half) - currents(t - half))/(2*half)
+                    end associate
+                end do
+            end if
+            if (estimate%steps) then    ! steps as the moments of the set have them: 0.2 s long
+                shown = rods
+                shown%delay = late
+                do i = 1, size(observations%accelerometer_time)
+                    associate (t => observations%accelerometer_time(i))
+                        observations%acceleration(:, i) = observations%acceleration(:, i) + &
+                            cross(rod_acceleration(observations, shown, t, .false.) - &
+                                  rod_acceleration(observations, shown, t, .true.), estimate%solutions(1)%offset)
+                    end associate
+                end do
+            end if
+            weights = mean_weights(HALF)
+            call take_means(estimate, weights, observations, begin)
+            associate (measured => knowledge%rods%measured%time, n_measured => size(knowledge%rods%measured%time))
+                ! as far as the series goes on by itself: a spacing beyond its ends
+                first = max(-MOMENT_MARGIN, late + 2*measured(1) - measured(2))
+                last = min(begin + knowledge%duration + MOMENT_MARGIN, late + 2*measured(n_measured) - measured(n_measured - 1))
+                n = floor((last - first)/MOMENT_STEP) + 1
+                time = [(first + (i - 1)*MOMENT_STEP, i=1, n)]
+            end associate
+            allocate (moment(3, n))
+            do i = 1, n
+                moment(:, i) = smooth_moments(time(i))
+            end do
+            call new_moment_series(moments, time - begin, moment, error)
+            if (allocated(error)) return
+            call take_measured_moments(moments, knowledge%rods)
+        end associate
+        call check_observations(observations, error)
+
+    contains
+
+        !> The currents at a time, mA.
+        pure function currents(time) result(current)
+            real(dp), intent(in) :: time
+            real(dp) :: current(3)
+
+            current = rod_moments(rods, time, .true.)/(rods%gain*per_current)
+        end function currents
+
+        !> The moments as the means of samples show them; not where the series does not reach.
+        pure function smooth_moments(time) result(moments)
+            real(dp), intent(in) :: time
+            real(dp) :: moments(3)
+
+            real(dp) :: reach
+            integer :: k
+
+            associate (measured => observations%knowledge%rods%measured%time, &
+                       interval => observations%knowledge%accelerometer_interval)
+                reach = HALF*interval
+                if (time - late - reach < measured(1) .or. time - late + reach > measured(size(measured))) then
+                    moments = rod_moments(rods, time)
+                    return
+                end if
+                moments = 0
+                do k = -HALF, HALF
+                    moments = moments + weights(k)*rod_moments(rods, time + k*interval)
+                end do
+            end associate
+        end function smooth_moments
+    end subroutine prepare_observations
+
+    !> Means in place of the samples, with the noise that the same means of what the estimate leaves have. Where too many
+    !> miss a sample, samples stay as they are.
+    subroutine take_means(estimate, weights, observations, begin)
+        type(level1_estimate_t), intent(in) :: estimate
+        real(dp), intent(in) :: weights(-HALF:)
+        type(observation_set_t), intent(inout) :: observations
+        real(dp), intent(out) :: begin      !! Time 0 of the means, where the first one is, s from that of the samples
+
+        integer, parameter :: OWN = 4       ! Parameters of an arc and axis that follow its means: a cubic
+        real(dp), allocatable :: means(:, :), left(:, :)
+        real(dp) :: squares(3)
+        integer, allocatable :: centres(:), places(:), others(:)
+        integer :: i, k, free
+
+        begin = 0
+        associate (interval => observations%knowledge%accelerometer_interval)
+            call find_means(nint(observations%accelerometer_time/interval), observations%acceleration, weights, centres, means)
+            squares = 0
+            free = 0
+            do i = 1, size(estimate%residuals)
+                places = pack([(k, k=1, size(estimate%residuals(i)%kept))], estimate%residuals(i)%kept)
+                call find_means(places, estimate%residuals(i)%linear(:, places), weights, others, left)
+                squares = squares + sum(left**2, 2)
+                free = free + max(0, size(left, 2) - OWN)
+            end do
+            if (size(centres) < FEWEST .or. free < FEWEST) return
+            begin = centres(1)*interval
+            observations%accelerometer_time = (centres - centres(1))*interval
+            observations%acceleration = means
+            observations%magnetometer_time = observations%magnetometer_time - begin
+            observations%orbit_time = observations%orbit_time - begin
+            observations%star_camera_time = observations%star_camera_time - begin
+            observations%knowledge%epoch = utc_plus(observations%knowledge%epoch, begin)
+            observations%knowledge%duration = observations%accelerometer_time(size(centres))
+            places = pack([(i, i=1, size(observations%star_camera_time))], observations%star_camera_time >= 0 .and. &
+                          observations%star_camera_time <= observations%knowledge%duration)
+            observations%star_camera_time = observations%star_camera_time(places)
+            observations%star_camera_head = observations%star_camera_head(places)
+            observations%quaternion = observations%quaternion(:, places)
+            observations%knowledge%accelerometer_noise%level = 2*interval*max(QUIETEST**2/APART, squares/free)
+        end associate
+    end subroutine take_means
 end module gracecg_level1_to_observations

@@ -8,7 +8,7 @@ module gracecg_level1_bundles
     use gracecg_base_kinds, only: i8
     use gracecg_base_dynamic_library, only: load_library, symbol_in
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, lower_case
+    use gracecg_base_text, only: string_t, append, integer_text, lower_case
     use gracecg_files_file, only: input_stream_t, text_file_t, text_file_of, file_exists, directory_exists
     use gracecg_files_folder, only: files_in_folder
     use gracecg_files_run_record, only: has_hash
@@ -104,12 +104,9 @@ contains
         if (directory_exists(place)) then
             call files_in_folder(place, found, error, folders)
             if (allocated(error)) return
+            found = [found, folders]
             do i = 1, size(found)
                 call find_level1_files(found(i)%text, paths, error, level + 1)
-                if (allocated(error)) return
-            end do
-            do i = 1, size(folders)
-                call find_level1_files(folders(i)%text, paths, error, level + 1)
                 if (allocated(error)) return
             end do
         else if (.not. file_exists(place)) then
@@ -174,7 +171,7 @@ contains
             one = member_t('', at + BLOCK, 0)
             read (header(125:135), '(o11)', iostat=status) one%bytes
             if (count < BLOCK .or. header(258:262) /= 'ustar' .or. status /= 0) then
-                call fail(error, trim(path)//': is no tar file, or broken, at byte '//at_text(at))
+                call fail(error, trim(path)//': is no tar file, or broken, at byte '//integer_text(at))
                 exit
             end if
             if (header(157:157) == 'L') then        ! the name of the next one
@@ -208,12 +205,6 @@ contains
             up_to_zero = text(:index(text//achar(0), achar(0)) - 1)
         end function up_to_zero
 
-        pure function at_text(number) result(text)
-            integer(i8), intent(in) :: number
-            character(20) :: text
-
-            write (text, '(i0)') number
-        end function at_text
     end subroutine read_members
 
     !> Opens a file that zlib reads. Fails when it may not be read, or there is no zlib.

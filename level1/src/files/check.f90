@@ -11,8 +11,7 @@ module gracecg_level1_check
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_spectrum, only: power_spectrum, HANN
     use gracecg_base_text, only: integer_text, lower_case
-    use gracecg_level1_check_attitude, only: check_attitude_and_field
-    use gracecg_level1_check_rows, only: level1_check_t, check_row_t, without_line, slope_of
+    use gracecg_level1_check_attitude, only: check_attitude_and_field, level1_check_t, check_row_t, without_line, slope_of
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, srf_of_accelerometer
     use gracecg_level1_records, only: level1_records_t

@@ -35,7 +35,7 @@ contains
     !> there is no Level-1 file of the satellite, or of that day.
     subroutine open_level1_folder(places, satellite, files, error, day)
         character(*), intent(in) :: places(:)           !! Folders with all that is in them, bundles, files
-        character(1), intent(in) :: satellite           !! A to D; blank: the first one
+        character(*), intent(in) :: satellite           !! A to D; blank: the first one
         type(level1_folder_t), intent(out) :: files
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: day       !! YYYY-MM-DD; blank: all
@@ -65,15 +65,16 @@ contains
         files%satellite = satellite
         others = ''
         do i = 1, size(found)
-            if (product_of_file_name(found(i)%text) == '' .or. .not. is_unfinished(found(i)%text)) cycle
-            call append(files%warnings, found(i)%text//' is left out: it is what is left of a program that was ended while '// &
-                        'it wrote')
-            found(i)%text = ''
-        end do
-        do i = 1, size(found)
             product = product_of_file_name(found(i)%text)
             letter = satellite_of_file_name(found(i)%text)
-            if (product == '' .or. is_calibration_history(product) .or. scan(letter, SATELLITES) == 0) cycle
+            if (product == '') cycle
+            if (is_unfinished(found(i)%text)) then
+                call append(files%warnings, found(i)%text//' is left out: it is what is left of a program that was ended '// &
+                            'while it wrote')
+                found(i)%text = ''
+                cycle
+            end if
+            if (is_calibration_history(product) .or. scan(letter, SATELLITES) == 0) cycle
             if (files%satellite == '') files%satellite = letter
             if (letter /= files%satellite .and. index(others, letter) == 0) others = others//' '//letter
         end do
@@ -110,15 +111,11 @@ contains
         character(10), allocatable, intent(inout) :: days(:)
         character(10), intent(in) :: date
 
-        character(10) :: more(size(days) + 1)
         integer :: earlier
 
         if (any(days == date)) return
         earlier = count(days < date)
-        more(:earlier) = days(:earlier)
-        more(earlier + 1) = date
-        more(earlier + 2:) = days(earlier + 1:)
-        days = more
+        days = [days(:earlier), date, days(earlier + 1:)]
     end subroutine add_day
 
     !> That days are joined, and whether days between them are missing.
@@ -204,26 +201,21 @@ contains
         character(5), intent(in) :: product         !! 'ACC1A'
         type(string_t), allocatable, intent(out) :: paths(:)    !! Usually one of each day; more: parts, or copies
 
-        character(10) :: last, date
+        character(10) :: dates(size(self%paths))        ! of the product's files; blank: of another product
+        character(10), allocatable :: days(:)
         integer :: i, day
 
         allocate (paths(0))
-        last = ''
-        do day = 1, size(self%days)
-            do i = 1, size(self%paths)
-                if (product_of_file_name(self%paths(i)%text) /= product) cycle
-                date = date_of_file_name(self%paths(i)%text)
-                if (is_calibration_history(product)) then
-                    last = max(last, date)
-                else if (date == self%days(day)) then
-                    call append(paths, self%paths(i)%text)
-                end if
-            end do
-        end do
-        if (last == '') return
+        dates = ''
         do i = 1, size(self%paths)
-            if (product_of_file_name(self%paths(i)%text) == product .and. date_of_file_name(self%paths(i)%text) == last) &
-                call append(paths, self%paths(i)%text)
+            if (product_of_file_name(self%paths(i)%text) == product) dates(i) = date_of_file_name(self%paths(i)%text)
+        end do
+        days = self%days
+        if (is_calibration_history(product)) days = [maxval(dates)]
+        do day = 1, size(days)
+            do i = 1, size(self%paths)
+                if (dates(i) == days(day) .and. dates(i) /= '') call append(paths, self%paths(i)%text)
+            end do
         end do
     end subroutine paths_of
 

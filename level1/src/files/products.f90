@@ -285,10 +285,8 @@ contains
         class(level1_layout_t), intent(in) :: self
         character(*), intent(in) :: name    !! As `fields%name`
 
-        do position = 1, size(self%fields)
-            if (self%fields(position)%name == name) return
-        end do
-        position = 0
+        position = findloc(self%fields%name == name, .true., 1)
+        if (position > 0) return
         if (name == 'GRACEFO_id' .or. name == 'GRACE_id') position = self%id
         if (name == 'rcvtime_frac') position = self%time_frac
         if (index(self%product, 'AHK') == 1 .and. self%grace_fo .and. any(AHK_GRACE_FO == name)) &

@@ -25,8 +25,7 @@ module gracecg_level1_reader
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &
         satellite_of_file_name, printable
-    use gracecg_level1_binary_form, only: read_bytes, unsigned_at
-    use gracecg_level1_text_form, only: read_word, word_at, skip_white
+    use gracecg_level1_field_forms, only: read_bytes, unsigned_at, read_word, word_at, skip_white
     implicit none
     private
     public :: level1_reader_t, level1_block_t, BLOCK_RECORDS

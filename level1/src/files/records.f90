@@ -138,7 +138,9 @@ contains
             if (block%count == 0) exit
             associate (n => block%count)
                 if (present(spans)) then
-                    kept(:n) = [(within(block%seconds(i) + block%fraction(i), spans), i=1, n)]
+                    associate (t => block%seconds(:n) + block%fraction(:n))
+                        kept(:n) = [(any(t(i) >= spans(1, :) .and. t(i) <= spans(2, :)), i=1, n)]
+                    end associate
                     records%outside = records%outside + count(.not. kept(:n))
                 end if
                 call add_records(records, block, pack([(i, i=1, n)], kept(:n)), position)
@@ -268,12 +270,6 @@ contains
         call move_alloc(values, records%values)
     end subroutine make_room
 
-    pure logical function within(time, spans)
-        real(dp), intent(in) :: time, spans(:, :)
-
-        within = any(time >= spans(1, :) .and. time <= spans(2, :))
-    end function within
-
     !> Whether record i has an earlier tag than record k.
     pure logical function is_before(records, i, k)
         type(level1_records_t), intent(in) :: records
@@ -383,16 +379,10 @@ contains
 
         integer :: position
 
-        do column = 1, size(self%fields)
-            if (self%fields(column) == name) return
-        end do
+        column = findloc(self%fields == name, .true., 1)
+        if (column > 0) return
         position = self%layout%field_of(name)
-        if (position > 0) then
-            do column = 1, size(self%fields)
-                if (self%fields(column) == self%layout%fields(position)%name) return
-            end do
-        end if
-        column = 0
+        if (position > 0) column = findloc(self%fields == self%layout%fields(position)%name, .true., 1)
     end function column_of_field
 
     !> Time tags in s since a whole second past 2000-01-01 12:00, in the time frame of the file: exact to rounding

@@ -16,7 +16,7 @@ module gracecg_level1_time
     use gracecg_level1_records, only: level1_records_t
     implicit none
     private
-    public :: level1_clock_t, new_level1_clock, gps_date_text, to_gps_time
+    public :: level1_clock_t, new_level1_clock, gps_date_text, gps_day, to_gps_time
 
     integer(i8), parameter :: DAY = 86400, NOON = 43200
 
@@ -196,4 +196,12 @@ contains
         write (text, '(i4.4, 2("-", i2.2), "T", i2.2, 2(":", i2.2), ".", i6.6)') year, month, date, rest/3600, &
             modulo(rest/60, 60_i8), modulo(rest, 60_i8), microseconds
     end function gps_date_text
+
+    !> The day of a GPS time: 2023-06-01.
+    function gps_day(seconds) result(day)
+        integer(i8), intent(in) :: seconds      !! Past 2000-01-01 12:00:00 GPS
+        character(10) :: day
+
+        day = gps_date_text(seconds, 0.0_dp)
+    end function gps_day
 end module gracecg_level1_time

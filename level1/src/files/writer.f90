@@ -13,12 +13,9 @@ module gracecg_level1_writer
     use gracecg_base_text, only: integer_text, real_text, string_t, append
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
-    use gracecg_level1_binary_form, only: put_bytes, BLOCK_NUMBERS
-    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES, &
-        is_calibration_history
-    use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, &
-        LABEL_LENGTH
-    use gracecg_level1_text_form, only: put_word
+    use gracecg_level1_field_forms, only: put_bytes, BLOCK_NUMBERS, put_word
+    use gracecg_level1_products, only: level1_layout_t, KIND_F4, KIND_F8, KIND_U2, FAMILIES, TITLES, is_calibration_history
+    use gracecg_level1_header, only: level1_header_t, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
     use gracecg_level1_time, only: gps_date_text
     implicit none
     private
@@ -111,42 +108,38 @@ contains
         end subroutine card
     end subroutine write_cards
 
-    !> What seconds_text gives, with blanks behind it.
-    pure function seconds_field(time) result(field)
-        real(dp), intent(in) :: time
-        character(24) :: field
-
-        write (field, '(f0.6)') time
-        if (field(1:1) == '.') field = '0'//field
-    end function seconds_field
-
-    !> 738849600.007739
-    pure function seconds_text(time) result(text)
-        real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
-        character(len_trim(seconds_field(time))) :: text
-
-        text = seconds_field(time)
-    end function seconds_text
-
-    !> 738849600.007739 (2023-06-01 00:00:00.007739)
+    !> 738849600.007739 (2023-06-01 00:00:00.007739), with blanks behind it.
     function time_text(time) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
-        character(len(seconds_text(time)) + 29) :: text
+        character(60) :: text
 
         character(26) :: date
 
         date = date_text(time, len(date))
         date(11:11) = ' '
-        text = seconds_text(time)//' ('//date//')'
+        text = trim(seconds_text(time))//' ('//date//')'
     end function time_text
+
+    !> 738849600.007739, with blanks behind it.
+    pure function seconds_text(time) result(text)
+        real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
+        character(24) :: text
+
+        write (text, '(f0.6)') time
+        if (text(1:1) == '.') text = '0'//text
+    end function seconds_text
 
     !> The header of GRACE-FO text.
     subroutine write_yaml(self, header)
         class(level1_writer_t), intent(inout) :: self
         type(level1_header_t), intent(in) :: header
 
+        character(len(TITLES)) :: title
         integer :: i
 
+        title = self%layout%product(:3)
+        i = findloc(FAMILIES, self%layout%product(:3), 1)
+        if (i > 0) title = TITLES(i)
         associate (file => self%file, product => self%layout%product)
             call file%line(YAML_FIRST)
             call file%line('  dimensions:')
@@ -158,12 +151,12 @@ contains
             call file%line('    product_version: 04')
             call file%line('    time_coverage_start: '//date_text(header%first_time, 22))
             call file%line('    time_coverage_stop: '//date_text(header%last_time, 22))
-            call file%line('    title: GRACE-FO Level-'//product(4:5)//' '//title_of(product(:3))//' Data')
+            call file%line('    title: GRACE-FO Level-'//product(4:5)//' '//trim(title)//' Data')
             call file%line('  non-standard_attributes:')
             call file%line('    epoch_time: 2000-01-01T12:00:00.00')
             call file%line('    software_version: '//VERSION)
-            call file%line('    start_time_epoch_secs: '//seconds_text(header%first_time))
-            call file%line('    stop_time_epoch_secs: '//seconds_text(header%last_time))
+            call file%line('    start_time_epoch_secs: '//trim(seconds_text(header%first_time)))
+            call file%line('    stop_time_epoch_secs: '//trim(seconds_text(header%last_time)))
             call file%line('  variables:')
             do i = 1, size(self%layout%fields)
                 associate (field => self%layout%fields(i))
@@ -179,25 +172,6 @@ contains
             call file%line(YAML_LAST)
         end associate
     end subroutine write_yaml
-
-    !> The title of a family of products, with blanks behind it.
-    pure function title_field(family) result(field)
-        character(3), intent(in) :: family
-        character(len(TITLES)) :: field
-
-        integer :: i
-
-        i = findloc(FAMILIES, family, 1)
-        field = family
-        if (i > 0) field = TITLES(i)
-    end function title_field
-
-    pure function title_of(family) result(title)
-        character(3), intent(in) :: family      !! 'ACC'
-        character(len_trim(title_field(family))) :: title
-
-        title = title_field(family)
-    end function title_of
 
     !> 2023-06-01T00:00:00.007739, or so much of it.
     function date_text(time, length) result(text)

@@ -11,7 +11,7 @@ module gracecg_level1_day_dynamics
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_base_vectors, only: cross, transformed, transformed_back
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, ATTITUDE, STATE_SIZE
-    use gracecg_level1_simulation_settings, only: level1_span_settings_t
+    use gracecg_level1_simulation_settings, only: level1_settings_t, level1_span_settings_t
     implicit none
     private
     public :: day_dynamics_t, firing_t, PAIRS
@@ -41,15 +41,10 @@ module gracecg_level1_day_dynamics
     type, extends(satellite_dynamics_t) :: day_dynamics_t
         !! Times are GPS, s from the beginning of the files
         type(level1_span_settings_t), allocatable :: spans(:)   !! The sub-manoeuvres
-        logical :: square = .false.         !! Currents are squares, not sines
-        logical :: staircase = .false.      !! Currents are held from tag to tag
+        type(level1_settings_t) :: settings !! What is flown
         real(dp) :: tag = 0, tag_interval = 0.5_dp      !! One tag of the currents, and from tag to tag, s
-        real(dp) :: torque_delay = 0        !! Of the true current behind the tags, s
         real(dp) :: gain(3) = 0             !! kappa of the rods, A m^2/mA
-        real(dp) :: science_current = 0     !! Largest of science mode, mA
         real(dp) :: science(3, 3) = 0       !! Two phases and a mean, parts of 1, by rod
-        real(dp) :: whisper(3) = 0, whisper_frequency(3) = 0, whisper_phase(3) = 0  !! Tones of the rods, mA, Hz, rad
-        logical :: rod_control = .false.    !! The controller acts by currents
         type(firing_t), allocatable :: firings(:)       !! In order of time
         real(dp) :: window = 0
         !! Of which firings take a share: that of a sample of the accelerometer, s; 0: an instant
@@ -77,7 +72,7 @@ contains
         acting%torque_magnetic = cross(self%gain*self%flowing_current(t), acting%field)
         acting%torque_thrusters = 0
         share = control_share(self, t)
-        if (self%rod_control .and. share > 0) then
+        if (self%settings%rod_control .and. share > 0) then
             call self%control%act(y, self%inertia, acting%field, acting%control_moment, along)
             acting%control_moment = share*acting%control_moment
             acting%torque_magnetic = acting%torque_magnetic + cross(acting%control_moment, acting%field)
@@ -101,7 +96,7 @@ contains
         real(dp) :: earth_from_inertial(3, 3), quaternion(4), field(3), moment(3), along(3)
 
         current = 0
-        if (.not. self%rod_control) return
+        if (.not. self%settings%rod_control) return
         earth_from_inertial = self%earth%from_inertial(t)
         call self%field%evaluate(transformed(earth_from_inertial, y(POSITION)), field)
         quaternion = y(ATTITUDE)
@@ -159,10 +154,10 @@ contains
 
         real(dp) :: edges(2*(size(self%spans) + size(self%firings)) + 4)
 
-        associate (spans => self%spans, late => self%torque_delay)
+        associate (spans => self%spans, late => self%settings%torque_delay)
             edges = [spans%start + late, spans%start + spans%duration + late, self%firings%time, &
                      self%firings%time + FIRING_TIME, held_tag(self, t - late) + self%tag_interval + late, next_zeros(self, t)]
-            if (.not. self%staircase) edges(size(edges) - 3) = huge(edge)
+            if (.not. self%settings%staircase) edges(size(edges) - 3) = huge(edge)
         end associate
         edge = minval(edges, mask=edges > t)
     end function next_edge
@@ -176,9 +171,9 @@ contains
         integer :: number
 
         zeros = huge(t)
-        number = in_span(self%spans, t - self%torque_delay)
-        if (number == 0 .or. self%staircase .or. .not. self%square) return
-        associate (span => self%spans(number), late => self%torque_delay)
+        number = in_span(self%spans, t - self%settings%torque_delay)
+        if (number == 0 .or. self%settings%staircase .or. self%settings%waveform /= 'square') return
+        associate (span => self%spans(number), late => self%settings%torque_delay)
             where (span%cycles > 0) zeros = span%start + late + span%duration/(TWO_PI*span%cycles)* &
                 (PI*(floor((TWO_PI*span%cycles*(t - late - span%start)/span%duration + span%phase)/PI) + 1) - span%phase)
         end associate
@@ -210,8 +205,8 @@ contains
 
         real(dp) :: told
 
-        told = t - self%torque_delay
-        if (self%staircase) told = held_tag(self, told)
+        told = t - self%settings%torque_delay
+        if (self%settings%staircase) told = held_tag(self, told)
         current = self%tagged_current(told)
     end function flowing_current
 
@@ -225,15 +220,15 @@ contains
 
         number = in_span(self%spans, t)
         if (number == 0) then
-            current = self%science_current*(PARTS(1)*sin(TWO_PI*(t/SLOWEST(1) + self%science(1, :))) + &
+            current = self%settings%science_current*(PARTS(1)*sin(TWO_PI*(t/SLOWEST(1) + self%science(1, :))) + &
                                             PARTS(2)*sin(TWO_PI*(t/SLOWEST(2) + self%science(2, :))) + &
                                             PARTS(3)*(2*self%science(3, :) - 1)) + &
-                      self%whisper*sin(TWO_PI*self%whisper_frequency*t + self%whisper_phase)
+                      self%settings%whisper*sin(TWO_PI*self%settings%whisper_frequency*t + self%settings%whisper_phase)
             return
         end if
         associate (span => self%spans(number))
             current = sin(TWO_PI*span%cycles*(t - span%start)/span%duration + span%phase)
-            if (self%square) current = sign(1.0_dp, current)
+            if (self%settings%waveform == 'square') current = sign(1.0_dp, current)
             current = span%amplitude*current
         end associate
     end function tagged_current

@@ -16,8 +16,7 @@ module gracecg_level1_simulated_files
     use gracecg_base_vectors, only: cross, unit
     use gracecg_level1_day_dynamics, only: PAIRS
     use gracecg_level1_products, only: satellite_of_grace_fo
-    use gracecg_level1_simulated_folder, only: level1_folder_t
-    use gracecg_level1_simulated_notes, only: write_events, write_setup, write_truth
+    use gracecg_level1_simulated_folder, only: level1_folder_t, write_events, write_setup, write_truth
     use gracecg_level1_simulated_truth, only: level1_truth_t, truth_point_t, HOLD, FIRST_TAG
     use gracecg_level1_simulation_settings, only: by_satellite
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE, STATE_SIZE

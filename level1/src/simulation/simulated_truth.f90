@@ -5,12 +5,13 @@
 !> Inertial axes are those of J2000; Earth-fixed ones follow by precession and nutation, and the orbit of a case is
 !> taken to be in them.
 module gracecg_level1_simulated_truth
-    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_from_axis_angle
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_vectors, only: cross, identity
+    use gracecg_base_vectors, only: cross, identity, unit
+    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_space_weather, only: space_weather_source_t
     use gracecg_environment_time, only: utc_of_gps, GPS_EPOCH, utc_t, seconds_between, parse_utc, utc_text, utc_plus
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
@@ -21,12 +22,10 @@ module gracecg_level1_simulated_truth
     use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
     use gracecg_simulation_dynamics, only: loads_t, POSITION, OMEGA, ATTITUDE, STATE_SIZE
     use gracecg_level1_day_dynamics, only: day_dynamics_t, firing_t, PAIRS
-    use gracecg_level1_disturbed_field, only: disturb_field
     use gracecg_level1_simulation_settings, only: level1_settings_t, span_list, by_satellite
     implicit none
     private
-    public :: level1_truth_t, level1_errors_t, truth_point_t, new_level1_truth
-    public :: HOLD, FIRST_TAG
+    public :: level1_truth_t, level1_errors_t, truth_point_t, new_level1_truth, HOLD, FIRST_TAG, disturb_field
 
     integer, parameter :: LEAD = 4
     ! Seconds of truth before the files and after them: more than clocks and delays (up to 1 and 2 s) take tags away from them
@@ -84,6 +83,21 @@ module gracecg_level1_simulated_truth
         procedure :: obc_of_gps             !! Time of the on-board computer
         procedure :: gps_of_obc             !! And back
     end type level1_truth_t
+
+    !> Waves of a component, and the length of each, m: chosen. Some waves for no pattern; so long that the error is one vector
+    !> along a span of a minute (460 km), as estimates take it, and another one from span to span
+    integer, parameter :: WAVES = 4
+    real(dp), parameter :: LENGTH = 8000e3_dp
+
+    !> For each Earth-fixed component waves over some thousand kilometres.
+    type, extends(geomagnetic_model_t) :: disturbed_field_t
+        class(geomagnetic_model_t), allocatable :: model
+        real(dp) :: amplitude = 0                   !! Of a wave, T
+        real(dp) :: vector(3, WAVES, 3) = 0         !! Wave vectors, Earth-fixed, rad/m
+        real(dp) :: phase(WAVES, 3) = 0             !! rad
+    contains
+        procedure :: evaluate                       !! Model and waves
+    end type disturbed_field_t
 
 contains
 
@@ -195,18 +209,11 @@ contains
             truth%clock_drift = settings%clock_drift
             flight%tag = truth%gps_of_obc(FIRST_TAG)
             flight%tag_interval = HOLD*(1 + truth%clock_drift)
-            flight%square = settings%waveform == 'square'
-            flight%staircase = settings%staircase
-            flight%torque_delay = settings%torque_delay
-            flight%whisper = settings%whisper
-            flight%whisper_frequency = settings%whisper_frequency
-            flight%whisper_phase = settings%whisper_phase
-            flight%rod_control = settings%rod_control
+            flight%settings = settings
             random = truth%stream(GAINS)
             call random%normals(normal)
             flight%gain = settings%rod_gain*(1 + settings%rod_gain_error*normal)
             random = truth%stream(CURRENTS)
-            flight%science_current = settings%science_current
             do k = 1, 3
                 do i = 1, 3
                     flight%science(i, k) = random%uniform()
@@ -375,7 +382,7 @@ contains
         real(dp), intent(in) :: time        !! Of the tag, s
         real(dp) :: current(3)              !! mA
 
-        current = self%dynamics%tagged_current(time) + self%control_at(time + self%dynamics%torque_delay)
+        current = self%dynamics%tagged_current(time) + self%control_at(time + self%settings%torque_delay)
     end function tagged_current
 
     !> The controller's currents.
@@ -410,4 +417,39 @@ contains
             seen = vector - cross(self%errors%alignment(:, minloc(abs(spans%start + spans%duration/2 - time), 1)), vector)
         end associate
     end function as_aligned
+
+    !> Puts waves of random direction and phase on a model, that together have the sigma asked for.
+    subroutine disturb_field(sigma, stream, field)
+        real(dp), intent(in) :: sigma               !! Of each component, T
+        type(random_stream_t), intent(inout) :: stream
+        class(geomagnetic_model_t), allocatable, intent(inout) :: field
+
+        type(disturbed_field_t), allocatable :: disturbed
+        integer :: axis, wave
+
+        allocate (disturbed)
+        disturbed%amplitude = sigma*sqrt(2.0_dp/WAVES)
+        do axis = 1, 3
+            do wave = 1, WAVES
+                call stream%normals(disturbed%vector(:, wave, axis))
+                disturbed%vector(:, wave, axis) = TWO_PI/LENGTH*unit(disturbed%vector(:, wave, axis))
+                disturbed%phase(wave, axis) = TWO_PI*stream%uniform()
+            end do
+        end do
+        call move_alloc(field, disturbed%model)
+        call move_alloc(disturbed, field)
+    end subroutine disturb_field
+
+    pure subroutine evaluate(self, position, b)
+        class(disturbed_field_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)     !! Earth-fixed, m
+        real(dp), intent(out) :: b(3)           !! Earth-fixed, T
+
+        integer :: axis
+
+        call self%model%evaluate(position, b)
+        do axis = 1, 3
+            b(axis) = b(axis) + self%amplitude*sum(cos(matmul(position, self%vector(:, :, axis)) + self%phase(:, axis)))
+        end do
+    end subroutine evaluate
 end module gracecg_level1_simulated_truth

@@ -183,24 +183,12 @@ contains
         class(settings_t), intent(inout) :: settings
         type(level1_settings_t), intent(inout) :: level1
 
-        call settings%group('level1_simulation', 'Simulated Level-1 files')
-        call describe_manoeuvre(settings, level1)
-        call describe_accelerometer(settings, level1)
-        call describe_others(settings, level1)
-        call settings%text_value('fault', level1%fault, 'put in on purpose', LEVEL1_FAULTS)
-        call settings%end_group()
-        call describe_list(settings, level1)
-    end subroutine describe_level1_simulation
-
-    subroutine describe_manoeuvre(settings, level1)
-        class(settings_t), intent(inout) :: settings
-        type(level1_settings_t), intent(inout) :: level1
-
         character(1), parameter :: LETTERS(5) = [' ', 'A', 'B', 'C', 'D']
         real(dp), parameter :: SHORTEST = 10    ! s: so that no product is without records
         type(utc_t) :: ignored
         type(error_t), allocatable :: problem
 
+        call settings%group('level1_simulation', 'Simulated Level-1 files')
         call settings%text_value('satellite', level1%satellite, 'A, B, C, D; empty: C of a front, D of a back satellite', &
                                  LETTERS)
         call settings%text_value('epoch', level1%epoch, 'UTC; empty: of the case, or 2020-02-01 of a case before 2000')
@@ -247,23 +235,7 @@ contains
         call settings%real_value('field_error_nt', level1%field_error, 0.0_dp, 1e4_dp, 'nT, of the model by axis, sigma', &
                                  NANOTESLA, 'nT')
         call settings%logical_value('density_wave', level1%density_wave, 'that of the case acts')
-    end subroutine describe_manoeuvre
-
-    !> What a span has but its start.
-    subroutine describe_span(settings, span)
-        class(settings_t), intent(inout) :: settings
-        type(level1_span_settings_t), intent(inout) :: span
-
-        call settings%real_value('span_duration', span%duration, 10.0_dp, 3600.0_dp, 's', unit='s')
-        call settings%real_values('amplitude_ma', span%amplitude, -1000.0_dp, 1000.0_dp, 'mA, of rods x, y, z', unit='mA')
-        call settings%real_values('cycles', span%cycles, 0.0_dp, 1000.0_dp, 'of rods x, y, z in the span')
-        call settings%real_values('phase_deg', span%phase, -360.0_dp, 360.0_dp, 'deg, at the start', DEGREE, 'deg')
-    end subroutine describe_span
-
-    subroutine describe_accelerometer(settings, level1)
-        class(settings_t), intent(inout) :: settings
-        type(level1_settings_t), intent(inout) :: level1
-
+        ! accelerometer
         call settings%real_value('accelerometer_delay', level1%accelerometer_delay, -2.0_dp, 2.0_dp, 's, behind the tags', &
                                  unit='s')
         call settings%real_values('bias', level1%bias, -1.0_dp, 1.0_dp, 'm/s^2, SRF', unit='m/s^2')
@@ -284,12 +256,7 @@ contains
         call settings%integer_value('flagged', level1%flagged, 0, 1000, 'samples in each span: wrong, and flagged')
         call settings%integer_value('gaps', level1%gaps, 0, MAX_SPANS, 'spans with a gap of the accelerometer')
         call settings%real_value('gap', level1%gap, 0.0_dp, 600.0_dp, 's, length of each', unit='s')
-    end subroutine describe_accelerometer
-
-    subroutine describe_others(settings, level1)
-        class(settings_t), intent(inout) :: settings
-        type(level1_settings_t), intent(inout) :: level1
-
+        ! magnetometer, attitude, clocks, thrusters
         call settings%real_value('magnetometer_noise_nt', level1%magnetometer_noise, 0.0_dp, 1e5_dp, 'nT', NANOTESLA, 'nT')
         call settings%real_value('magnetometer_bias', level1%magnetometer_bias, 0.0_dp, 100.0_dp, 'factor of the satellite''s')
         call settings%real_value('magnetometer_leakage', level1%magnetometer_leakage, 0.0_dp, 100.0_dp, 'factor of what the '// &
@@ -310,7 +277,21 @@ contains
         if (level1%firing_interval(2) < level1%firing_interval(1)) call settings%reject('firing_interval', 'has to rise')
         call settings%integer_value('firings_inside', level1%firings_inside, 0, MAX_SPANS, 'spans with a firing')
         call settings%real_value('thrust_mismatch', level1%thrust_mismatch, 0.0_dp, 1.0_dp, 'relative, sigma')
-    end subroutine describe_others
+        call settings%text_value('fault', level1%fault, 'put in on purpose', LEVEL1_FAULTS)
+        call settings%end_group()
+        call describe_list(settings, level1)
+    end subroutine describe_level1_simulation
+
+    !> What a span has but its start.
+    subroutine describe_span(settings, span)
+        class(settings_t), intent(inout) :: settings
+        type(level1_span_settings_t), intent(inout) :: span
+
+        call settings%real_value('span_duration', span%duration, 10.0_dp, 3600.0_dp, 's', unit='s')
+        call settings%real_values('amplitude_ma', span%amplitude, -1000.0_dp, 1000.0_dp, 'mA, of rods x, y, z', unit='mA')
+        call settings%real_values('cycles', span%cycles, 0.0_dp, 1000.0_dp, 'of rods x, y, z in the span')
+        call settings%real_values('phase_deg', span%phase, -360.0_dp, 360.0_dp, 'deg, at the start', DEGREE, 'deg')
+    end subroutine describe_span
 
     !> Spans named one by one.
     subroutine describe_list(settings, level1)
