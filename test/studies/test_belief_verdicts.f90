@@ -40,6 +40,7 @@ contains
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('all-as-wrong-as-stated', test_all_as_stated), &
                     new_unittest('a-wave-that-grows-with-the-drag', test_growing_wave), &
+                    new_unittest('noise-nearly-as-stated', test_noise_nearly), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_belief_verdicts
@@ -130,6 +131,36 @@ contains
         call check(error, refused <= 1, 'no contradiction: '//integer_text(refused))
         call check(error, all(squares < 2), 'the sigma of the action')
     end subroutine test_all_as_stated
+
+    !> Noise whose variance is a quarter more than the setup says is no contradiction, and the sigma grows by it; one of twice
+    !> the variance is.
+    subroutine test_noise_nearly(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution, sound
+        integer :: seed, refused, told
+
+        call simulator_of('front-3', simulator, options)
+        refused = 0
+        told = 0
+        do seed = 1, SEEDS
+            call make_observations(simulator, seed, 1, observations)
+            if (estimate_fails(error, 'optimal', observations, options, sound)) return
+            associate (level => observations%knowledge%accelerometer_noise%level)
+                level = level/1.25_dp
+                if (estimate_fails(error, 'optimal', observations, options, solution)) return
+                if (solution%beliefs%has_contradiction()) refused = refused + 1
+                if (solution%covariance(2, 2) < sound%covariance(2, 2)) told = told + 1
+                level = level*1.25_dp/2
+            end associate
+            if (estimate_fails(error, 'optimal', observations, options, solution)) return
+            call check(error, solution%beliefs%has_contradiction(), 'twice the variance')
+        end do
+        call check(error, refused <= SEEDS/5, 'contradicted: '//integer_text(refused))
+        call check(error, told <= SEEDS/5, 'a smaller sigma: '//integer_text(told))
+    end subroutine test_noise_nearly
 
     !> Two minutes in which the drag changes by a tenth, and quiet instruments: the wave of the density is seen to grow.
     subroutine test_growing_wave(error)

@@ -20,6 +20,9 @@ module gracecg_estimation_belief_report
     real(dp), parameter :: SUSPICIOUS = 3.3_dp
     !! Score beyond which what the operator states of a value limits nothing: a sound one has it with the probability 1e-3.
     !! Of the magnetometer and the star-camera heads also the score of what the fit does not look at
+    real(dp), parameter :: NOISE_KNOWN = 0.03_dp
+    !! To which standard deviations of noise are known to anybody, relative, chosen: setups whose variances are 20 % too small are
+    !! taken (9 of 10 were refused; sigmas grow by what is seen), and scale factors wrong by 20 % still contradict the noise
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
     !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra, and
@@ -58,7 +61,8 @@ module gracecg_estimation_belief_report
     type :: noise_test_t
         integer :: subject = 0              !! Its place in NOISE_SUBJECTS
         real(dp) :: factor = 1              !! Standard deviation found by that believed
-        real(dp) :: score = 0               !! Standard normal if the belief is right
+        real(dp) :: score = 0               !! Standard normal if the belief is right, a level to NOISE_KNOWN
+        real(dp) :: significance = 0        !! The same of a level that is right exactly
         real(dp) :: gain = 0                !! Of the log-likelihood, if the level were that found
         real(dp) :: frequency = 0           !! Of a line, Hz
         logical :: at_a_rod = .false.       !! The line has the frequency of a rod, as far as the arc tells them apart
@@ -106,7 +110,7 @@ module gracecg_estimation_belief_report
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
         procedure :: take_score     !! Another score for a value
         procedure :: power_at       !! Of a test whose score has an expectation
-        procedure :: noise_factor   !! By which noise is larger than believed, where that is contradicted; else 1
+        procedure :: noise_factor   !! By which noise is larger than believed, where that is seen; else 1
     end type belief_report_t
 
 contains
@@ -180,7 +184,8 @@ contains
         test%factor = sqrt(squares/freedom)
         test%gain = (squares - freedom*(1 + log(max(squares/freedom, tiny(1.0_dp)))))/2
         variance = 2/(9*freedom)
-        test%score = ((squares/freedom)**(1/3.0_dp) - (1 - variance))/sqrt(variance)
+        test%significance = ((squares/freedom)**(1/3.0_dp) - (1 - variance))/sqrt(variance)
+        test%score = test%significance*sqrt(variance/(variance + (NOISE_KNOWN*2/3)**2))
         report%noises = [report%noises, test]
     end subroutine add_noise
 
@@ -341,7 +346,7 @@ contains
 
         factor = 1
         do i = 1, size(self%noises)
-            if (self%noises(i)%state == CONTRADICTED) factor = max(factor, self%noises(i)%factor)
+            if (self%noises(i)%significance > self%critical) factor = max(factor, self%noises(i)%factor)
         end do
     end function noise_factor
 

@@ -96,12 +96,11 @@ contains
         if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
         call say_contradiction(solution%beliefs, text)
-        if (text == '') return
         if (allocated(error)) then
-            error%message = error%message//'; '//text
+            if (text /= '') error%message = error%message//'; '//text
             return
         end if
-        call append(solution%warnings, text)
+        if (text /= '') call append(solution%warnings, text)
         factor = solution%beliefs%noise_factor()
         if (factor > 1) then
             solution%covariance = factor**2*solution%covariance
