@@ -75,11 +75,9 @@ module gracecg
     use gracecg_simulation_satellite, only: satellite_t
     use gracecg_simulation_operator_errors, only: operator_t, OPERATOR_ERRORS => SOURCES
     use gracecg_simulation_operator_view, only: operator_knowledge
-    use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES, find_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
-    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
+    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, controlled_steps_t, begin_steps
     use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, loads_t, STATE_SIZE, &
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &

@@ -20,7 +20,7 @@ COMPILERS_OWN = re.compile(r"__(?:vtab|def_init|vtype|copy|final)_")
 KNOWN = {"gracecg_interface_handles": {"slots", "nothing", "last_slot", "alive"},
          "gracecg_interface_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
          "gracecg_base_coloured_noise": {"i_pole"}, "gracecg_files_run_record": {"files", "command", "commit"},     # kept by the program alone
-         "gracecg_observations_parameters": {"i_row", "i_member"}, "gracecg_base_controlled_steps": {"node"}}
+         "gracecg_observations_parameters": {"i_row", "i_member"}, "gracecg_base_runge_kutta": {"node"}}
 
 
 def findings(archive):

@@ -128,7 +128,7 @@ class Theory:
 
 
 def published_values():
-    """RMS values: (cases, algorithms, 3), mm, the misprint mended as in src/studies/published_rms.f90."""
+    """RMS values: (cases, algorithms, 3), mm, the misprint mended as in src/studies/published.f90."""
     lines = [line for line in (ROOT/"data/report_rms_tables.csv").read_text().splitlines() if not line.startswith("#")]
     rows = [[float(row[a.replace("-", "_")]) for a in ALGORITHMS] for row in csv.DictReader(lines)]
     values = np.array(rows).reshape(len(CASES), 3, len(ALGORITHMS)).transpose(0, 2, 1)

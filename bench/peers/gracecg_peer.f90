@@ -1,7 +1,7 @@
 !> An orbit about an Earth that does not turn.
 module gracecg_peer_orbit
     use gracecg_base_kinds, only: dp
-    use gracecg_base_runge_kutta, only: ode_system_t
+    use gracecg_base_runge_kutta, only: ode_system_t, controlled_steps_t, begin_steps
     use gracecg_environment_geopotential, only: gravity_model_t
     implicit none
     private
@@ -52,7 +52,6 @@ program gracecg_peer
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate
-    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_geopotential, only: gravity_model_t
     use gracecg_environment_gravity_models, only: new_gravity_model

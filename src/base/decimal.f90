@@ -20,7 +20,6 @@ module gracecg_base_decimal
     integer(i8), parameter :: FULL = 10_i8**17              !! From here on an integer of 64 bits takes no digit more
     integer(i8), parameter :: EXACT_INTEGER = 2_i8**53
     integer, parameter :: EXACT_TENS = 22                   !! Largest power of ten that is exact in double precision
-    integer, parameter :: MOST_TENS = 2*EXACT_TENS          !! Largest that is a product of two such
     integer, parameter :: MOST_DIGITS = 17                  !! Always enough to tell two numbers apart
     integer(i8), parameter :: LEAST = 10_i8**(MOST_DIGITS - 1)  ! of 17 digits
     real(dp), parameter :: SPLITTER = 2.0_dp**27 + 1        ! of Dekker's product
@@ -215,8 +214,8 @@ contains
         exponent = 0
         sure = .false.
         if (.not. (x > 1e-28_dp .and. x < 1e16_dp)) return
-        scale = MOST_DIGITS - 1 - floor(log10(x))       ! 1 to 44
-        call exact_power(scale, tens, more_tens)
+        scale = MOST_DIGITS - 1 - floor(log10(x))       ! 1 to 44, twice EXACT_TENS
+        call exact_product(POWER(min(scale, EXACT_TENS)), POWER(scale - min(scale, EXACT_TENS)), tens, more_tens)
         call exact_product(x, tens, large, small)
         small = small + x*more_tens
         unit = floor(small + 0.5_dp, i8)
@@ -266,14 +265,6 @@ contains
         buffer = buffer(:point - 1)//buffer(point + 1:letter - 1)
         read (buffer, *) digits
     end subroutine digits_by_trial
-
-    !> 10^n as large + small, exactly.
-    pure subroutine exact_power(n, large, small)
-        integer, intent(in) :: n            !! 0 to MOST_TENS
-        real(dp), intent(out) :: large, small
-
-        call exact_product(POWER(min(n, EXACT_TENS)), POWER(n - min(n, EXACT_TENS)), large, small)
-    end subroutine exact_power
 
     !> a b = product + error, exactly: T. J. Dekker, Numer. Math. 18 (1971) 224-242.
     pure subroutine exact_product(a, b, product, error)

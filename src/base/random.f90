@@ -86,10 +86,15 @@ contains
     real(dp) function uniform(self) result(u)
         class(random_stream_t), intent(inout) :: self
 
+        integer(i8) :: word(LANES, 4)
+
         if (self%has_spare_uniform) then
             u = self%spare_uniform
         else
-            call next_uniform_pair(self, u, self%spare_uniform)
+            call philox_4x32(self%counter, self%key, word)
+            self%counter(1) = iand(self%counter(1) + 1, MASK)
+            u = open_unit_interval(word(1, 1), word(1, 2))
+            self%spare_uniform = open_unit_interval(word(1, 3), word(1, 4))
         end if
         self%has_spare_uniform = .not. self%has_spare_uniform
     end function uniform
@@ -144,19 +149,6 @@ contains
         self%counter(1) = iand(self%counter(1) + left/2, MASK)
         if (mod(left, 2_i8) == 1) passed_over = self%normal()
     end subroutine skip_normals
-
-    !> Two uniform numbers from the next block.
-    pure subroutine next_uniform_pair(self, first, second)
-        type(random_stream_t), intent(inout) :: self
-        real(dp), intent(out) :: first, second
-
-        integer(i8) :: word(LANES, 4)
-
-        call philox_4x32(self%counter, self%key, word)
-        self%counter(1) = iand(self%counter(1) + 1, MASK)
-        first = open_unit_interval(word(1, 1), word(1, 2))
-        second = open_unit_interval(word(1, 3), word(1, 4))
-    end subroutine next_uniform_pair
 
     !> Two normal numbers from each of the next blocks: G. E. P. Box, M. E. Muller, Ann. Math. Statist. 29 (1958) 610-611.
     !> No number is rejected, so a block is always two numbers.

@@ -5,9 +5,8 @@ module gracecg_files_data_table
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, split, integer_text, logical_text, real_text
-    use gracecg_files_csv, only: csv_writer_t, csv_field
+    use gracecg_files_csv, only: csv_writer_t, csv_field, unit_of_column
     use gracecg_files_json, only: json_writer_t
-    use gracecg_files_units, only: unit_of_column
     implicit none
     private
     public :: data_table_t
@@ -42,15 +41,15 @@ module gracecg_files_data_table
     contains
         procedure :: column => add_column       !! Declares a column
         procedure :: columns_of => add_columns  !! Declares several columns that only files have
-        generic :: add => add_text, add_real, add_reals, add_integer, add_long_integer, add_logical
-        !! Puts the next value, or the next values, into the row
+        generic :: add => add_texts, add_real, add_reals, add_integer, add_long_integer, add_logical
+        !! Puts the next value, or the next values, into the row; real ones that are not known leave their cells empty
         procedure :: add_nothing                !! Leaves a cell empty
         procedure :: row_count                  !! How many rows there are
         procedure :: csv                        !! Header and rows as lines of CSV
         procedure :: write => write_file        !! Writes a CSV file
         procedure :: to_json                    !! Units and rows as members of a JSON object
         procedure :: lines                      !! For people
-        procedure, private :: add_text, add_real, add_reals, add_integer, add_long_integer, add_logical, put
+        procedure, private :: add_texts, add_real, add_reals, add_integer, add_long_integer, add_logical, put
     end type data_table_t
 
 contains
@@ -120,31 +119,41 @@ contains
         end associate
     end subroutine put
 
-    subroutine add_text(self, value)
+    subroutine add_texts(self, value, second, third, fourth)
         class(data_table_t), intent(inout) :: self
         character(*), intent(in) :: value
+        character(*), intent(in), optional :: second, third, fourth
 
         call self%put(TEXT, trim(value), 0.0_dp)
-    end subroutine add_text
+        if (present(second)) call self%put(TEXT, trim(second), 0.0_dp)
+        if (present(third)) call self%put(TEXT, trim(third), 0.0_dp)
+        if (present(fourth)) call self%put(TEXT, trim(fourth), 0.0_dp)
+    end subroutine add_texts
 
-    subroutine add_real(self, value)
+    subroutine add_real(self, value, known)
         class(data_table_t), intent(inout) :: self
         real(dp), intent(in) :: value
+        logical, intent(in), optional :: known
 
-        if (.not. ieee_is_finite(value) .and. .not. allocated(self%failure)) &
-            call fail(self%failure, self%columns(mod(self%used, size(self%columns)) + 1)%name//': the result is not '// &
-                      'a finite number')
-        call self%put(NUMBER, real_text(value), value)
+        call self%add_reals([value], known)
     end subroutine add_real
 
-    subroutine add_reals(self, value)
+    subroutine add_reals(self, value, known)
         class(data_table_t), intent(inout) :: self
         real(dp), intent(in) :: value(:)
+        logical, intent(in), optional :: known
 
         integer :: i
 
+        if (present(known)) then
+            if (.not. known) call self%add_nothing(size(value))
+            if (.not. known) return
+        end if
         do i = 1, size(value)
-            call self%add(value(i))
+            if (.not. ieee_is_finite(value(i)) .and. .not. allocated(self%failure)) &
+                call fail(self%failure, self%columns(mod(self%used, size(self%columns)) + 1)%name//': the result is not '// &
+                          'a finite number')
+            call self%put(NUMBER, real_text(value(i)), value(i))
         end do
     end subroutine add_reals
 

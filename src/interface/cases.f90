@@ -61,6 +61,7 @@ contains
         class(case_object_t), intent(in) :: self
         type(items_t), intent(inout) :: items
 
+        type(design_settings_t) :: default      ! the planner's own, that gracecg_design is given
         integer :: i
 
         associate (case => self%calibration%case)
@@ -75,9 +76,11 @@ contains
                                                [7, size(rods)]))
                 call items%put('rod_kinds', real([(rods(i)%axis, rods(i)%waveform, i=1, size(rods))], dp))
             end associate
-            call items%put('design_settings', [0.0_dp, case%duration, default_settings(usual_amplitude(case%satellite%rods)), &
-                                               case%limits%rate, case%limits%pointing])
-            call items%put('design_choices', real(default_choices(), dp))
+            call items%put('design_settings', [0.0_dp, case%duration, usual_amplitude(case%satellite%rods), &
+                                               default%lowest_frequency, default%highest_frequency, default%taper, &
+                                               default%rise_time, case%limits%rate, case%limits%pointing])
+            call items%put('design_choices', real([merge(1, 0, default%rod_used), merge(1, 0, default%waveform_used), &
+                                                   default%threads], dp))
         end associate
         call tell_settings(self%calibration, items)
     end subroutine tell_case
@@ -89,24 +92,6 @@ contains
 
         call items%put(name, [real(time%mjd, dp), time%seconds])
     end subroutine tell_time
-
-    !> The planner's own numbers that gracecg_design is given.
-    pure function default_settings(amplitude) result(values)
-        real(dp), intent(in) :: amplitude       !! Of the case's rods, A m^2
-        real(dp) :: values(5)                   !! A m^2, Hz, Hz, s, s
-
-        type(design_settings_t) :: default
-
-        values = [amplitude, default%lowest_frequency, default%highest_frequency, default%taper, default%rise_time]
-    end function default_settings
-
-    pure function default_choices() result(values)
-        integer :: values(8)
-
-        type(design_settings_t) :: default
-
-        values = [merge(1, 0, default%rod_used), merge(1, 0, default%waveform_used), default%threads]
-    end function default_choices
 
     !> The texts of a case, which are made when they are asked for.
     subroutine tell_settings(calibration, items)

@@ -26,8 +26,8 @@ module gracecg_planning_bound
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
         ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, KNOWN_INERTIA => INERTIA, KNOWN_CHANGE => TORQUE_CHANGE
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator, error_switches_t, &
+        new_switched_simulator
     implicit none
     private
     public :: case_bound_t, bound_of_case, information_of_case, reliability_of_case, SOURCES, OPERATOR_PLACES
@@ -160,13 +160,18 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(whitened_problem_t) :: problem
-        integer, allocatable :: estimated(:), considered(:), source(:)
+        integer, allocatable :: estimated(:), considered(:), source(:)      ! parameters; the source of each considered one
+        logical, allocatable :: left(:)
         real(dp) :: sigma(PARAMETERS)
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
         estimated = asked_parameters(options%optimal)
-        call find_considered(estimated, considered, source)
+        considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
+        source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
+        left = [(all(estimated /= considered(i)), i=1, size(considered))]
+        considered = pack(considered, left)
+        source = pack(source, left)
         call prepare_at_truth(simulator, observations, options, [estimated, considered], problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)
@@ -256,19 +261,4 @@ contains
             state = problem%state
         end subroutine find_step
     end subroutine consider_knowledge
-
-    !> The parameters that are not estimated, and the source that each belongs to.
-    subroutine find_considered(estimated, considered, source)
-        integer, intent(in) :: estimated(:)
-        integer, allocatable, intent(out) :: considered(:), source(:)
-
-        logical, allocatable :: left(:)
-        integer :: i
-
-        considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
-        source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
-        left = [(.not. any(estimated == considered(i)), i=1, size(considered))]
-        considered = pack(considered, left)
-        source = pack(source, left)
-    end subroutine find_considered
 end module gracecg_planning_bound

@@ -131,6 +131,7 @@ contains
         class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
 
         type(candidate_t), allocatable :: candidates(:), finalists(:)
+        type(candidate_t) :: cycles_567
         type(manoeuvre_design_t), allocatable :: judged(:), refined(:), near(:)
         type(manoeuvre_design_t) :: pattern
         type(quick_look_t), target :: look
@@ -173,7 +174,9 @@ contains
         call tell(progress, 'search, stage 3 of 3')
         call judge_all(arc, sites, settings, finalists, size(sites), refined, error, progress, refine_first=.true.)
         if (allocated(error)) return
-        call judge_pattern_567(arc, sites, settings, pattern)
+        cycles_567 = candidate_567(settings)
+        call judge(arc, sites, settings, cycles_567, size(sites), pattern)
+        pattern%allowed = pattern%allowed .and. allows_567(settings, arc%duration())
         spent = spent + sum(refined%evaluations) + pattern%evaluations
         do i = 1, size(finalists)
             if (better(refined(i), design)) design = refined(i)
@@ -391,20 +394,6 @@ contains
             end if
         end do
     end subroutine judge_moments
-
-    !> The pattern of 5, 6 and 7 cycles; not allowed when its frequencies or rods are not.
-    subroutine judge_pattern_567(arc, sites, settings, design)
-        type(planned_arc_t), intent(in) :: arc
-        type(manoeuvre_site_t), intent(in) :: sites(:)
-        type(design_settings_t), intent(in) :: settings
-        type(manoeuvre_design_t), intent(out) :: design
-
-        type(candidate_t) :: candidate
-
-        candidate = candidate_567(settings)
-        call judge(arc, sites, settings, candidate, size(sites), design)
-        design%allowed = design%allowed .and. allows_567(settings, arc%duration())
-    end subroutine judge_pattern_567
 
     !> The simplex method over cycles and phases of the rods in use, from a candidate. The phase of the
     !> first rod is changed too: what a rod does at the start and the end of the arc depends on it.

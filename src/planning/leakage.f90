@@ -128,13 +128,16 @@ contains
 
         type(manoeuvre_site_t) :: second
         real(dp), dimension(PARAMETERS, PARAMETERS) :: first, other
-        real(dp) :: half, time, without(3), with(3)
+        real(dp) :: semi_major_axis, half, time, without(3), with(3)
         integer :: i
 
         call normal_matrix(arc, site, rods, first)
         call sigmas_of(first, pair%without, pair%with)
         pair%pair_with = huge(1.0_dp)
-        half = half_revolution(site%state(POSITION), site%state(VELOCITY))
+        associate (r => site%state(POSITION), v => site%state(VELOCITY))
+            semi_major_axis = 1/(2/norm2(r) - dot_product(v, v)/EARTH_GM)       ! by the energy
+        end associate
+        half = TWO_PI*sqrt(semi_major_axis**3/EARTH_GM)/2
         do i = -nint(AROUND/STEP), nint(AROUND/STEP)
             time = site%time + half + i*STEP
             if (site%time + half > last_time(orbit)) time = site%time - half + i*STEP
@@ -153,14 +156,4 @@ contains
                 (norm2(site%field(:, 0))*norm2(second%field(:, 0)))
         end do
     end subroutine find_pair
-
-    !> Half of the period by the energy of a state.
-    pure real(dp) function half_revolution(position, velocity) result(time)
-        real(dp), intent(in) :: position(3), velocity(3)    !! m, m/s
-
-        real(dp) :: semi_major_axis
-
-        semi_major_axis = 1/(2/norm2(position) - dot_product(velocity, velocity)/EARTH_GM)
-        time = TWO_PI*sqrt(semi_major_axis**3/EARTH_GM)/2
-    end function half_revolution
 end module gracecg_planning_leakage

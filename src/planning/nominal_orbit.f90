@@ -9,8 +9,7 @@ module gracecg_planning_nominal_orbit
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
-    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
+    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, controlled_steps_t, begin_steps
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, STATE_SIZE, POSITION, &
         VELOCITY, OMEGA, ATTITUDE
     use gracecg_simulation_case, only: case_t

@@ -3,25 +3,31 @@
 !> manoeuvre, and the calibration that flies it.
 module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_constants, only: TWO_PI, EARTH_ROTATION_RATE, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_progress, only: progress_t
-    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling, torque_rods_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_limits, only: check_motion
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_calibration, only: calibration_t
-    use gracecg_planning_moved_case, only: moved_calibration
-    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_simulation_limits, only: check_motion, exceeds_limits
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time, states_from
+    use gracecg_planning_calibration, only: calibration_t, case_of_observations
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, manoeuvre_quality_t, &
+        evaluate_manoeuvre
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
-    use gracecg_planning_candidates, only: design_settings_t, check_design_settings
+    use gracecg_planning_candidates, only: design_settings_t, check_design_settings, pattern_567
     use gracecg_planning_design, only: manoeuvre_design_t, design_manoeuvre, judge_manoeuvre, choose_place
+    use gracecg_base_quaternion, only: normalised
+    use gracecg_environment_time, only: utc_plus, utc_text
+    use gracecg_simulation_dynamics, only: STATE_SIZE, POSITION, VELOCITY, OMEGA, ATTITUDE
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_base_text, only: rounded_text, integer_text
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
     implicit none
     private
-    public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE
-    public :: plan_t, prepare_plan, find_manoeuvre, times_along, planned_calibration, take_design
-    public :: plan_manoeuvre, map_case
-    public :: SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, times_along, &
+        planned_calibration, take_design, plan_manoeuvre, map_case, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS, &
+        moved_case, moved_calibration, say_next_manoeuvre
 
     real(dp), parameter :: ORBIT_STEP = 10          !! Between the orbit's samples, s
     real(dp), parameter :: ANYWHERE_STEP = 100      !! Between the places to choose from, s
@@ -53,6 +59,9 @@ module gracecg_planning_planner
         type(manoeuvre_design_t) :: design  !! The manoeuvre, judged at all sites
     end type plan_t
 
+    real(dp), parameter :: GUESS_DIGIT = 1e-3_dp
+    !! To which an operator's guess of the attitude is rounded: the built-in cases have as many digits
+
 contains
 
     !> The first half of a plan: arc, orbit and places, all but the search for the manoeuvre.
@@ -79,7 +88,13 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         plan%time = request%time
-        call check_limits(case, error)
+        if (.not. (case%duration >= SHORTEST_ARC .and. case%duration <= LONGEST_ARC)) then
+            call fail(error, 'duration = '//number_text(case%duration)//' s: a manoeuvre lasts from '// &
+                      number_text(SHORTEST_ARC)//' to '//number_text(LONGEST_ARC)//' s')
+        else if (.not. (case%limits%rate > 0 .and. case%limits%pointing > 0)) then
+            call fail(error, 'the limits of rate and pointing are '//number_text(case%limits%rate)// &
+                      ' rad/s and '//number_text(case%limits%pointing)//' rad: both have to be positive')
+        end if
         if (.not. allocated(error)) call new_planned_arc(case, plan%arc, error)
         if (allocated(error)) return
         if (request%search) then
@@ -205,19 +220,6 @@ contains
         if (present(chosen)) chosen = plan%time
     end subroutine plan_manoeuvre
 
-    subroutine check_limits(case, error)
-        type(case_t), intent(in) :: case
-        type(error_t), allocatable, intent(out) :: error
-
-        if (.not. (case%duration >= SHORTEST_ARC .and. case%duration <= LONGEST_ARC)) then
-            call fail(error, 'duration = '//number_text(case%duration)//' s: a manoeuvre lasts from '// &
-                      number_text(SHORTEST_ARC)//' to '//number_text(LONGEST_ARC)//' s')
-        else if (.not. (case%limits%rate > 0 .and. case%limits%pointing > 0)) then
-            call fail(error, 'the limits of rate and pointing are '//number_text(case%limits%rate)// &
-                      ' rad/s and '//number_text(case%limits%pointing)//' rad: both have to be positive')
-        end if
-    end subroutine check_limits
-
     !> A case's manoeuvre at places along its orbit, as the command `design --manoeuvre CASE --map` has it.
     !>
     !> Fails for times that are negative or after MOST_REVOLUTIONS, when the samples cannot follow the
@@ -250,4 +252,89 @@ contains
             call map_manoeuvre(plan%arc, plan%orbit, times, case%satellite%rods, threads, points, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine map_case
+
+    !> The case that starts `time` seconds later on the orbit, with the nominal attitude. At time 0 it is the
+    !> case itself. The density wave goes on; the manoeuvre stays, relative to the new epoch. The constant wind
+    !> of a built-in case was fitted to its place: away from it the wind is that of the table, as in the
+    !> built-in cases 2 and 3.
+    function moved_case(case, orbit, time) result(moved)
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit      !! Of this case
+        real(dp), intent(in) :: time                    !! s, within the orbit
+        type(case_t) :: moved
+
+        type(case_t) :: built_in                        ! of its name
+        type(error_t), allocatable :: failure
+        real(dp) :: state(STATE_SIZE, 0:0)
+
+        moved = case
+        if (.not. time > 0) return
+        state = states_from(orbit, time, 1.0_dp, 0)
+        moved%epoch = utc_plus(case%epoch, time)
+        moved%sidereal_angle = modulo(case%sidereal_angle + EARTH_ROTATION_RATE*time, TWO_PI)
+        moved%earth_parameters%ut1_minus_utc = case%earth_parameters%ut1_minus_utc + case%earth_parameters%ut1_rate*time
+        moved%position = state(POSITION, 0)
+        moved%velocity = state(VELOCITY, 0)
+        moved%angular_velocity = state(OMEGA, 0)
+        moved%quaternion = normalised(state(ATTITUDE, 0))
+        if (case%density_wave%period > 0) then
+            moved%density_wave%phase = modulo(case%density_wave%phase + &
+                                              TWO_PI*modulo(time/case%density_wave%period, 1.0_dp), TWO_PI)
+        end if
+        if (all(REPORT_CASE_NAMES /= case%name)) return
+        call report_case(trim(case%name), built_in, failure)
+        if (.not. allocated(failure) .and. case%wind_model == built_in%wind_model .and. &
+            .not. norm2([case%wind_east - built_in%wind_east, case%wind_north - built_in%wind_north]) > 0) &
+            moved%wind_model = 'hwm93'
+    end function moved_case
+
+    !> The calibration of a moved case: a first guess of the attitude that is given is turned along.
+    function moved_calibration(calibration, orbit, time) result(moved)
+        type(calibration_t), intent(in) :: calibration
+        type(nominal_orbit_t), intent(in) :: orbit      !! Of its case
+        real(dp), intent(in) :: time                    !! s, within the orbit
+        type(calibration_t) :: moved
+
+        moved%case = moved_case(calibration%case, orbit, time)
+        moved%options = calibration%options
+        if (.not. time > 0 .or. all(abs(moved%options%guess_quaternion) <= 0)) return
+        moved%options%guess_quaternion = normalised(GUESS_DIGIT*anint(moved%case%quaternion/GUESS_DIGIT))
+    end function moved_calibration
+
+    !> Words for an operator: manoeuvre, time and the standard deviations that its bound promises. Nothing where that cannot be
+    !> said: no orbit, no attitude, rods that are not known by amplitude, a motion beyond the limits; nor where it would be no
+    !> better than what was flown.
+    subroutine say_next_manoeuvre(observations, flown, text)
+        type(observation_set_t), intent(in) :: observations
+        real(dp), intent(in) :: flown(3)        !! Standard deviations of the offset by it, m; 0 on axes that need no other
+        character(:), allocatable, intent(out) :: text      !! Without a full stop
+
+        type(calibration_t) :: calibration
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+        type(torque_rods_t) :: rods
+        type(manoeuvre_quality_t) :: quality
+        type(error_t), allocatable :: failure
+
+        text = ''
+        if (observations%knowledge%rods%count == 0) return
+        request%settings%amplitude = usual_amplitude(observations%knowledge%rods)
+        request%settings%share = usual_shares(observations%knowledge%rods)
+        call case_of_observations(observations, calibration%case, failure)
+        if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)
+        if (allocated(failure)) return
+        rods = pattern_567(request%settings, calibration%case%duration)
+        call evaluate_manoeuvre(plan%arc, plan%sites(1), rods, quality)
+        if (quality%is_seen() .and. .not. any(quality%sigma < flown)) return
+        if (.not. quality%is_seen() .or. exceeds_limits(plan%arc%knowledge%limits, quality%motion)) return
+        text = 'with rods x, y and z at '//rounded_text(rods%activations(1)%frequency, 3)//', '// &
+            rounded_text(rods%activations(2)%frequency, 3)//' and '//rounded_text(rods%activations(3)%frequency, 3)// &
+            ' Hz, '//rounded_text(request%settings%amplitude, 3)// &
+            trim(merge(' N m  ', ' A m^2', observations%knowledge%rods%direct))//', for '// &
+            integer_text(nint(calibration%case%duration))//' s at the next passage here ('// &
+            utc_text(utc_plus(calibration%case%epoch, real(nint(plan%orbit%revolution), dp)))//' UTC): sigma by noise '// &
+            'alone would be '// &
+            rounded_text(quality%sigma(1)/MILLIMETRE, 2)//', '//rounded_text(quality%sigma(2)/MILLIMETRE, 2)//', '// &
+            rounded_text(quality%sigma(3)/MILLIMETRE, 2)//' mm'
+    end subroutine say_next_manoeuvre
 end module gracecg_planning_planner

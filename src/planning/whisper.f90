@@ -79,7 +79,8 @@ contains
         type(operator_knowledge_t) :: knowledge
         type(nominal_orbit_t) :: orbit
         type(coloured_noise_t) :: noise(3)
-        real(dp), allocatable :: field(:, :), day(:, :, :, :)
+        type(loads_t) :: acting
+        real(dp), allocatable :: field(:, :), day(:, :, :, :)   ! in body axes along the nominal flight, T
         type(whisper_tone_t), allocatable :: tones(:, :)
         real(dp) :: frequency, sigma(3), best
         integer :: i, j, k, n, chosen(3)
@@ -101,7 +102,11 @@ contains
         end if
         call new_nominal_orbit(case, orbit, error, revolutions=ceiling(SECONDS_PER_DAY/5500), interval=STEP)
         if (allocated(error)) return
-        call find_field(orbit, nint(SECONDS_PER_DAY/STEP), field)
+        allocate (field(3, nint(SECONDS_PER_DAY/STEP)))
+        do i = 1, size(field, 2)
+            call orbit%dynamics%loads((i - 1)*orbit%interval, orbit%state(:, i - 1), acting)
+            field(:, i) = acting%field
+        end do
         do k = 1, 3
             noise(k) = coloured_noise(knowledge%accelerometer_noise(k), knowledge%accelerometer_interval, error)
             if (.not. allocated(error) .and. .not. noise(k)%spectrum(limits%band(1)) > 0) &
@@ -159,22 +164,6 @@ contains
             end do
         end subroutine judge_times
     end subroutine plan_whisper
-
-    !> The field in body axes at the places of the nominal flight.
-    subroutine find_field(orbit, places, field)
-        type(nominal_orbit_t), intent(in) :: orbit
-        integer, intent(in) :: places
-        real(dp), allocatable, intent(out) :: field(:, :)   !! (3, places), T
-
-        type(loads_t) :: acting
-        integer :: k
-
-        allocate (field(3, places))
-        do k = 1, places
-            call orbit%dynamics%loads((k - 1)*orbit%interval, orbit%state(:, k - 1), acting)
-            field(:, k) = acting%field
-        end do
-    end subroutine find_field
 
     !> The tone of a rod at a frequency, as strong as the limits allow; a third of what all may turn is its share.
     subroutine set_tone(knowledge, limits, field, rod, frequency, tone)

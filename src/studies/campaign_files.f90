@@ -22,7 +22,7 @@ module gracecg_studies_campaign_files
     use gracecg_files_value, only: logical_from_text
     use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_monte_carlo, only: monte_carlo_t, some_runs, run_recorder_t
-    use gracecg_studies_published_case, only: built_in_calibration
+    use gracecg_studies_published, only: built_in_calibration
     implicit none
     private
     public :: campaign_table, write_table, write_runs, read_runs, journal_t, journal_path
@@ -68,17 +68,10 @@ contains
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
                     do axis = 1, 3
-                        call table%add(campaign%cases(i)%name)
-                        call table%add(campaign%algorithms(a))
-                        call table%add(AXES(axis))
-                        call table%add(size(entry%run))
-                        call table%add([entry%statistics%rms(axis), entry%statistics%mean(axis), &
+                        call table%add(campaign%cases(i)%name, campaign%algorithms(a), AXES(axis))
+                        call table%add([real(size(entry%run), dp), entry%statistics%rms(axis), entry%statistics%mean(axis), &
                                         entry%statistics%deviation(axis), entry%predicted(axis)])
-                        if (entry%published(axis) > 0) then
-                            call table%add(entry%published(axis))
-                        else
-                            call table%add_nothing()
-                        end if
+                        call table%add(entry%published(axis), entry%published(axis) > 0)
                     end do
                 end associate
             end do

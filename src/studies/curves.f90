@@ -6,7 +6,7 @@ module gracecg_studies_curves
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: pick_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_units, only: unit_of_column
+    use gracecg_files_csv, only: unit_of_column
     use gracecg_environment_time, only: time_tag
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA
@@ -16,7 +16,7 @@ module gracecg_studies_curves
     use gracecg_simulation_simulator, only: propagate_case, disturbance_at
     use gracecg_studies_table_figure_windows, only: WINDOW_SATELLITE, WINDOW_FIGURE, WINDOW_QUANTITY, WINDOW_AXIS, &
         WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
-    use gracecg_studies_axis_ticks, only: limits_on_ticks, same_limits, share_covered
+    use gracecg_studies_published, only: limits_on_ticks, same_limits, share_covered
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
@@ -263,10 +263,7 @@ contains
 
         do i = 1, size(checks)
             associate (c => checks(i))
-                call table%add(case_name)
-                call table%add(c%quantity)
-                call table%add(c%axis)
-                call table%add(unit_of_column(trim(curve_column(c%quantity, c%axis))))
+                call table%add(case_name, c%quantity, c%axis, unit_of_column(trim(curve_column(c%quantity, c%axis))))
                 call table%add([c%least, c%greatest, c%mean])
                 call table%add(c%figure)
                 call table%add([c%low, c%high, c%fill])

@@ -143,11 +143,10 @@ contains
         call table%columns_of('case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm')
         do i = 1, size(reached)
             do axis = 1, 3
-                call table%add(reached(i)%case_name)
-                call table%add(AXES(axis))
-                call table%add(reached(i)%bound(axis)/MILLIMETRE)
-                call table%add(reached(i)%runs)
-                call table%add([reached(i)%rms(axis), reached(i)%trimmed(axis)]/MILLIMETRE)
+                associate (r => reached(i))
+                    call table%add(r%case_name, AXES(axis))
+                    call table%add([r%bound(axis)/MILLIMETRE, real(r%runs, dp), [r%rms(axis), r%trimmed(axis)]/MILLIMETRE])
+                end associate
             end do
         end do
     end function designed_calibrations_table

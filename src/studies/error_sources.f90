@@ -8,8 +8,7 @@ module gracecg_studies_error_sources
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
         error_statistics_t, statistics_of
@@ -107,10 +106,8 @@ contains
         call table%column('predicted_mm', 'f10.5', 'theory')
         do i = 1, size(studies)
             do axis = 1, 3
-                call table%add(STUDY_NAMES(i))
-                call table%add(AXES(axis))
-                call table%add(studies(i)%runs)
-                call table%add([studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE)
+                call table%add(STUDY_NAMES(i), AXES(axis))
+                call table%add([real(studies(i)%runs, dp), [studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE])
             end do
         end do
     end function error_table

@@ -10,10 +10,9 @@ module gracecg_studies_estimate_windows
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_simulation_report_cases, only: SATELLITES
-    use gracecg_studies_axis_ticks, only: limits_on_ticks, same_limits, share_covered
+    use gracecg_studies_published, only: limits_on_ticks, same_limits, share_covered, published_axis
     use gracecg_studies_campaign, only: campaign_t
     use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_ALGORITHMS
-    use gracecg_studies_published_axes, only: published_axis
     implicit none
     private
     public :: estimate_window_t, campaign_windows, loss_windows, estimate_windows_table
@@ -122,14 +121,8 @@ contains
         call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,on_ticks')
         do i = 1, size(windows)
             associate (w => windows(i))
-                call table%add(w%figure)
-                call table%add(w%satellite)
-                call table%add(w%algorithm)
-                call table%add(w%axis)
-                call table%add([w%low, w%high, w%least, w%greatest]/MILLIMETRE)
-                call table%add(w%fill)
-                call table%add(w%points)
-                call table%add(w%inside)
+                call table%add(w%figure, w%satellite, w%algorithm, w%axis)
+                call table%add([[w%low, w%high, w%least, w%greatest]/MILLIMETRE, w%fill, real([w%points, w%inside], dp)])
                 call table%add(w%on_ticks)
             end associate
         end do

@@ -57,7 +57,9 @@ contains
             inertial_offset = matmul(offset, rotation_matrix(state(ATTITUDE)))
             call orbit%dynamics%gravity%gradient_tensor(matmul(fixed_from_inertial, state(POSITION)), all_terms)
             call central%gradient_tensor(matmul(fixed_from_inertial, state(POSITION)), one_term)
-            rtn_from_inertial = radial_transverse_normal(state(POSITION), state(VELOCITY))
+            rtn_from_inertial(1, :) = unit(state(POSITION))
+            rtn_from_inertial(3, :) = unit(cross(state(POSITION), state(VELOCITY)))
+            rtn_from_inertial(2, :) = cross(rtn_from_inertial(3, :), rtn_from_inertial(1, :))
         end associate
         sample%central = -rotated(one_term)
         sample%others = -rotated(all_terms - one_term)
@@ -73,16 +75,6 @@ contains
             vector = matmul(rtn_from_inertial, matmul(vector, fixed_from_inertial))
         end function rotated
     end function sample_at
-
-    !> Rows: the unit vectors along the radius, forward across it in the orbital plane, and normal to the plane.
-    pure function radial_transverse_normal(r, v) result(m)
-        real(dp), intent(in) :: r(3), v(3)      !! Position and velocity, inertial
-        real(dp) :: m(3, 3)
-
-        m(1, :) = unit(r)
-        m(3, :) = unit(cross(r, v))
-        m(2, :) = cross(m(3, :), m(1, :))
-    end function radial_transverse_normal
 
     !> mu of a model, m^3/s^2.
     pure real(dp) function gm_of(model)

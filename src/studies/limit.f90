@@ -8,8 +8,7 @@ module gracecg_studies_limit
     use gracecg_base_statistics, only: sampling_error
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
@@ -107,12 +106,9 @@ contains
             do a = 1, ALGORITHMS
                 do axis = 1, 3
                     associate (study => studies(i), ratio => relative_error(studies(i), a, axis))
-                        call table%add(study%case_name)
-                        call table%add(ESTIMATOR_NAMES(a))
-                        call table%add(AXES(axis))
-                        call table%add(study%runs(a))
-                        call table%add([study%rms(axis, a)/MILLIMETRE, study%bound(axis)/MILLIMETRE, ratio, &
-                                        ratio*sampling_error(study%runs(a))])
+                        call table%add(study%case_name, ESTIMATOR_NAMES(a), AXES(axis))
+                        call table%add([real(study%runs(a), dp), study%rms(axis, a)/MILLIMETRE, study%bound(axis)/MILLIMETRE, &
+                                        ratio, ratio*sampling_error(study%runs(a))])
                         call table%add(at_the_bound(ratio, study%runs(a)))
                         call table%add(study%not_converged(a))
                     end associate

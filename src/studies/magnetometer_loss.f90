@@ -197,7 +197,10 @@ contains
 
         type(simulator_t) :: without_bias
         type(prediction_t) :: prediction
-        real(dp) :: still(3), moved(3), field_error(3)
+        type(observation_set_t) :: exact, observations
+        type(estimation_options_t) :: own
+        type(solution_t) :: solution
+        real(dp) :: still(3), field_error(3)
         integer :: axis
 
         rms = 0
@@ -207,35 +210,20 @@ contains
         if (allocated(error)) return
         rms = prediction%rms**2
         still = simulator%case%satellite%offset + prediction%bias
+        own = options
+        own%covariance = .false.
+        call observe_without_noise(simulator, density_wave_t(), exact)
         do axis = 1, 3
             field_error = 0
             field_error(axis) = deviation
-            call estimate_with_field_error(simulator, algorithm, options, field_error, moved, error)
+            observations = exact
+            call set_field(simulator, field_error, observations)
+            call estimate_offset(algorithm, observations, own, solution, error)
             if (allocated(error)) return
-            rms = rms + (moved - still)**2
+            rms = rms + (solution%offset - still)**2
         end do
         rms = sqrt(rms)
     end subroutine predict_field_model
-
-    subroutine estimate_with_field_error(simulator, algorithm, options, field_error, offset, error)
-        type(simulator_t), intent(in) :: simulator
-        character(*), intent(in) :: algorithm
-        type(estimation_options_t), intent(in) :: options
-        real(dp), intent(in) :: field_error(3)      !! T
-        real(dp), intent(out) :: offset(3)          !! m
-        type(error_t), allocatable, intent(out) :: error
-
-        type(observation_set_t) :: observations
-        type(solution_t) :: solution
-        type(estimation_options_t) :: own
-
-        own = options
-        own%covariance = .false.
-        call observe_without_noise(simulator, density_wave_t(), observations)
-        call set_field(simulator, field_error, observations)
-        call estimate_offset(algorithm, observations, own, solution, error)
-        offset = solution%offset
-    end subroutine estimate_with_field_error
 
     !> Figure 6.6: RMS errors with measured and with modelled field, beside what theory expects.
     function field_table(studies) result(table)
@@ -255,8 +243,7 @@ contains
             do axis = 1, 3
                 call add_labels(studies(i), table)
                 call table%add(AXES(axis))
-                call table%add(size(studies(i)%run))
-                call table%add([studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE)
+                call table%add([real(size(studies(i)%run), dp), [studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE])
             end do
         end do
     end function field_table
@@ -283,9 +270,7 @@ contains
         type(field_study_t), intent(in) :: study
         type(data_table_t), intent(inout) :: table
 
-        call table%add(study%case_name)
-        call table%add(study%algorithm)
-        call table%add(FIELD_SOURCES(merge(2, 1, study%with_model)))
+        call table%add(study%case_name, study%algorithm, FIELD_SOURCES(merge(2, 1, study%with_model)))
     end subroutine add_labels
 
     !> What the studies were made with, in words.

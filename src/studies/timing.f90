@@ -155,10 +155,8 @@ contains
                 if (present(labels)) call table%add(labels(i))
                 call table%add(place%time)
                 call table%add(utc_text(utc_plus(epoch, real(place%time, dp))))
-                call table%add([place%latitude/DEGREE, place%longitude/DEGREE])
-                call table%add(place%field/NANOTESLA)
-                call table%add(place%acceleration)
-                call table%add(place%sigma/MILLIMETRE)
+                call table%add([[place%latitude, place%longitude]/DEGREE, place%field/NANOTESLA, place%acceleration, &
+                                place%sigma/MILLIMETRE])
             end associate
         end do
     end function places_table
@@ -190,9 +188,8 @@ contains
         do i = 1, size(studies)
             summary = summary_of(studies(i))
             call table%add(studies(i)%case%satellite%name)
-            call table%add(studies(i)%step)
-            call table%add([summary%strongest_field/NANOTESLA, summary%largest, summary%x_strongest])
-            call table%add(summary%x_weakest)
+            call table%add([real(studies(i)%step, dp), summary%strongest_field/NANOTESLA, summary%largest, summary%x_strongest, &
+                            real(summary%x_weakest, dp)])
         end do
     end function revolutions_table
 end module gracecg_studies_timing

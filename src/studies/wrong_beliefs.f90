@@ -204,8 +204,7 @@ contains
         integer :: i
 
         times = 0
-        if (wrong%kind /= OF_VALUE) return
-        i = findloc(report%values%belief, wrong%place, 1)
+        i = test_of(wrong, report)
         if (i == 0) return
         if (report%values(i)%detectable > 0) times = abs(wrong%value)/report%values(i)%detectable
     end function times_detectable
@@ -240,22 +239,15 @@ contains
                     self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite, tested, tested_failure)
                 else
                     call estimate_offset(self%algorithms(k), observations, untested, solution, failure)
-                    call take_tests(tested, solution)
+                    if (allocated(tested%beliefs)) then     ! as estimate_offset takes those of `optimal`
+                        solution%beliefs = tested%beliefs
+                        solution%beliefs%apart = abs(solution%offset - tested%offset)
+                    end if
                     self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite, solution, failure)
                 end if
             end do
         end associate
     end subroutine try_one
-
-    !> The tests that an estimate would have had made by `optimal`, as estimate_offset takes them.
-    subroutine take_tests(tested, solution)
-        type(solution_t), intent(in) :: tested          !! By `optimal`
-        type(solution_t), intent(inout) :: solution
-
-        if (.not. allocated(tested%beliefs)) return
-        solution%beliefs = tested%beliefs
-        solution%beliefs%apart = abs(solution%offset - tested%offset)
-    end subroutine take_tests
 
     !> What an estimate says, and whether it is right.
     function outcome_of(wrong, truth, solution, failure) result(outcome)
@@ -266,17 +258,20 @@ contains
         type(outcome_t) :: outcome
 
         type(action_t) :: action
-        real(dp) :: deviation(3), sigma(3)
+        real(dp) :: deviation(3), sigma(3), score       ! which is expected of the belief's own test
         integer :: axis
 
         outcome%refused = allocated(failure)
         if (.not. allocated(failure)) outcome%refused = .not. solution%converged
         outcome%contradicted = outcome%refused
         if (allocated(solution%beliefs)) then
-            outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
-            outcome%found = is_found(wrong, solution%beliefs)
-            outcome%stated = stated_power(wrong, solution%beliefs)
-            outcome%named = is_named(wrong, solution%beliefs%explanations)
+            associate (report => solution%beliefs, test => test_of(wrong, solution%beliefs))
+                outcome%contradicted = outcome%contradicted .or. report%has_contradiction()
+                if (test > 0) outcome%found = report%values(test)%state == CONTRADICTED
+                score = times_detectable(report, wrong)*(report%critical + normal_quantile(POWER))
+                if (score > 0) outcome%stated = report%power_at(score)
+                outcome%named = is_named(wrong, report%explanations)
+            end associate
         end if
         if (outcome%refused) return
         deviation = abs(solution%offset - truth%offset)
@@ -314,30 +309,14 @@ contains
         end associate
     end subroutine spoil
 
-    !> Does its own test contradict a wrong belief?
-    pure logical function is_found(wrong, report) result(found)
+    !> The place of its own test among those of a report; 0: there is none.
+    pure integer function test_of(wrong, report)
         type(wrong_belief_t), intent(in) :: wrong
         type(belief_report_t), intent(in) :: report
 
-        integer :: i
-
-        found = .false.
-        if (wrong%kind /= OF_VALUE) return
-        i = findloc(report%values%belief, wrong%place, 1)
-        if (i > 0) found = report%values(i)%state == CONTRADICTED
-    end function is_found
-
-    !> The probability that its own test contradicts a wrong belief, as the estimate states it.
-    pure real(dp) function stated_power(wrong, report) result(power_of_test)
-        type(wrong_belief_t), intent(in) :: wrong
-        type(belief_report_t), intent(in) :: report
-
-        real(dp) :: score       ! expected
-
-        score = times_detectable(report, wrong)*(report%critical + normal_quantile(POWER))
-        power_of_test = 0
-        if (score > 0) power_of_test = report%power_at(score)
-    end function stated_power
+        test_of = 0
+        if (wrong%kind == OF_VALUE) test_of = findloc(report%values%belief, wrong%place, 1)
+    end function test_of
 
     !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.
     pure logical function is_named(wrong, explanations) result(named)

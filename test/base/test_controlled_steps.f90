@@ -60,8 +60,7 @@ end module controlled_systems
 
 module test_controlled_steps
     use vocabulary
-    use gracecg_base_runge_kutta, only: rkf78_step
-    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
+    use gracecg_base_runge_kutta, only: rkf78_step, controlled_steps_t, begin_steps
     use controlled_systems
     implicit none
     private

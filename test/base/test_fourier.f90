@@ -1,7 +1,7 @@
 !> Fourier sums: equal to the sums written out, whatever the lengths.
 module test_fourier
     use vocabulary
-    use gracecg_base_fourier, only: fourier_sums
+    use gracecg_base_spectrum, only: fourier_sums
     implicit none
     private
     public :: collect_fourier

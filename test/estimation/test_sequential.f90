@@ -9,8 +9,7 @@ module test_sequential
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter
-    use gracecg_simulation_simulator, only: observe
-    use gracecg_simulation_switches, only: error_switches_t
+    use gracecg_simulation_simulator, only: observe, error_switches_t
     use statistics, only: chi_square_limits
     implicit none
     private

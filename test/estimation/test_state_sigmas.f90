@@ -7,7 +7,7 @@ module test_state_sigmas
     use gracecg_base_text, only: real_text
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, STATE, STATE_NAMES, STATE_OFFSET, &
         STATE_RATE, STATE_ATTITUDE, STATE_DRIFT, STATE_BIAS
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_simulation_simulator, only: error_switches_t, new_switched_simulator, switch_off
     implicit none
     private
     public :: collect_state_sigmas

@@ -4,7 +4,7 @@ module test_json
     use vocabulary
     use gracecg_base_text, only: parse_real
     use gracecg_files_json, only: json_writer_t, read_json_list, read_json_numbers, read_json_text
-    use gracecg_files_units, only: unit_of_column
+    use gracecg_files_csv, only: unit_of_column
     implicit none
     private
     public :: collect_json

@@ -7,10 +7,10 @@ module test_bound
     use gracecg_simulation_dynamics, only: OMEGA, POSITION
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
-    use gracecg_simulation_simulator, only: new_simulator, observe
-    use gracecg_planning_next_manoeuvre, only: say_next_manoeuvre
-    use gracecg_planning_observed_case, only: case_of_observations
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_simulation_simulator, only: new_simulator, observe, error_switches_t, new_switched_simulator, &
+        switch_off
+    use gracecg_planning_planner, only: say_next_manoeuvre
+    use gracecg_planning_calibration, only: case_of_observations
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_planning_bound, only: case_bound_t, bound_of_case

@@ -7,7 +7,7 @@ module test_design
     use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
-    use gracecg_planning_moved_case, only: moved_case
+    use gracecg_planning_planner, only: moved_case
     use gracecg_planning_site
     use gracecg_planning_map
     use gracecg_planning_candidates

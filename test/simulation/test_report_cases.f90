@@ -13,8 +13,8 @@ module test_report_cases
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_report_cases, only: report_case, PRINTED_CASE_NAMES, published_name
-    use gracecg_simulation_case_library, only: find_case, is_built_in, expanded_cases
+    use gracecg_simulation_report_cases, only: report_case, PRINTED_CASE_NAMES, published_name, find_case, &
+        is_built_in, expanded_cases
     use gracecg_files_file, only: remove_file
     implicit none
     private

@@ -8,7 +8,7 @@ module test_stated_start
     use gracecg_environment_time, only: utc_t, utc_plus, modified_julian_day
     use gracecg_simulation_case, only: case_from_text, case_text
     use gracecg_simulation_dynamics, only: satellite_dynamics_t
-    use gracecg_simulation_orbital_elements, only: kepler_state, tle_state
+    use gracecg_simulation_stated_start, only: kepler_state, tle_state
     implicit none
     private
     public :: collect_stated_start

@@ -6,9 +6,9 @@ module test_campaign
     use gracecg_files_table, only: table_file_t, read_csv
     use gracecg_planning_calibration, only: find_calibration
     use gracecg_simulation_simulator, only: new_simulator
-    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs, &
+        merge_campaigns
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
-    use gracecg_studies_campaign_merge, only: merge_campaigns
     implicit none
     private
     public :: collect_campaign

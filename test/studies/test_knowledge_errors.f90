@@ -7,8 +7,7 @@ module test_knowledge_errors
     use gracecg_estimation_report_options, only: report_options
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, OPERATOR_PLACES
     use gracecg_simulation_operator_errors
-    use gracecg_simulation_simulator, only: tell_operator
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: tell_operator, error_switches_t, new_switched_simulator
     implicit none
     private
     public :: collect_knowledge_errors

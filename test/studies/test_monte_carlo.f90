@@ -4,7 +4,7 @@ module test_monte_carlo
     use calibrations
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_studies_published_rms, only: published_rms, allowed_by_fifteen_runs
+    use gracecg_studies_published, only: published_rms, allowed_by_fifteen_runs
     implicit none
     private
     public :: collect_monte_carlo

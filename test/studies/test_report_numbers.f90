@@ -7,8 +7,8 @@ module test_report_numbers
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
-    use gracecg_studies_com_budget
-    use gracecg_studies_published_axes
+    use gracecg_studies_published
+    use gracecg_studies_published
     use gracecg_studies_gravity_gradient
     implicit none
     private

@@ -7,8 +7,7 @@ module test_report_studies
     use gracecg_base_statistics, only: sampling_error
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: new_simulator
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_simulation_simulator, only: new_simulator, error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case, first_runs

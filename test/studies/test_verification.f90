@@ -3,12 +3,12 @@ module test_verification
     use vocabulary
     use calibrations
     use gracecg_planning_calibration, only: calibration_text, calibration_from_text
-    use gracecg_studies_axis_ticks
+    use gracecg_studies_published
     use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_curves
     use gracecg_studies_estimate_windows
-    use gracecg_studies_published_axes, only: published_axis
-    use gracecg_studies_published_case
+    use gracecg_studies_published, only: published_axis
+    use gracecg_studies_published
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_LOW, LIMIT_HIGH, LIMIT_STEP
     use gracecg_studies_table_figure_windows, only: WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
     implicit none

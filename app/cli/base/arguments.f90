@@ -129,7 +129,11 @@ contains
         do i = 1, size(words)
             self%typed = self%typed//' '//quoted_word(words(i)%text)
         end do
-        call look_for_help(self, words)
+        do i = 1, size(words)
+            if (words(i)%text == '--') exit
+            if (words(i)%text == '--help' .or. words(i)%text == '-h') self%wants_help = .true.
+            if (words(i)%text == '--version') self%wants_version = .true.
+        end do
         if (self%wants_help .or. self%wants_version) return
         only_words = .false.
         i = 1
@@ -150,24 +154,6 @@ contains
             error%message = error%message//LF//'usage: '//usage_line(self)//LF// &
                             'more: '//self%command//' --help'
     end subroutine parse
-
-    subroutine look_for_help(self, words)
-        class(arguments_t), intent(inout) :: self
-        type(string_t), intent(in) :: words(:)
-
-        integer :: i
-
-        do i = 1, size(words)
-            select case (words(i)%text)
-            case ('--help', '-h')
-                self%wants_help = .true.
-            case ('--version')
-                self%wants_version = .true.
-            case ('--')
-                exit
-            end select
-        end do
-    end subroutine look_for_help
 
     !> A minus sign with something behind it that is not a number.
     pure logical function is_option(word)

@@ -11,7 +11,7 @@ module gracecg_cli_calibration_argument
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_estimation_options, only: read_options
-    use gracecg_simulation_case_library, only: CASE_GROUPS, expanded_cases
+    use gracecg_simulation_report_cases, only: CASE_GROUPS, expanded_cases
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t

@@ -95,12 +95,8 @@ contains
         integer, intent(in) :: number       !! Of the signal
         character(7) :: name
 
-        integer :: i
-
         name = 'signal'
-        do i = 1, size(SIGNALS)
-            if (SIGNALS(i) == number) name = NAMES(i)
-        end do
+        if (any(SIGNALS == number)) name = NAMES(findloc(int(SIGNALS), number, 1))
     end function signal_name
 
     !> From now on memory that the program has had is not given back to the system at once.

@@ -238,9 +238,9 @@ contains
                 call results%member('effect_as_stated_mm', abs(test%within)/MILLIMETRE)
                 call results%end()
                 if (all(abs(test%within) <= report%wanted)) cycle
-                call rows%add('  '//trim(belief_subject(belief)))
+                call rows%add('  '//belief_subject(belief))
                 call rows%add(min(test%stated, merge(test%detectable, test%largest, smallest > 0))/belief_size(belief))
-                call rows%add(trim(belief_unit(belief)))
+                call rows%add(belief_unit(belief))
                 call rows%add(abs(test%within)/MILLIMETRE)
             end associate
         end do

@@ -37,6 +37,9 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
+        type(calibration_t) :: calibration
+        character(:), allocatable :: text
+
         if (arguments%positional_count() == 0) call take_format(arguments, console, misuse)
         if (allocated(misuse)) then
             return
@@ -49,7 +52,9 @@ contains
         else if (arguments%positional_count() == 1) then
             call fail(misuse, 'which case? usage: gracecg cases show CASE')
         else
-            call show_case(arguments%positional(2), console, error)
+            call find_calibration(arguments%positional(2), calibration, error)
+            if (.not. allocated(error)) call calibration_text(calibration, text, error)
+            if (.not. allocated(error)) call console%line(text)
         end if
     end subroutine run_cases
 
@@ -93,11 +98,8 @@ contains
 
         call case_place(case, latitude, longitude, height, error)
         if (allocated(error)) return
-        call table%add(case%name)
-        call table%add(case%satellite%name)
-        call table%add(utc_text(case%epoch))
-        call table%add([latitude/DEGREE, longitude/DEGREE, height/1000])
-        call table%add(amplitudes_of(case%satellite%rods))
+        call table%add(case%name, case%satellite%name, utc_text(case%epoch))
+        call table%add([latitude/DEGREE, longitude/DEGREE, height/1000, amplitudes_of(case%satellite%rods)])
     end subroutine add_case
 
     !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.
@@ -132,18 +134,4 @@ contains
             end associate
         end do
     end function amplitudes_of
-
-    subroutine show_case(name, console, error)
-        character(*), intent(in) :: name
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        character(:), allocatable :: text
-
-        call find_calibration(name, calibration, error)
-        if (allocated(error)) return
-        call calibration_text(calibration, text, error)
-        if (.not. allocated(error)) call console%line(text)
-    end subroutine show_case
 end module gracecg_cli_cases

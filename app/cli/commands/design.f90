@@ -88,8 +88,10 @@ contains
         type(request_t) :: request
         type(calibration_t) :: calibration
         type(plan_t) :: plan
-        type(map_point_t), allocatable :: points(:)
+        type(map_point_t), allocatable :: points(:)     ! the place of the manoeuvre, then those of the map
+        type(leakage_pair_t) :: pair
         type(results_t) :: results
+        real(dp), allocatable :: times(:)
 
         if (arguments%has('--whisper')) then
             call run_whisper(arguments, console, misuse, error)
@@ -109,12 +111,19 @@ contains
         if (.not. allocated(error)) call find_manoeuvre(request%plan, plan, error, console)
         if (allocated(error)) return
         call tell(console, 'map')
-        call map_places(request, plan, points, error, console)
+        times = [plan%time]
+        if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
+            times = [times, times_along(plan%orbit, real(request%map_step, dp))]
+        call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, error, console)
         if (allocated(error)) return
         call results%open('design')
         call add_plan(request, plan, points(1), console, results)
-        if (request%plan%place /= EVERYWHERE) call add_pair(plan, console, results, error)
-        if (allocated(error)) return
+        if (request%plan%place /= EVERYWHERE .and. .not. plan%arc%knowledge%rods%direct) then
+            ! a second flight, half a revolution away; torquers leak nothing that turns with the field
+            call find_pair(plan%arc, plan%orbit, plan%sites(1), plan%design%rods, pair, error)
+            if (allocated(error)) return
+            call add_leakage(pair, plan%calibration%case, console, results)
+        end if
         call add_map(request, plan, points(2:), console, results, error)
         if (.not. allocated(error)) &
             call results%publish(quality_table(points(:1), plan%calibration%case, [trim(plan%calibration%case%name)]), console, &
@@ -145,10 +154,7 @@ contains
             call arguments%get('--rise-time', settings%rise_time, misuse, low=0.0_dp, unit='s')
             call arguments%get_threads(settings%threads, misuse)
             call arguments%get('--waveforms', waveforms, misuse)
-            settings%waveform_used = .false.
-            do i = 1, size(waveforms)
-                settings%waveform_used = settings%waveform_used .or. WAVEFORM_NAMES == waveforms(i)%text
-            end do
+            settings%waveform_used = [(any(padded(waveforms) == WAVEFORM_NAMES(i)), i=1, size(WAVEFORM_NAMES))]
             call arguments%get('--rods', rods, misuse)
             settings%rod_used = [(index(rods, AXES(i)) > 0, i=1, 3)]
             call refuse_if(verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used), &
@@ -217,23 +223,6 @@ contains
         end associate
     end subroutine take_cases
 
-    !> The manoeuvre at its place (first) and along the orbit.
-    subroutine map_places(request, plan, points, error, console)
-        type(request_t), intent(in) :: request
-        type(plan_t), intent(in) :: plan
-        type(map_point_t), allocatable, intent(out) :: points(:)
-        type(error_t), allocatable, intent(out) :: error
-        type(console_t), intent(inout) :: console
-
-        real(dp), allocatable :: times(:)
-
-        times = [plan%time]
-        if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
-            times = [times, times_along(plan%orbit, real(request%map_step, dp))]
-        call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
-                           error, console)
-    end subroutine map_places
-
     !> The manoeuvre at its place, its errors and its motion.
     subroutine add_plan(request, plan, place, console, results)
         type(request_t), intent(in) :: request
@@ -286,20 +275,6 @@ contains
             call rods%to_json(results, 'rods', units=.false.)
         end associate
     end subroutine add_plan
-
-    !> What a second flight, half a revolution away, brings.
-    subroutine add_pair(plan, console, results, error)
-        type(plan_t), intent(in) :: plan
-        type(console_t), intent(inout) :: console
-        type(results_t), intent(inout) :: results
-        type(error_t), allocatable, intent(out) :: error
-
-        type(leakage_pair_t) :: pair
-
-        if (plan%arc%knowledge%rods%direct) return      ! it leaks nothing that turns with the field
-        call find_pair(plan%arc, plan%orbit, plan%sites(1), plan%design%rods, pair, error)
-        if (.not. allocated(error)) call add_leakage(pair, plan%calibration%case, console, results)
-    end subroutine add_pair
 
     subroutine show_quality(label, design, console)
         character(*), intent(in) :: label
@@ -390,11 +365,9 @@ contains
                 if (present(labels)) call table%add(labels(i))
                 call table%add(point%time)
                 call table%add(time_of(case, point))
-                call table%add([point%latitude/DEGREE, point%longitude/DEGREE])
-                call table%add([quality%sigma, point%worst_sigma]/MILLIMETRE)
-                call table%add(point%worst_direction)
-                call table%add([quality%wave, quality%force]/MILLIMETRE)
-                call table%add([quality%motion%rate, quality%motion%excursion]/DEGREE)
+                call table%add([[point%latitude, point%longitude]/DEGREE, [quality%sigma, point%worst_sigma]/MILLIMETRE, &
+                                point%worst_direction, [quality%wave, quality%force]/MILLIMETRE, &
+                                [quality%motion%rate, quality%motion%excursion]/DEGREE])
             end associate
         end do
     end function quality_table

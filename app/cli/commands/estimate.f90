@@ -167,7 +167,9 @@ contains
         logical :: begun
 
         begun = .not. allocated(error)
-        if (begun) call estimate(request, observations, options, solution, record, error)
+        options%history = request%verbose
+        if (begun) call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
+        if (begun .and. .not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
         if (begun .and. allocated(error)) then
             call warn_of_causes(observations, console)
             call publish_refusal(request%asked, observations, solution, record, console, error%message)
@@ -243,20 +245,6 @@ contains
             call console%message('written: '//request%page//', the page of a refused estimate')
         end if
     end subroutine write_page
-
-    !> What the algorithm makes of the observations.
-    subroutine estimate(request, observations, options, solution, record, error)
-        type(request_t), intent(in) :: request
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(inout) :: options
-        type(solution_t), intent(out) :: solution
-        type(fit_record_t), intent(out) :: record
-        type(error_t), allocatable, intent(out) :: error
-
-        options%history = request%verbose
-        call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
-        if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
-    end subroutine estimate
 
     !> What the estimator had to bridge, and what the formal errors leave out.
     subroutine warn(knowledge, solution, said, console)

@@ -1,5 +1,6 @@
 !> What gracecg estimate says of an estimate: for people, as CSV, and as JSON.
 module gracecg_cli_estimate_results
+    use gracecg_base_text, only: pick_text
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
@@ -10,7 +11,7 @@ module gracecg_cli_estimate_results
     use gracecg_estimation_verdict, only: verdict_t, judge
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
-    use gracecg_planning_next_manoeuvre, only: say_next_manoeuvre
+    use gracecg_planning_planner, only: say_next_manoeuvre
     use gracecg_cli_belief_results, only: show_beliefs, put_beliefs
     use gracecg_cli_calibration_json, only: put_action, put_input, put_observed, put_fit, put_verdict, put_fit_tables
     use gracecg_cli_page_program, only: make_page
@@ -166,7 +167,7 @@ contains
         if (.not. allocated(solution%parameters)) return
         do i = 1, size(solution%parameters)
             associate (p => solution%parameters(i))
-                call add_row(trim(p%name), '', p%value, p%sigma, trim(unit_text(p%unit)))
+                call add_row(trim(p%name), '', p%value, p%sigma, pick_text(p%unit == '1', '', trim(p%unit)))
             end associate
         end do
 
@@ -176,10 +177,8 @@ contains
             character(*), intent(in) :: name, meaning, unit
             real(dp), intent(in) :: value, sigma
 
-            call table%add(name)
-            call table%add(meaning)
-            call table%add(value)
-            call table%add(sigma)
+            call table%add(name, meaning)
+            call table%add([value, sigma])
             call table%add(unit)
         end subroutine add_row
 
@@ -194,15 +193,6 @@ contains
             end do
         end subroutine add_axes
     end function other_values
-
-    !> A pure number has no unit to be shown.
-    pure function unit_text(unit) result(text)
-        character(*), intent(in) :: unit
-        character(8) :: text
-
-        text = unit
-        if (unit == '1') text = ''
-    end function unit_text
 
     !> Every iteration, as the F77 program prints it: corrections, state, RMS of the residuals.
     subroutine show_iterations(solution, console)
@@ -332,34 +322,22 @@ contains
         sigma = state_sigmas(solution)
         call table%columns_of(COLUMNS)
         call table%add(solution%algorithm)
-        call table%add(solution%offset/MILLIMETRE)
-        call table%add(sigmas(solution)/MILLIMETRE)
+        call table%add([solution%offset, sigmas(solution)]/MILLIMETRE)
         call table%add(solution%iterations)
         call table%add(solution%converged)
-        call table%add(solution%condition)
-        call table%add(solution%residual_rms)
-        call table%add([solution%drift, sigma(STATE_DRIFT), solution%bias, sigma(STATE_BIAS)])
-        if (has_attitude(solution)) then
-            call table%add([solution%quaternion, quaternion_sigmas(solution)])
-        else
-            call table%add_nothing(2*size(solution%quaternion))
-        end if
+        call table%add([solution%condition, solution%residual_rms, solution%drift, sigma(STATE_DRIFT), solution%bias, &
+                        sigma(STATE_BIAS)])
+        call table%add([solution%quaternion, quaternion_sigmas(solution)], has_attitude(solution))
         call table%add([solution%angular_velocity, sigma(STATE_RATE)])
-        if (solution%variance_factor > 0) then
-            call table%add(solution%variance_factor)
-        else
-            call table%add_nothing()
-        end if
-        call table%add(solution%edited(1))
-        call table%add(solution%edited(2))
+        call table%add(solution%variance_factor, solution%variance_factor > 0)
+        call table%add(real(solution%edited, dp))
         if (allocated(solution%beliefs)) then
             call table%add(solution%beliefs%undetected(.false.)/MILLIMETRE)
             call table%add(solution%beliefs%has_contradiction())
         else
             call table%add_nothing(4)
         end if
-        call table%add(trim(ACTIONS(action%kind)))
-        call table%add(join(pack(AXES, action%trimmed), ' '))
+        call table%add(ACTIONS(action%kind), join(pack(AXES, action%trimmed), ' '))
     end subroutine fill_table
 
     !> Everything but the table. With a refusal there is no offset, but the fit if there was one.

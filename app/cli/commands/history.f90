@@ -186,7 +186,7 @@ contains
         type(console_t), intent(inout) :: console
 
         call console%line(integer_text(history%calibrations)//' calibrations from '//date_of(history%points(1)%time)//' to '// &
-                          date_of(last_calibration(history)))
+                          date_of(history%points(findloc(history%points%is_calibration, .true., 1, back=.true.))%time))
         call console%line('')
         call console%line('after each calibration: from those so far, and from all')
         call console%table(points_table(pack(history%points, history%points%is_calibration), short=.true.))
@@ -253,12 +253,6 @@ contains
         whole = utc_text(time)
         text = whole(:10)
     end function date_of
-
-    type(utc_t) function last_calibration(history) result(time)
-        type(offset_history_t), intent(in) :: history
-
-        time = history%points(findloc(history%points%is_calibration, .true., 1, back=.true.))%time
-    end function last_calibration
 
     !> The offset at points in time, a row each.
     function points_table(points, short) result(table)

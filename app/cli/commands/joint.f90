@@ -47,14 +47,8 @@ contains
 
         call arguments%get('--own', own, misuse)
         call arguments%get('--also', also, misuse)
-        options%own = .false.
-        options%added = .false.
-        do i = 1, size(own)
-            options%own = options%own .or. SHARED_GROUPS == own(i)%text
-        end do
-        do i = 1, size(also)
-            options%added = options%added .or. SHARED_GROUPS == also(i)%text
-        end do
+        options%own = [(any(padded(own) == SHARED_GROUPS(i)), i=1, size(SHARED_GROUPS))]
+        options%added = [(any(padded(also) == SHARED_GROUPS(i)), i=1, size(SHARED_GROUPS))]
     end subroutine read_joint_options
 
     !> The joint estimate of all runs named.
@@ -145,19 +139,10 @@ contains
             return
         end if
         call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call choose_options(folder, options_file, options, error)
+        if (.not. allocated(error)) &
+            call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
+        if (.not. allocated(error) .and. options_file /= '') call read_options(options_file, options, error)
     end subroutine read_observed
-
-    !> The options of --options; without it those in the setup, or those that need no telling.
-    subroutine choose_options(folder, options_file, options, error)
-        character(*), intent(in) :: folder, options_file
-        type(estimation_options_t), intent(out) :: options
-        type(error_t), allocatable, intent(out) :: error
-
-        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
-        if (allocated(error) .or. options_file == '') return
-        call read_options(options_file, options, error)
-    end subroutine choose_options
 
     !> A run from a folder of observations.
     subroutine read_run(path, options_file, run, console, error)
@@ -243,8 +228,7 @@ contains
         call table%column('chi_square', 'f9.2', 'chi square|of 3')
         call table%columns_of('probability,agrees')
         call table%column('variance_factor', 'f8.3', 'variance|factor')
-        call table%add('joint')
-        call table%add(utc_text(epochs(solution%last)))
+        call table%add('joint', utc_text(epochs(solution%last)))
         call table%add([solution%offset, joint_sigma(solution)]/MILLIMETRE)
         call table%add_nothing(6)
         call table%add([solution%statistic, solution%probability])
@@ -252,10 +236,9 @@ contains
         call table%add(sum(solution%runs%squares)/max(1, sum(solution%runs%redundancy)))
         do i = 1, size(names)
             associate (run => solution%runs(i))
-                call table%add(names(i)%text)
-                call table%add(utc_text(epochs(i)))
-                call table%add([run%offset, run%sigma, run%difference, run%difference_sigma]/MILLIMETRE)
-                call table%add([run%statistic, run%probability])
+                call table%add(names(i)%text, utc_text(epochs(i)))
+                call table%add([[run%offset, run%sigma, run%difference, run%difference_sigma]/MILLIMETRE, run%statistic, &
+                                run%probability])
                 call table%add(run%agrees)
                 call table%add(run%squares/max(1, run%redundancy))
             end associate
@@ -275,9 +258,9 @@ contains
         call table%column('unit', 'a', 'unit')
         do j = 1, JOINED_COUNT
             if (.not. solution%parameter_sigma(j) > 0) cycle
-            call table%add(trim(parameter_names(JOINED(j))))
+            call table%add(parameter_names(JOINED(j)))
             call table%add([solution%parameter(j), solution%parameter_sigma(j)])
-            call table%add(trim(parameter_units(JOINED(j))))
+            call table%add(parameter_units(JOINED(j)))
         end do
     end function shared_table
 

@@ -316,16 +316,6 @@ contains
         if (.not. arguments%declares('--position')) return
         call arguments%get('--position', point%position, misuse, low=-GREATEST_COORDINATE, high=GREATEST_COORDINATE, unit='m')
         if (allocated(misuse)) return
-        call take_place(point, error)
-        if (allocated(date)) point%local_time = local_mean_solar_time(point%date, point%longitude)
-        point%place = [point%height/1000, point%latitude/DEGREE, point%local_time]
-    end subroutine take_point
-
-    !> The geodetic place of a position. Refuses one inside the Earth.
-    subroutine take_place(point, error)
-        type(point_t), intent(inout) :: point
-        type(error_t), allocatable, intent(out) :: error
-
         associate (distance => norm2(point%position))
             if (distance < SMALLEST_DISTANCE) then
                 call fail(error, 'option --position: '//real_text(distance/1000)// &
@@ -337,5 +327,7 @@ contains
         if (point%height < LOWEST_HEIGHT) &
             call fail(error, 'option --position: lies '//real_text(-point%height/1000)// &
                       ' km below the ellipsoid, inside the Earth; give Earth-fixed metres')
-    end subroutine take_place
+        if (allocated(date)) point%local_time = local_mean_solar_time(point%date, point%longitude)
+        point%place = [point%height/1000, point%latitude/DEGREE, point%local_time]
+    end subroutine take_point
 end module gracecg_cli_model

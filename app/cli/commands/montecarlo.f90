@@ -5,12 +5,11 @@ module gracecg_cli_montecarlo
     use gracecg_files_file, only: file_exists, is_device
     use gracecg_files_run_record, only: note_file, UPDATED
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator, switch_off, &
+        SOURCE_NAMES
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs, &
-        runs_done
+        runs_done, check_settings, merge_campaigns
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
-    use gracecg_studies_campaign_merge, only: check_settings, merge_campaigns
     use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
     use gracecg_cli_process, only: catch_interruption, caught_signal, signal_name
     use gracecg_cli_work
@@ -71,6 +70,7 @@ contains
         type(simulator_t), allocatable :: simulators(:)
         type(journal_t) :: journal
         type(error_t), allocatable :: incomplete
+        character(:), allocatable :: path       ! of the journal
 
         call read_request(arguments, request, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
@@ -83,7 +83,15 @@ contains
         end if
         if (.not. allocated(error) .and. request%resumed_file /= '') call resume(request%resumed_file, campaign, console, &
                                                                                  error)
-        if (.not. allocated(error) .and. request%keeps) call begin_journal(request, campaign, journal, error)
+        if (.not. allocated(error) .and. request%keeps) then
+            path = journal_path(request%runs_file)
+            if (file_exists(path) .and. request%resumed_file /= request%runs_file) then
+                call fail(error, path//' has runs of a campaign that was interrupted: go on with it by --resume '// &
+                          request%runs_file//', or remove it')
+            else
+                call journal%begin(path, campaign, COMMAND, error)
+            end if
+        end if
         if (allocated(error)) return
         call run_all(request, simulators, campaign, journal, console, error)
         if (allocated(error) .and. .not. console%stops()) return
@@ -189,24 +197,6 @@ contains
 
         runs_wanted = size(campaign%entries)*size(shard_runs(campaign))
     end function runs_wanted
-
-    !> The journal of the runs. Fails when there is one of another campaign, whose runs would be lost.
-    subroutine begin_journal(request, campaign, journal, error)
-        type(request_t), intent(in) :: request
-        type(campaign_t), intent(in) :: campaign
-        type(journal_t), intent(inout) :: journal
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: path
-
-        path = journal_path(request%runs_file)
-        if (file_exists(path) .and. request%resumed_file /= request%runs_file) then
-            call fail(error, path//' has runs of a campaign that was interrupted: go on with it by --resume '// &
-                      request%runs_file//', or remove it')
-        else
-            call journal%begin(path, campaign, COMMAND, error)
-        end if
-    end subroutine begin_journal
 
     !> The runs of all cases and algorithms.
     subroutine run_all(request, simulators, campaign, journal, console, error)

@@ -81,14 +81,9 @@ contains
 
         do i = 1, size(tallies)
             associate (t => tallies(i))
-                call table%add(name)
-                call table%add(trim(t%algorithm))
-                call table%add(trim(subject_of(t%wrong)))
-                call table%add(trim(size_text(t%wrong)))
-                call table%add(t%runs)
-                call table%add(t%times)
-                call table%add(real([t%refused, t%contradicted, t%found, t%named, t%silent], dp))
-                call table%add([t%worst, t%stated, real([t%trimmed, t%harmful], dp)])
+                call table%add(name, t%algorithm, subject_of(t%wrong), size_text(t%wrong))
+                call table%add([real(t%runs, dp), t%times, real([t%refused, t%contradicted, t%found, t%named, t%silent], dp), &
+                                t%worst, t%stated, real([t%trimmed, t%harmful], dp)])
             end associate
         end do
     end subroutine add_rows

@@ -70,8 +70,15 @@ contains
         call console%line('')
         call console%line('angular acceleration smaller about x than about y and z: '// &
                           integer_text(weakest_x(study))//' s of the revolution')
-        if (request%manoeuvres > 0) call plan_programme(study, request, asked%threads, console, error)
-        if (.not. allocated(error)) call publish(study, request, asked%path, console, error)
+        if (request%manoeuvres > 0) then
+            if (size(request%lengths) == 0) request%lengths = [study%case%duration]
+            call tell(console, 'information of the manoeuvres')
+            call candidates_along(study%case, study%orbit, real(study%places%time, dp), request%lengths, asked%threads, &
+                                  request%candidates, error, console)
+            if (allocated(error)) return
+            call best_programme(request%candidates, request%manoeuvres, request%programme)
+        end if
+        call publish(study, request, asked%path, console, error)
     end subroutine run_timing
 
     !> What is asked of a programme.
@@ -93,21 +100,6 @@ contains
             if (allocated(problem)) call refuse_if(.true., '--lengths: '//problem, misuse)
         end do
     end subroutine read_request
-
-    !> The best programme from all places.
-    subroutine plan_programme(study, request, threads, console, error)
-        type(timing_study_t), intent(in) :: study
-        type(request_t), intent(inout) :: request
-        integer, intent(in) :: threads
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        if (size(request%lengths) == 0) request%lengths = [study%case%duration]
-        call tell(console, 'information of the manoeuvres')
-        call candidates_along(study%case, study%orbit, real(study%places%time, dp), request%lengths, threads, &
-                              request%candidates, error, console)
-        if (.not. allocated(error)) call best_programme(request%candidates, request%manoeuvres, request%programme)
-    end subroutine plan_programme
 
     !> All places as CSV or JSON, and into the file.
     subroutine publish(study, request, path, console, error)

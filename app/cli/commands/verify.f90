@@ -8,10 +8,10 @@ module gracecg_cli_verify
     use gracecg_studies_curves, only: verification_t, verify_case, &
         check_windows, window_counts_t, count_windows, curves_table, curves_file_name, &
         begin_windows, add_window_rows, CURVE_NAMES, curve_column
-    use gracecg_studies_published_case, only: built_in_case
+    use gracecg_studies_published, only: built_in_case
     use gracecg_cli_calibration_argument, only: take_calibrations
     use gracecg_cli_campaign_tables, only: percent_text
-    use gracecg_files_units, only: unit_of_column
+    use gracecg_files_csv, only: unit_of_column
     use gracecg_cli_work
     implicit none
     private
@@ -91,7 +91,7 @@ contains
         type(data_table_t), intent(inout) :: table
 
         integer, parameter :: OF_WINDOWS = 10       ! Columns that other cases leave empty
-        integer :: i, curve, axis
+        integer :: curve, axis
 
         if (case%number == CASE_WITH_WINDOWS) then
             call add_window_rows(case%name, check_windows(trim(case%satellite%name), verification), table)
@@ -99,16 +99,12 @@ contains
         end if
         do curve = 1, size(CURVE_NAMES)
             do axis = 1, size(AXES)
-                call table%add(case%name)
-                call table%add(CURVE_NAMES(curve))
-                call table%add(AXES(axis))
-                call table%add(unit_of_column(trim(curve_column(CURVE_NAMES(curve), AXES(axis)))))
+                call table%add(case%name, CURVE_NAMES(curve), AXES(axis), &
+                               unit_of_column(trim(curve_column(CURVE_NAMES(curve), AXES(axis)))))
                 associate (values => verification%curve(axis, curve, :))
                     call table%add([minval(values), maxval(values), sum(values)/size(values)])
                 end associate
-                do i = 1, OF_WINDOWS
-                    call table%add_nothing()
-                end do
+                call table%add_nothing(OF_WINDOWS)
             end do
         end do
     end subroutine add_rows
@@ -120,6 +116,7 @@ contains
         type(console_t), intent(inout) :: console
 
         type(data_table_t) :: table
+        type(window_counts_t) :: counts
         character(:), allocatable :: reference
         character(16) :: published
 
@@ -136,14 +133,8 @@ contains
         call begin_windows(table, case%number == CASE_WITH_WINDOWS)
         call add_rows(case, verification, table)
         call console%table(table)
-        if (case%number == CASE_WITH_WINDOWS) &
-            call show_counts(count_windows(check_windows(trim(case%satellite%name), verification)), console)
-    end subroutine show
-
-    subroutine show_counts(counts, console)
-        type(window_counts_t), intent(in) :: counts
-        type(console_t), intent(inout) :: console
-
+        if (case%number /= CASE_WITH_WINDOWS) return
+        counts = count_windows(check_windows(trim(case%satellite%name), verification))
         call console%line('attitude dynamics alone: '//share_text(counts%attitude_inside, counts%attitude)// &
                           ' inside, '//integer_text(counts%attitude_on_ticks)//' on the ticks; least fill '// &
                           percent_text(counts%attitude_fill))
@@ -151,5 +142,5 @@ contains
                           ' inside, '//integer_text(counts%surface_on_ticks)//' on the ticks')
         call console%line('surface forces and torques, mean within 15 % of the window''s centre: '// &
                           share_text(counts%surface_near, counts%surface))
-    end subroutine show_counts
+    end subroutine show
 end module gracecg_cli_verify

@@ -33,12 +33,10 @@ contains
         if (present(epoch)) call table%columns_of('start_utc,stop_utc')
         do i = 1, rods%count
             associate (rod => rods%activations(i))
-                call table%add(AXES(rod%axis))
-                call table%add(WAVEFORM_NAMES(rod%waveform))
+                call table%add(AXES(rod%axis), WAVEFORM_NAMES(rod%waveform))
                 call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
-                if (.not. present(epoch)) cycle
-                call table%add(utc_text(utc_plus(epoch, rod%start)))
-                call table%add(utc_text(utc_plus(epoch, rod%stop)))
+                if (present(epoch)) &
+                    call table%add(utc_text(utc_plus(epoch, rod%start)), utc_text(utc_plus(epoch, rod%stop)))
             end associate
         end do
     end function rods_table
@@ -50,25 +48,13 @@ contains
         type(console_t), intent(inout) :: console
         class(json_writer_t), intent(inout) :: json     !! In an object
 
+        real(dp), parameter :: UNSEEN = 1e3_dp      ! m: beyond, a direction is not seen yet
         type(data_table_t) :: table
+        integer :: i, axis
 
         call console%line('')
         call console%line('programme of '//integer_text(size(programme%chosen))//' manoeuvre'// &
                           trim(merge('s', ' ', size(programme%chosen) > 1))//', in the order of flight')
-        table = programme_table(candidates, programme)
-        call console%table(table)
-        call console%line('(sigma of all manoeuvres up to this one together, by information)')
-        call table%to_json(json, 'programme')
-    end subroutine add_programme
-
-    function programme_table(candidates, programme) result(table)
-        type(candidate_t), intent(in) :: candidates(:)
-        type(programme_t), intent(in) :: programme
-        type(data_table_t) :: table
-
-        real(dp), parameter :: UNSEEN = 1e3_dp      ! m: beyond, a direction is not seen yet
-        integer :: i, axis
-
         call table%column('time_s', 'i8', 'time|s')
         call table%column('duration_s', 'f8.1', 'length|s')
         call table%column('latitude_deg', 'f8.1', 'lat.|deg')
@@ -76,18 +62,16 @@ contains
         call axis_columns(table, 'sigma_', '_mm', 'f9.5', 'sigma, mm')
         do i = 1, size(programme%chosen)
             associate (candidate => candidates(programme%chosen(i)))
-                call table%add(nint(candidate%time))
-                call table%add([candidate%duration, candidate%latitude/DEGREE, candidate%longitude/DEGREE])
+                call table%add([anint(candidate%time), candidate%duration, [candidate%latitude, candidate%longitude]/DEGREE])
             end associate
             do axis = 1, 3
-                if (programme%sigma(axis, i) < UNSEEN) then
-                    call table%add([programme%sigma(axis, i)/MILLIMETRE])
-                else
-                    call table%add_nothing()
-                end if
+                call table%add(programme%sigma(axis, i)/MILLIMETRE, programme%sigma(axis, i) < UNSEEN)
             end do
         end do
-    end function programme_table
+        call console%table(table)
+        call console%line('(sigma of all manoeuvres up to this one together, by information)')
+        call table%to_json(json, 'programme')
+    end subroutine add_programme
 
     !> The leakage of the rods, and `leakage` in JSON.
     subroutine add_leakage(pair, case, console, json)

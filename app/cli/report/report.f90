@@ -6,38 +6,57 @@ module gracecg_cli_report
     use gracecg_planning_calibration, only: find_calibration, calibration_text, write_calibration
     use gracecg_studies_campaign, only: campaign_t, agreement_of, report_campaign, first_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
-    use gracecg_studies_com_budget, only: com_budget_table
+    use gracecg_studies_published, only: com_budget_table, published_axes_table, ALLOWED_BAND
     use gracecg_studies_curves, only: verification_t, verify_case, curves_table, curves_file_name, check_windows, &
         begin_windows, add_window_rows, WINDOW_TOLERANCE, CENTRE_TOLERANCE
     use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
-        calibrate_with_design, design_map_table, designed_calibrations_table, DESIGN_ALGORITHM, &
-        LOWEST_FREQUENCY
+        calibrate_with_design, design_map_table, designed_calibrations_table, DESIGN_ALGORITHM, LOWEST_FREQUENCY
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, STUDY_NAMES
-    use gracecg_studies_estimate_windows, only: campaign_windows, loss_windows, estimate_windows_table, LEAST_SHARE_INSIDE
+    use gracecg_studies_estimate_windows, only: campaign_windows, loss_windows, estimate_windows_table, &
+        LEAST_SHARE_INSIDE
     use gracecg_studies_gravity_gradient, only: gradient_along_orbit, gradient_table
     use gracecg_studies_limit, only: limit_study_t, study_limit, limits_table, detectable_excess
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, field_runs_table, &
-        field_settings, LOSS_STUDIES, MODEL_FIELD_ERROR
-    use gracecg_studies_published_axes, only: published_axes_table
-    use gracecg_studies_published_rms, only: ALLOWED_BAND
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, &
+        field_runs_table, field_settings, LOSS_STUDIES, MODEL_FIELD_ERROR
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
     use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
         revolutions_table
     use gracecg_cli_campaign_tables, only: REPORT_RUNS, put_agreement
-    use gracecg_cli_report_folder, only: report_folder_t, open_report, COMMAND, PAGE_NAME
     use gracecg_cli_statements, only: put_statements
     use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
     use gracecg_cli_cases, only: case_place, amplitudes_of
     use gracecg_cli_work
+    use, intrinsic :: iso_fortran_env, only: compiler_version
+    use gracecg_base_statistics, only: sampling_error
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_file, only: make_directory, remove_file
+    use gracecg_cli_page_program, only: make_page, RESULT_FILE
     implicit none
     private
-    public :: declare_report, run_report
+    public :: declare_report, run_report, report_folder_t, open_report, COMMAND, PAGE_NAME
 
     integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
     real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
     integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
     character(*), parameter :: SOURCES_CASE = 'front-1', SOURCES_ALGORITHM = 'ascfest'     !! As in the report
     character(*), parameter :: BY_THEORY = 'arc-length'     !! The statement whose runs would take the longest
+
+    character(*), parameter :: COMMAND = 'report'           !! Name of the command
+    character(*), parameter :: PAGE_NAME = 'index.html'     !! Name of the page in the folder
+
+    !> The folder as it fills, and how its numbers are computed.
+    type :: report_folder_t
+        integer :: runs = 0                         !! Of every Monte Carlo
+        integer :: threads = 1                      !! To work on
+        integer(i8) :: seed = 1                     !! Of the random numbers
+        type(results_t) :: results                  !! result.json in the making
+        character(:), allocatable, private :: path
+        type(string_t), allocatable, private :: names(:)    !! Of the CSV files
+    contains
+        procedure :: file                   !! The path of a new file, which is noted
+        procedure :: put                    !! Writes a table
+        procedure :: finish                 !! Writes result.json and makes the page
+    end type report_folder_t
 
 contains
 
@@ -301,28 +320,23 @@ contains
             if (allocated(error)) return
             associate (case => calibrations(i)%case, body => calibrations(i)%case%satellite, &
                        rings => calibrations(i)%case%earth_radiation_rings)
-                call table%add(case%name)
-                call table%add(utc_text(case%epoch))
-                call table%add(TIME_OF_CASE(case%number))
-                call table%add([latitude/DEGREE, longitude/DEGREE, height/1000])
-                call table%add(amplitudes_of(body%rods))
-                call table%add(body%offset/MILLIMETRE)
+                call table%add(case%name, utc_text(case%epoch))
+                call table%add([TIME_OF_CASE(case%number), latitude/DEGREE, longitude/DEGREE, height/1000, &
+                                amplitudes_of(body%rods), body%offset/MILLIMETRE])
                 call table%add(case%gravity_model)
-                call table%add(case%gravity_degree)
-                call table%add(case%gravity_order)
+                call table%add(real([case%gravity_degree, case%gravity_order], dp))
                 call table%add(case%density_model)
                 call table%add([case%density_scale, body%drag_coefficient])
                 call table%add(case%wind_model)
                 call table%add([case%wind_east, case%wind_north])
                 call table%add(case%density_wave_random)
-                call table%add([case%density_wave%amplitude, case%density_wave%period])
-                call table%add([body%reflectivity_sun, body%specular, body%diffuse])
-                call table%add(1 + 3*rings*(rings + 1))
+                call table%add([case%density_wave%amplitude, case%density_wave%period, body%reflectivity_sun, body%specular, &
+                                body%diffuse, 1.0_dp + 3*rings*(rings + 1)])
                 call table%add(case%earth_radiation_constants)
                 call table%add(body%reflectivity_earth)
                 call table%add(case%field_model)
-                call table%add([maxval(abs(body%rods%activations%amplitude)), body%wall%accommodation])
-                call table%add(body%centre_of_mass/MILLIMETRE)
+                call table%add([maxval(abs(body%rods%activations%amplitude)), body%wall%accommodation, &
+                                body%centre_of_mass/MILLIMETRE])
             end associate
         end do
     end subroutine report_cases_table
@@ -338,12 +352,75 @@ contains
         do i = 1, size(studies)
             do k = 1, studies(i)%design%rods%count
                 associate (rod => studies(i)%design%rods%activations(k))
-                    call table%add(studies(i)%calibration%case%satellite%name)
-                    call table%add(AXES(rod%axis))
-                    call table%add(WAVEFORM_NAMES(rod%waveform))
+                    call table%add(studies(i)%calibration%case%satellite%name, AXES(rod%axis), WAVEFORM_NAMES(rod%waveform))
                     call table%add([rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, rod%stop])
                 end associate
             end do
         end do
     end function manoeuvres_table
+
+    !> Begins the folder, which is made where there is none. A page and a result.json of before go at once: they would tell
+    !> of files that are no longer theirs. Fails when nothing can be written there.
+    subroutine open_report(path, runs, seed, threads, folder, error)
+        character(*), intent(in) :: path            !! Of the folder
+        integer, intent(in) :: runs, threads        !! Of every Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed             !! Of the random numbers
+        type(report_folder_t), intent(out) :: folder
+        type(error_t), allocatable, intent(out) :: error
+
+        call make_directory(path, error)
+        if (.not. allocated(error)) call check_writable(path//'/'//PAGE_NAME, error)
+        if (allocated(error)) return
+        call remove_file(path//'/'//PAGE_NAME)
+        call remove_file(path//'/'//RESULT_FILE)
+        folder%path = path
+        folder%runs = runs
+        folder%seed = seed
+        folder%threads = threads
+        allocate (folder%names(0))
+        call folder%results%open(COMMAND)
+        call folder%results%member('compiler', compiler_version())
+        call folder%results%member('runs', runs)
+        call folder%results%member('report_runs', REPORT_RUNS)
+        call folder%results%member('seed', seed)
+        call folder%results%member('sampling_error', sampling_error(runs))
+    end subroutine open_report
+
+    !> The path of a new file, which is noted.
+    function file(self, name) result(path)
+        class(report_folder_t), intent(inout) :: self
+        character(*), intent(in) :: name    !! Of the file, with its ending
+        character(:), allocatable :: path
+
+        call append(self%names, name)
+        path = self%path//'/'//name
+    end function file
+
+    !> Writes a table as NAME.csv. Fails when a number is not finite, or the file cannot be written.
+    subroutine put(self, name, table, about, error)
+        class(report_folder_t), intent(inout) :: self
+        character(*), intent(in) :: name            !! Of the table
+        type(data_table_t), intent(in) :: table
+        character(*), intent(in) :: about           !! Its settings, for NAME.csv.meta.json
+        type(error_t), allocatable, intent(out) :: error
+
+        call table%write(self%file(name//'.csv'), file_comments(COMMAND, about), error)
+    end subroutine put
+
+    !> Writes result.json and makes the page; shows what the page's maker says.
+    subroutine finish(self, console, error)
+        class(report_folder_t), intent(inout) :: self
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: json, said
+
+        call self%results%member('files', self%names)
+        call self%results%end()
+        call self%results%finish(json, error)
+        if (.not. allocated(error)) call make_page(self%path//'/'//PAGE_NAME, json, error, self%path, said)
+        if (allocated(error)) return
+        call console%line(said)
+        call console%line('written to '//self%path)
+    end subroutine finish
 end module gracecg_cli_report

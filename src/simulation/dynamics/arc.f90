@@ -3,8 +3,7 @@ module gracecg_simulation_arc
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_base_runge_kutta, only: rkf78_step
-    use gracecg_base_controlled_steps, only: controlled_steps_t, begin_steps
+    use gracecg_base_runge_kutta, only: rkf78_step, controlled_steps_t, begin_steps
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION, VELOCITY
     use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     implicit none
@@ -43,7 +42,7 @@ contains
 
     !> Integrates from t = 0 over `steps` intervals by Runge-Kutta-Fehlberg 7(8), the attitude free or held as `dynamics`
     !> has it: one step an interval, or, when `tolerance` is given, steps under control, between whose ends the states are
-    !> interpolated (gracecg_base_controlled_steps). These end where a rod's moment begins, ends or has an edge.
+    !> interpolated (gracecg_base_runge_kutta). These end where a rod's moment begins, ends or has an edge.
     !>
     !> Fails when there are too many steps, the satellite hits the ground, leaves the range of its models,
     !> or a number is not finite.

@@ -1,7 +1,7 @@
 !> An arc that is known at every time, not at epochs alone: all panels of its integration under control.
 module gracecg_simulation_dense_arc
     use gracecg_base_kinds, only: dp
-    use gracecg_base_controlled_steps, only: controlled_steps_t
+    use gracecg_base_runge_kutta, only: controlled_steps_t
     use gracecg_base_error, only: error_t
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_quaternion, only: normalised

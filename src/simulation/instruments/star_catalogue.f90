@@ -133,24 +133,15 @@ contains
         call file%get_fields(row, N_COLUMNS, 'HIP, HR, right ascension, declination, two proper '// &
                              'motions, V, source, distance and magnitude difference of a '// &
                              'companion, passA, passB', fields, error)
-        if (allocated(error)) return
-        call file%get_real(row, fields(RA_COLUMN), 'right ascension', star(1), error, &
-                           0.0_dp, 360.0_dp, 'deg')
-        if (allocated(error)) return
-        call file%get_real(row, fields(DEC_COLUMN), 'declination', star(2), error, &
-                           -90.0_dp, 90.0_dp, 'deg')
-        if (allocated(error)) return
-        call file%get_real(row, fields(MAGNITUDE_COLUMN), 'magnitude V', star(3), error, &
-                           -30.0_dp, 30.0_dp)
+        call file%get_real(row, fields(RA_COLUMN), 'right ascension', star(1), error, 0.0_dp, 360.0_dp, 'deg')
+        call file%get_real(row, fields(DEC_COLUMN), 'declination', star(2), error, -90.0_dp, 90.0_dp, 'deg')
+        call file%get_real(row, fields(MAGNITUDE_COLUMN), 'magnitude V', star(3), error, -30.0_dp, 30.0_dp)
         if (allocated(error)) return
         taken = fields(PASS_COLUMN)%text == '1'
-        if (.not. taken .and. fields(PASS_COLUMN)%text /= '0') then
+        if (.not. taken .and. fields(PASS_COLUMN)%text /= '0') &
             call file%fail_at(row, 'passA (column 11) must be 0 or 1', error)
-            return
-        end if
         do i = 1, size(UNUSED)
             call file%check_numbers(row, fields(UNUSED(i):UNUSED(i)), UNUSED(i), error, or_nothing=.true.)
-            if (allocated(error)) return
         end do
     end subroutine read_star
 end module gracecg_simulation_star_catalogue

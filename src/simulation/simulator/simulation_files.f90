@@ -2,8 +2,8 @@
 !> not grow with the arc's length.
 module gracecg_simulation_simulation_files
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t
+    use gracecg_base_error, only: error_t, number_text
+    use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: time_tag
     use gracecg_files_csv, only: csv_writer_t
@@ -14,13 +14,15 @@ module gracecg_simulation_simulation_files
     use gracecg_simulation_accelerometer, only: pmc_acceleration_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE, OMEGA
-    use gracecg_simulation_instrument_limits, only: full_scale_t, count_full_scale, full_scale_warnings
     use gracecg_simulation_operator_errors, only: operator_t
-    use gracecg_simulation_simulator, only: simulator_t, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, &
-        drawn_wave, disturbance_at, measure_rods, operator_of_run, PIECE_EPOCHS
+    use gracecg_simulation_simulator, only: simulator_t, flight_t, begin_flight, run_noise_t, begin_noise, &
+        observe_piece, drawn_wave, disturbance_at, measure_rods, operator_of_run, PIECE_EPOCHS
+    use gracecg_base_constants, only: NANOTESLA
+    use gracecg_simulation_satellite, only: satellite_t
     implicit none
     private
-    public :: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE
+    public :: simulation_order_t, simulation_summary_t, simulate_into, TRUTH_FILE, full_scale_t, count_full_scale, &
+        full_scale_warnings
 
     character(*), parameter :: TRUTH_FILE = 'truth.csv'     !! The true arc, beside OBSERVATION_FILES
     character(*), parameter :: COLUMNS = &
@@ -44,6 +46,12 @@ module gracecg_simulation_simulation_files
         type(string_t), allocatable :: warnings(:)          !! Of instruments at their full scale
         logical :: moves_rods = .false.                     !! Is there a manoeuvre, as the operator knows it?
     end type simulation_summary_t
+
+    !> Samples that reach the full scale of their instrument.
+    type :: full_scale_t
+        integer :: accelerometer = 0, accelerometer_samples = 0     !! Of so many
+        integer :: magnetometer = 0, magnetometer_samples = 0       !! Of so many
+    end type full_scale_t
 
 contains
 
@@ -136,4 +144,48 @@ contains
 
         path = order%folder//'/'//TRUTH_FILE
     end function truth_path
+
+    !> Counts the samples of a set that reach the full scale of their instrument, with those counted before.
+    pure subroutine count_full_scale(satellite, observations, found)
+        type(satellite_t), intent(in) :: satellite
+        type(observation_set_t), intent(in) :: observations     !! Of this satellite
+        type(full_scale_t), intent(inout) :: found
+
+        found%accelerometer = found%accelerometer + &
+                              count(maxval(abs(observations%acceleration), 1) >= satellite%accelerometer%range)
+        found%accelerometer_samples = found%accelerometer_samples + size(observations%acceleration, 2)
+        found%magnetometer = found%magnetometer + count(maxval(abs(observations%field), 1) >= satellite%magnetometer%range)
+        found%magnetometer_samples = found%magnetometer_samples + size(observations%field, 2)
+    end subroutine count_full_scale
+
+    !> A sentence for each instrument whose samples reach its full scale: cut off there where the instrument is
+    !> `limited`, else beyond what it can measure.
+    subroutine full_scale_warnings(satellite, found, warnings)
+        type(satellite_t), intent(in) :: satellite
+        type(full_scale_t), intent(in) :: found         !! Of its samples
+        type(string_t), allocatable, intent(out) :: warnings(:)
+
+        allocate (warnings(0))
+        associate (a => satellite%accelerometer, m => satellite%magnetometer)
+            call say('accelerometer', found%accelerometer, found%accelerometer_samples, a%limited, &
+                     number_text(a%range)//' m/s^2')
+            call say('magnetometer', found%magnetometer, found%magnetometer_samples, m%limited, &
+                     number_text(m%range/NANOTESLA)//' nT')
+        end associate
+
+    contains
+
+        subroutine say(name, n, samples, limited, range_text)
+            character(*), intent(in) :: name, range_text
+            integer, intent(in) :: n, samples
+            logical, intent(in) :: limited
+
+            character(:), allocatable :: what
+
+            if (n == 0) return
+            what = ' lie beyond its full scale of '//range_text//', which `limited` would cut off'
+            if (limited) what = ' are cut off at its full scale of '//range_text
+            call append(warnings, name//': '//integer_text(n)//' of '//integer_text(samples)//' samples'//what)
+        end subroutine say
+    end subroutine full_scale_warnings
 end module gracecg_simulation_simulation_files

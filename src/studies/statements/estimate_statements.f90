@@ -15,14 +15,12 @@ module gracecg_studies_estimate_statements
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_batch_processor, only: batch_settings_t, process_batch
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case_models, only: case_star_catalogue
     use gracecg_simulation_dynamics, only: ATTITUDE
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, SATELLITES
-    use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
+    use gracecg_simulation_star_camera, only: STAR_SELECTIONS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
-    use gracecg_simulation_switches, only: error_switches_t
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, error_switches_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_examination, only: examination_t, statement_row_t, in_part, mm_text, range_text, plain_text, &
@@ -294,7 +292,8 @@ contains
         type(simulator_t) :: simulator
         type(star_catalogue_t) :: catalogue
         real(dp) :: mean
-        integer :: i, k, range(2), seen(2)
+        integer :: i, k, n, range(2)
+        integer, allocatable :: seen(:)         ! in a head's field, over an arc
 
         range = [huge(1), 0]
         mean = 0
@@ -308,36 +307,20 @@ contains
                 calibration%case%satellite%star_camera%selection = STAR_SELECTIONS(k)
                 call new_simulator(calibration%case, simulator, error)
                 if (allocated(error)) return
-                associate (camera => calibration%case%satellite%star_camera, head => calibration%case%operator%head)
+                associate (camera => calibration%case%satellite%star_camera, head => calibration%case%operator%head, &
+                           arc => simulator%arc)
+                    seen = [(camera%stars_in_field(catalogue, arc%state(ATTITUDE, n), head), n=1, arc%steps, &
+                             nint(camera%sampling_interval/arc%interval))]
                     row = statement_row_t(case_name=calibration%case%name, setting=trim(STAR_SELECTIONS(k))//' '// &
-                                          integer_text(camera%star_count)//' stars', &
+                                          integer_text(camera%star_count)//' stars', stars=real(sum(seen), dp)/size(seen), &
                                           camera_sigma=simulator%star_camera_sigma)
-                    call count_stars(camera, catalogue, simulator%arc, head, row%stars, seen)
                 end associate
                 work%rows = [work%rows, row]
             end do
-            range = [min(range(1), seen(1)), max(range(2), seen(2))]
+            range = [min(range(1), minval(seen)), max(range(2), maxval(seen))]
         end do
         call judge_stars(mean, range, work)
     end subroutine examine_stars
-
-    !> The stars in a head's field over an arc.
-    subroutine count_stars(camera, catalogue, arc, head, mean, range)
-        type(star_camera_t), intent(in) :: camera
-        type(star_catalogue_t), intent(in) :: catalogue
-        type(truth_arc_t), intent(in) :: arc
-        integer, intent(in) :: head
-        real(dp), intent(out) :: mean
-        integer, intent(out) :: range(2)        !! Fewest and most
-
-        integer :: i
-        integer, allocatable :: stars(:)
-
-        stars = [(camera%stars_in_field(catalogue, arc%state(ATTITUDE, i), head), i=1, arc%steps, &
-                  nint(camera%sampling_interval/arc%interval))]
-        mean = real(sum(stars), dp)/size(stars)
-        range = [minval(stars), maxval(stars)]
-    end subroutine count_stars
 
     !> The number and the choice are two halves of the statement. Rows in twos: the first stars, the best ones.
     subroutine judge_stars(mean, range, work)

@@ -5,8 +5,7 @@ module gracecg_studies_examination
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell
     use gracecg_base_text, only: share_text
-    use gracecg_simulation_simulator, only: simulator_t
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors

@@ -1,7 +1,7 @@
 !> Statements of CSR-TM-00-01 that stand in its text without a table or a figure, examined: each is computed, and
 !> its verdict follows from the numbers.
 module gracecg_studies_statements
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: i8
     use gracecg_base_constants, only: MILLIMETRE, ARCSECOND
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_progress, only: progress_t
@@ -126,16 +126,14 @@ contains
         do i = 1, size(statements)
             do k = 1, size(statements(i)%rows)
                 associate (row => statements(i)%rows(k))
-                    call table%add(statements(i)%name)
-                    call table%add(row%case_name)
-                    call table%add(row%setting)
+                    call table%add(statements(i)%name, row%case_name, row%setting)
                     call table%add(row%runs)
-                    call add_known(row%rms/MILLIMETRE, row%runs > 0)
-                    call add_known(row%predicted/MILLIMETRE, any(row%predicted > 0))
-                    call add_known([row%condition], row%condition > 0)
-                    call add_known([row%torque_ratio], row%torque_ratio > 0)
-                    call add_known([row%stars], row%stars > 0)
-                    call add_known(row%camera_sigma/ARCSECOND, any(row%camera_sigma > 0))
+                    call table%add(row%rms/MILLIMETRE, row%runs > 0)
+                    call table%add(row%predicted/MILLIMETRE, any(row%predicted > 0))
+                    call table%add(row%condition, row%condition > 0)
+                    call table%add(row%torque_ratio, row%torque_ratio > 0)
+                    call table%add(row%stars, row%stars > 0)
+                    call table%add(row%camera_sigma/ARCSECOND, any(row%camera_sigma > 0))
                 end associate
             end do
         end do
@@ -155,20 +153,5 @@ contains
                     index(names(j), 'boresight') > 0, '|boresight', trim(MORE(j)))))
             end do
         end subroutine add_columns
-
-        subroutine add_known(values, known)
-            real(dp), intent(in) :: values(:)
-            logical, intent(in) :: known
-
-            integer :: j
-
-            do j = 1, size(values)
-                if (known) then
-                    call table%add(values(j))
-                else
-                    call table%add_nothing()
-                end if
-            end do
-        end subroutine add_known
     end function statement_table
 end module gracecg_studies_statements
