@@ -262,7 +262,7 @@ gracecg_status gracecg_force_model_propagate(const gracecg_object *model, const 
      "text"                         of a file setup.nml, followed by the options
      "options"                      how to estimate */
 
-/* Items of a observation set:
+/* Items of an observation set:
      counts[4]                      samples of accelerometer, star camera, magnetometer, orbit
      accelerometer_time[]           times in s from the setup's epoch
      acceleration[][3]              body axes, m/s^2
@@ -307,8 +307,8 @@ gracecg_status gracecg_observations_create(const gracecg_object *setup, size_t a
                                            const double *orbit_position, gracecg_object **observations,
                                            gracecg_error *error);
 
-/* From a folder as `gracecg simulate` writes it. The options are those of its file options.nml, else those in its
-   setup.nml. */
+/* From a folder as `gracecg simulate` writes it. The options are those of its file options.nml (the program takes it
+   by --options alone), else those in its setup.nml. */
 gracecg_status gracecg_observations_open(const char *folder, gracecg_object **observations, gracecg_error *error);
 
 /* Into a folder, which is made if it is not there. */
@@ -376,6 +376,8 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      test_semi_axis[3]              of the error ellipsoid of one sigma, longest first, m
      test_direction[3][3]           unit vectors along them, body axes
      "action"                       what to do, and why, in a line
+     action_sigma[3]                that it rests on: sigma, what belongs to stated errors, and other torques than
+                                    the rods', m
      action_kind                    1 trim, 2 leave, 3 calibrate again, 4 do not use
      action_trim[3]                 1: the centre of mass is to be moved by d along this axis
      action_again[3]                1: this axis takes another calibration

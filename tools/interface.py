@@ -73,7 +73,8 @@ def header(package, objects):
         elif item.kind == "object":
             if item.items:
                 more = f", and those of a {objects[item.parent].title}" if item.parent else ""
-                yield from boxed(f"Items of a {item.title}{more}:", [(i.shown, i.meaning) for i in item.items])
+                article = "an" if item.title[0] in "aeiou" else "a"
+                yield from boxed(f"Items of {article} {item.title}{more}:", [(i.shown, i.meaning) for i in item.items])
         else:
             yield from boxed(item.text)
             call = f"gracecg_status gracecg_{item.name}("

@@ -8,7 +8,7 @@ LIBRARY is the path of libgracecg.so, where the loader does not find it by itsel
 """
 import sys
 
-import gracecg
+import gracecg_ctypes as gracecg
 
 
 def main():

@@ -250,6 +250,8 @@ class Action:
     ----------
     kind : int
         1 trim, 2 leave, 3 calibrate again, 4 do not use.
+    sigma : ndarray, (3,)
+        That it rests on, m: that of the solution, what belongs to stated errors, and to other torques than the rods'.
     trim, again : ndarray, (3,)
         1: the centre of mass is to be moved by d along this axis; 1: this axis takes another calibration.
     text : str
@@ -257,6 +259,7 @@ class Action:
     """
 
     kind: int = named("action_kind")
+    sigma: Array = array(3, item="action_sigma")
     trim: Array = array(3, item="action_trim")
     again: Array = array(3, item="action_again")
     text: str

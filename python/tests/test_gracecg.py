@@ -176,6 +176,7 @@ def test_action(observations):
     fit = observations.fit("optimal")
     action = fit.action()
     assert gracecg.Action is type(action) and action.kind in (1, 2, 3, 4) and action.text == fit._text("action")
+    assert np.all(action.sigma >= fit.sigma)
     assert np.all((action.trim == 1) <= (action.kind == 1)) and np.all((action.again == 1) | (action.again == 0))
 
 

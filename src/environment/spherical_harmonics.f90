@@ -416,7 +416,7 @@ contains
 
         r_squared = dot_product(position, position)
         q = position*(2*self%radius/r_squared)
-        if (r_squared < DEEPEST*self%radius**2) q = ieee_value(q, ieee_quiet_nan)
+        if (r_squared < DEEPEST*self%radius**2 .or. .not. allocated(self%first)) q = ieee_value(q, ieee_quiet_nan)
     end function inverted
 
     pure real(dp) function value_of(q, sums)

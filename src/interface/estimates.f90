@@ -188,6 +188,7 @@ contains
         call items%put('test_direction', found%ellipsoid%direction)
         verdict = judge(fit%knowledge, fit%solution, fit%record, found)
         call items%say('action', verdict%action%text)
+        call items%put('action_sigma', verdict%action%sigma)
         call items%put('action_kind', real(verdict%action%kind, dp))
         call items%put('action_trim', merge(1.0_dp, 0.0_dp, verdict%action%trimmed))
         call items%put('action_again', merge(1.0_dp, 0.0_dp, verdict%action%again))

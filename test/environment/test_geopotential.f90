@@ -438,9 +438,9 @@ contains
 
     subroutine test_bad_arguments(error)
         type(error_type), allocatable, intent(out) :: error
-        type(geopotential_t) :: model
+        type(geopotential_t) :: model, not_made
         type(error_t), allocatable :: failure
-        real(dp) :: c(0:2, 0:2), s(0:2, 0:2)
+        real(dp) :: c(0:2, 0:2), s(0:2, 0:2), a(3)
 
         call egm96(71, 0, model, failure)
         call check_fails(error, failure, 'degree = 71 is outside the allowed range 0 to 70')
@@ -459,6 +459,8 @@ contains
         s(2, 1) = ieee_value(s(2, 1), ieee_quiet_nan)
         call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
         call check_fails(error, failure, 'not a finite number')
+        call not_made%acceleration([7e6_dp, 0.0_dp, 0.0_dp], a)
+        call check(error, all(ieee_is_nan(a)), 'a model that was not made')
     end subroutine test_bad_arguments
 
     !> Files with the figures of EGM96: head complete or not, lines in order or not.

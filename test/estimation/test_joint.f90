@@ -142,6 +142,7 @@ contains
         type(solution_t) :: solution
         type(whitened_problem_t) :: problem, wider
         type(run_information_t) :: saved(2)
+        type(joint_run_t) :: not_made(2)
         type(joint_options_t) :: asked
         type(joint_solution_t) :: joint
         type(error_t), allocatable :: failure
@@ -206,6 +207,8 @@ contains
             call check(error, joint%parameter(3 + k), start(SHARED(k), 1) + value(3 + k), &
                        thr=1e-9_dp*sqrt(covariance(3 + k, 3 + k)) + 1e-9_dp*abs(joint%parameter(3 + k)), more='shared')
         end do
+        call estimate_runs(not_made, asked, joint, failure)
+        call check_fails(error, failure, 'run 1 has not been estimated')
     end subroutine test_stacked
 
     !> Over pairs of runs, front-2 with front-3: the squares of the errors in units of the covariance, and the statistic of

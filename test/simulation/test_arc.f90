@@ -62,7 +62,7 @@ contains
     subroutine test_epochs(error)
         type(error_type), allocatable, intent(out) :: error
         type(satellite_dynamics_t) :: dynamics
-        type(truth_arc_t) :: arc
+        type(truth_arc_t) :: arc, other
         type(loads_t) :: acting
         type(error_t), allocatable :: failure
         real(dp) :: start(STATE_SIZE), rate(STATE_SIZE), next(STATE_SIZE)
@@ -71,6 +71,8 @@ contains
         call full_dynamics(dynamics, start)
         call propagate_arc(dynamics, start, 0.5_dp, 10, arc, failure)
         if (failed(error, failure)) return
+        call propagate_arc(dynamics, start(:6), 0.5_dp, 10, other, failure)
+        call check_fails(error, failure, '6 elements; 13 are needed')
         call check(error, arc%steps == 10 .and. arc%interval == 0.5_dp .and. &
                    lbound(arc%loads, 1) == 0 .and. ubound(arc%state, 2) == 10)
         call check(error, maxval(abs(arc%state(:, 0) - start)), 0.0_dp)

@@ -112,6 +112,10 @@ contains
             call fail(error, 'a joint estimate needs at least one run')
             return
         end if
+        do i = 1, size(runs)
+            if (.not. allocated(runs(i)%matrix)) call fail(error, 'run '//integer_text(i)//' has not been estimated')
+            if (allocated(error)) return
+        end do
         call check_beliefs(runs, options, error)
         if (allocated(error)) return
         do i = 2, size(runs)

@@ -90,6 +90,7 @@ contains
         integer :: i, k
 
         do i = 2, size(runs)
+            if (.not. allocated(runs(i)%information%matrix)) return     ! estimate_jointly says so
             do k = 1, i - 1
                 if (any(abs(runs(i)%solution%offset - runs(k)%solution%offset) > 0)) cycle
                 if (abs(seconds_between(runs(i)%information%epoch, runs(k)%information%epoch)) > 0) cycle
