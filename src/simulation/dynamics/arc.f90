@@ -73,8 +73,8 @@ contains
             call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive, a day ('// &
                       number_text(LONGEST_INTERVAL)//' s) at most')
         else if (size(initial_state) /= STATE_SIZE) then
-            call fail(error, 'the state of an arc has '//number_text(real(size(initial_state), dp))//' elements; 13 are needed: '// &
-                      'position, velocity, quaternion, angular velocity')
+            call fail(error, 'the state of an arc has '//number_text(real(size(initial_state), dp))//' elements; 13 are '// &
+                      'needed: position, velocity, quaternion, angular velocity')
         else if (steps < 0 .or. steps > MAX_STEPS) then
             call fail_out_of_range(error, 'number of steps of an arc', real(steps, dp), 0.0_dp, real(MAX_STEPS, dp))
         end if
