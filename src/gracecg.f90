@@ -122,7 +122,7 @@ module gracecg
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, BOUND_SOURCES => SOURCES
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site, only: manoeuvre_quality_t
-    use gracecg_planning_map, only: map_point_t
+    use gracecg_planning_scan, only: map_point_t
     use gracecg_planning_candidates, only: design_settings_t
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre, map_case

@@ -5,7 +5,7 @@ module gracecg_interface_cases
         propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, STATE_POSITION, STATE_VELOCITY, design_settings_t
     use gracecg_base_error, only: number_text
     use gracecg_base_vectors, only: cross
-    use gracecg_planning_usual_manoeuvre, only: usual_amplitude
+    use gracecg_planning_candidates, only: usual_amplitude
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE

@@ -13,8 +13,9 @@ module gracecg_planning_planner
     use gracecg_planning_calibration, only: calibration_t, case_of_observations
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, manoeuvre_quality_t, &
         evaluate_manoeuvre
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
-    use gracecg_planning_candidates, only: design_settings_t, check_design_settings, pattern_567
+    use gracecg_planning_scan, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
+    use gracecg_planning_candidates, only: design_settings_t, check_design_settings, pattern_567, usual_amplitude, &
+        usual_shares
     use gracecg_planning_design, only: manoeuvre_design_t, design_manoeuvre, judge_manoeuvre, choose_place
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: utc_plus, utc_text
@@ -22,7 +23,6 @@ module gracecg_planning_planner
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_base_text, only: rounded_text, integer_text
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
     implicit none
     private
     public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, times_along, &

@@ -9,7 +9,7 @@ module gracecg_planning_programme
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_simulation_case, only: case_t
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_scan, only: map_point_t, map_manoeuvre
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_offset_bound, only: invert_information
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc

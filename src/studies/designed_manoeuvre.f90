@@ -8,7 +8,7 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_files_data_table, only: data_table_t
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, SQUARE
     use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_scan, only: map_point_t, map_manoeuvre
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_request_t, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, take_design

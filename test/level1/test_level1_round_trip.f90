@@ -6,7 +6,7 @@ module test_level1_round_trip
     use gracecg_cli_command_line, only: run_command_line
     use gracecg_cli_console, only: console_t, STATUS_NOT_TO_BE_USED
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
-    use gracecg_files_folder, only: files_in_folder
+    use gracecg_files_path, only: files_in_folder
     use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t

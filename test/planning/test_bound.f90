@@ -14,7 +14,7 @@ module test_bound
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_scan, only: map_point_t, map_manoeuvre
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc
     use statistics, only: chi_square_limits

@@ -9,7 +9,7 @@ module test_design
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_planner, only: moved_case
     use gracecg_planning_site
-    use gracecg_planning_map
+    use gracecg_planning_scan
     use gracecg_planning_candidates
     use gracecg_planning_design
     use gracecg_planning_planner

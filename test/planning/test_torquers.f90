@@ -15,10 +15,9 @@ module test_torquers
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: find_calibration, calibration_text
-    use gracecg_planning_candidates, only: design_settings_t
+    use gracecg_planning_candidates, only: design_settings_t, usual_amplitude, usual_shares
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre
-    use gracecg_planning_usual_manoeuvre, only: usual_amplitude, usual_shares
     implicit none
     private
     public :: collect_torquers

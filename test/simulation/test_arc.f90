@@ -31,7 +31,7 @@ module test_truth_arc
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, new_torque_rods, WAVEFORM_NAMES, SINE, COSINE, TAPERED, SQUARE
     use gracecg_simulation_dynamics
     use gracecg_simulation_arc
-    use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
+    use gracecg_simulation_arc, only: dense_arc_t, fly_densely
     use gracecg_simulation_case, only: flies_under_control
     use test_equations_of_motion, only: full_dynamics
     use constant_fields, only: constant_field_t

@@ -9,7 +9,7 @@ module gracecg_cli_montecarlo
         SOURCE_NAMES
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs, &
         runs_done, check_settings, merge_campaigns
-    use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
+    use gracecg_studies_campaign_files, only: read_runs, journal_t, journal_path
     use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, REPORT_RUNS
     use gracecg_cli_process, only: catch_interruption, caught_signal, signal_name
     use gracecg_cli_work
@@ -103,9 +103,7 @@ contains
             call fail(error, stop_text(arguments, request, campaign))
             return
         end if
-        call publish_campaign(campaign, COMMAND, console, error)
-        if (.not. allocated(error) .and. request%study%path /= '') call write_table(request%study%path, campaign, COMMAND, error)
-        if (.not. allocated(error) .and. request%runs_file /= '') call write_runs(request%runs_file, campaign, COMMAND, error)
+        call publish_campaign(campaign, COMMAND, request%study%path, request%runs_file, console, error)
         if (request%keeps .and. .not. allocated(error)) call journal%remove()
     end subroutine run_montecarlo
 
@@ -341,11 +339,7 @@ contains
         if (missing > 0) call console%warn(integer_text(missing)//' of '// &
                                               integer_text(whole%runs*size(whole%entries))// &
                                               ' estimates are missing: '//trim(left_out(parts, whole)))
-        call publish_campaign(whole, MERGE_COMMAND, console, error)
-        if (allocated(error)) return
-        if (table_file /= '') call write_table(table_file, whole, MERGE_COMMAND, error)
-        if (allocated(error)) return
-        if (runs_file /= '') call write_runs(runs_file, whole, MERGE_COMMAND, error)
+        call publish_campaign(whole, MERGE_COMMAND, table_file, runs_file, console, error)
     end subroutine run_merge
 
     !> Which shards have runs that no file has, with blanks behind it. They can be named when all files are of a campaign

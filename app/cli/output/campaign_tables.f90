@@ -3,7 +3,7 @@ module gracecg_cli_campaign_tables
     use gracecg_base_statistics, only: sampling_error
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
-    use gracecg_studies_campaign_files, only: campaign_table
+    use gracecg_studies_campaign_files, only: campaign_table, write_table, write_runs
     use gracecg_cli_work
     implicit none
     private
@@ -119,10 +119,11 @@ contains
         text = trim(adjustl(digits))//' %'
     end function percent_text
 
-    !> The same as CSV or JSON.
-    subroutine publish_campaign(campaign, command, console, error)
+    !> The same as CSV or JSON, then into the files that are asked for.
+    subroutine publish_campaign(campaign, command, table_file, runs_file, console, error)
         type(campaign_t), intent(in) :: campaign
         character(*), intent(in) :: command         !! As typed
+        character(*), intent(in) :: table_file, runs_file   !! Of read_campaign_files
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -150,6 +151,8 @@ contains
         call results%end()
         call put_agreement(agreement_of(campaign), results)
         call results%publish(campaign_table(campaign), console, error)
+        if (.not. allocated(error) .and. table_file /= '') call write_table(table_file, campaign, command, error)
+        if (.not. allocated(error) .and. runs_file /= '') call write_runs(runs_file, campaign, command, error)
     end subroutine publish_campaign
 
     !> The member `agreement` of JSON.

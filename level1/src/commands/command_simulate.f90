@@ -2,7 +2,7 @@
 module gracecg_level1_command_simulate
     use gracecg_base_text, only: pick_text
     use gracecg_files_file, only: directory_exists, file_exists, make_directory
-    use gracecg_files_folder, only: files_in_folder
+    use gracecg_files_path, only: files_in_folder
     use gracecg_observations_observation_files, only: OBSERVATION_FILES
     use gracecg_level1_header, only: name_of, product_of_file_name
     use gracecg_level1_time, only: gps_day

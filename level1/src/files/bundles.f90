@@ -10,7 +10,7 @@ module gracecg_level1_bundles
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text, lower_case
     use gracecg_files_file, only: input_stream_t, text_file_t, text_file_of, file_exists, directory_exists
-    use gracecg_files_folder, only: files_in_folder
+    use gracecg_files_path, only: files_in_folder
     use gracecg_files_run_record, only: has_hash
     implicit none
     private

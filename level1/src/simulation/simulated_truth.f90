@@ -1,7 +1,7 @@
 !> The truth behind simulated Level-1 files: one run of hours of flight with sub-manoeuvres of the torque rods.
 !>
 !> It is that of `simulate`: orbit and attitude of a case with all its forces and torques (gracecg_simulation_dynamics),
-!> known at every time (gracecg_simulation_dense_arc), and what a day has besides (gracecg_level1_day_dynamics).
+!> known at every time (gracecg_simulation_arc), and what a day has besides (gracecg_level1_day_dynamics).
 !> Inertial axes are those of J2000; Earth-fixed ones follow by precession and nutation, and the orbit of a case is
 !> taken to be in them.
 module gracecg_level1_simulated_truth
@@ -15,11 +15,10 @@ module gracecg_level1_simulated_truth
     use gracecg_environment_space_weather, only: space_weather_source_t
     use gracecg_environment_time, only: utc_of_gps, GPS_EPOCH, utc_t, seconds_between, parse_utc, utc_text, utc_plus
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
-    use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
+    use gracecg_simulation_arc, only: DEFAULT_TOLERANCE, dense_arc_t, fly_densely
     use gracecg_simulation_attitude_control, only: orbital_axes
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
-    use gracecg_simulation_dense_arc, only: dense_arc_t, fly_densely
     use gracecg_simulation_dynamics, only: loads_t, POSITION, OMEGA, ATTITUDE, STATE_SIZE
     use gracecg_level1_day_dynamics, only: day_dynamics_t, firing_t, PAIRS
     use gracecg_level1_simulation_settings, only: level1_settings_t, span_list, by_satellite

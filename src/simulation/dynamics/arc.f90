@@ -1,14 +1,18 @@
-!> A propagated arc: the true orbit and attitude at equal intervals, with everything that acts.
+!> A propagated arc: the true orbit and attitude at equal intervals, with everything that acts; and one that is known at
+!> every time (dense_arc_t).
 module gracecg_simulation_arc
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_base_runge_kutta, only: rkf78_step, controlled_steps_t, begin_steps
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION, VELOCITY
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION, VELOCITY, &
+        ATTITUDE
     use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
+    use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_base_quaternion, only: normalised
     implicit none
     private
-    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, begin_panels, next_panel, check_state
+    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, check_state, dense_arc_t, fly_densely
     public :: MAX_STEPS, DEFAULT_TOLERANCE
 
     integer, parameter :: MAX_STEPS = 1000000
@@ -37,6 +41,15 @@ module gracecg_simulation_arc
     real(dp), parameter :: SCALES(STATE_SIZE) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp, &
                                                  1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp]
     real(dp), parameter :: FIRST_LENGTH = 1     ! That is tried first under control, s: short enough for any manoeuvre
+
+    !> The truth between two times.
+    type :: dense_arc_t
+        private
+        type(controlled_steps_t), allocatable :: panels(:)  ! each as it was when it had been taken
+        real(dp), allocatable :: from(:)                    ! where they begin, s
+    contains
+        procedure :: state_at       !! The state at a time
+    end type dense_arc_t
 
 contains
 
@@ -237,4 +250,46 @@ contains
                       ' km from which the atmosphere model is valid')
         end if
     end subroutine check_state
+
+    !> Integrates from one time to another under control. Fails as `propagate_arc`.
+    subroutine fly_densely(dynamics, initial_state, from, to, tolerance, arc, error)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: initial_state(:)    !! At `from`; 13
+        real(dp), intent(in) :: from, to            !! s since the epoch
+        real(dp), intent(in) :: tolerance           !! Of the step control
+        type(dense_arc_t), intent(out) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        type(controlled_steps_t) :: steps
+        type(controlled_steps_t), allocatable :: longer(:)
+        integer :: n
+
+        call begin_panels(from, initial_state, tolerance, steps)
+        allocate (arc%panels(64))
+        n = 0
+        do while (steps%to < to)
+            call next_panel(dynamics, to, steps, error)
+            if (.not. allocated(error)) call check_state(dynamics, steps%to, steps%state_at(steps%to), error)
+            if (allocated(error)) return
+            if (n == size(arc%panels)) then
+                allocate (longer(2*n))
+                longer(:n) = arc%panels
+                call move_alloc(longer, arc%panels)
+            end if
+            n = n + 1
+            arc%panels(n) = steps
+        end do
+        arc%panels = arc%panels(:n)
+        arc%from = arc%panels%from
+    end subroutine fly_densely
+
+    !> The state at a time that was flown, its attitude of unit length.
+    pure function state_at(self, t) result(state)
+        class(dense_arc_t), intent(in) :: self
+        real(dp), intent(in) :: t           !! s since the epoch
+        real(dp) :: state(STATE_SIZE)
+
+        state = self%panels(max(1, last_not_after(self%from, t)))%state_at(t)
+        state(ATTITUDE) = normalised(state(ATTITUDE))
+    end function state_at
 end module gracecg_simulation_arc
