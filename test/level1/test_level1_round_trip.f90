@@ -440,6 +440,19 @@ contains
         call change('GNI1B', [1], 1.0_dp, -18.0_dp, error)
         call told('tags of the orbit are 18 s off')
         call again()
+        do record = 305, 325, 10
+            call change('SCA1B', [4, 5, 6, 7], 0.0_dp, 0.0_dp, error, record)
+        end do
+        call estimated()
+        if (allocated(error)) return
+        call check(error, says(calibration%notes, '3 records hold no unit quaternion'), 'zeros')
+        call check(error, maxval(abs(estimate%solutions(1)%offset - sound)) < MICROMETRE, 'without them')
+        call again()
+        call change('ACC1A', [10, 11, 12], -1.0_dp, 0.0_dp, error)
+        call estimated()
+        if (allocated(error)) return
+        call check(error, estimate%flag == 2 .and. .not. says(estimate%findings, 'tags of'), 'signs of the channels are no shift')
+        call again()
         call change('ACC1A', [1], 1.0_dp, -7.0_dp, error)
         call told('tags of the accelerometer (ACC) are -7 s off')
         call again()

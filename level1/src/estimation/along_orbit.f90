@@ -21,7 +21,7 @@ module gracecg_level1_along_orbit
     use gracecg_spacecraft_surface_loads, only: gas_t, wall_t, surface_load_t, mean_molar_mass, aerodynamic_load, &
         solar_radiation_load, earth_radiation_load
     use gracecg_level1_frames, only: orbit_at, attitude_at, srf_of_accelerometer
-    use gracecg_level1_calibration, only: level1_calibration_t, find_files, read_product, without_bits
+    use gracecg_level1_calibration, only: level1_calibration_t, find_files, read_product, without_bits, no_attitude
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_series, only: take_away
     implicit none
@@ -83,7 +83,7 @@ contains
         call read_in('GNI1B', STATE, ORBIT_MARGIN, gni)
         if (allocated(error) .or. acc%count == 0 .or. sca%count == 0 .or. gnv%count == 0) return
         call acc%drop(.not. without_bits(acc, [0, 1, 3, 4, 6]))
-        call sca%drop(.not. without_bits(sca, [0]))
+        call sca%drop(no_attitude(sca) .or. .not. without_bits(sca, [0]))
         call acc%times_since(calibration%epoch, times)
         call build_models()
         if (allocated(error)) return

@@ -9,7 +9,7 @@ module gracecg_level1_attitude_reading
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
     use gracecg_environment_time, only: utc_of_gps, decimal_year
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN, &
-        find_files, read_product, without_bits
+        find_files, read_product, without_bits, no_attitude
     use gracecg_level1_frames, only: gracecg_quaternion, continuous_quaternions, mounting_of_head, attitude_by_head, &
         inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
     use gracecg_level1_records, only: level1_records_t, read_level1
@@ -204,6 +204,7 @@ contains
             type(string_t), allocatable :: found(:), others(:)
             character(:), allocatable :: names
             logical :: heads_alone, known(HEADS)
+            logical, allocatable :: wrong(:)
             integer, allocatable :: numbers(:)      ! Of heads
             integer :: i, k, head
 
@@ -234,6 +235,12 @@ contains
                 end do
                 if (sca%count > 0) call sca%drop([(.not. any(nint(sca%values(k, 5)) == pack([1, 2, 3], known)), k=1, sca%count)])
                 if (sca%count > 0) call note(calibration, 'no SCA1B: attitude by the heads of SCA1A together:'//names)
+            end if
+            wrong = no_attitude(sca)
+            if (count(wrong) > 0) then
+                call note(calibration, 'star cameras: '//integer_text(count(wrong))//' records hold no unit quaternion and are '// &
+                          'left out')
+                call sca%drop(wrong)
             end if
             if (sca%count < 30) then
                 call fail(error, sca%path//': no attitude within the spans of the manoeuvre')

@@ -14,7 +14,7 @@ module gracecg_level1_calibration
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t, SPAN_MARGIN, keep_samples, leave_out, note, &
-        middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits
+        middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, no_attitude
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
@@ -237,4 +237,15 @@ contains
             good(i) = .not. any(btest(flag, bits))
         end do
     end function without_bits
+
+    !> Which records hold no unit quaternion in their first four fields.
+    pure function no_attitude(records) result(wrong)
+        type(level1_records_t), intent(in) :: records
+        logical :: wrong(records%count)
+
+        real(dp), parameter :: TOLERANCE = 0.01_dp      ! Of the length
+        integer :: i
+
+        wrong = [(.not. abs(norm2(records%values(i, 1:4)) - 1) < TOLERANCE, i=1, records%count)]
+    end function no_attitude
 end module gracecg_level1_calibration

@@ -230,7 +230,7 @@ contains
     end subroutine look_along_orbit
 
     !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may
-    !> differ, or the rods' gain is contradicted.
+    !> differ, nothing explains all, or the rods' gain is contradicted.
     subroutine look_at_beliefs(gain_sigma, estimate)
         real(dp), intent(in) :: gain_sigma          !! Relative, of the rods' gains that are said
         type(level1_estimate_t), intent(inout) :: estimate
@@ -259,7 +259,7 @@ contains
                 if (gain .and. shift <= CLOSE_ENOUGH) then
                     call append(estimate%findings, text//'; d hardly moves by it, but trims are by the mass: correct '// &
                                 'rod_gain, or mass and inertia if they are of another satellite')
-                else if (shift > CLOSE_ENOUGH) then
+                else if (shift > CLOSE_ENOUGH .or. .not. any(report%explanations%complete)) then     ! what is wrong is not known
                     call append(estimate%findings, text)
                 else
                     call append(estimate%remarks, text//'; the offset would move by at most '// &

@@ -88,7 +88,7 @@ contains
         end do
         correlation = sum(products/sqrt(acted*seen), 1)/3
         shift = maxloc(correlation, 1) - LAGS - 1
-        if (correlation(shift) < correlation(0) + BETTER) shift = 0
+        if (correlation(shift) < max(correlation(0) + BETTER, -correlation(0))) shift = 0      ! or the sign is wrong
         lag = shift*STEP
         clear = correlation(shift) > ALIKE
     end subroutine find_lag
