@@ -59,7 +59,8 @@ contains
         end associate
         if (allocated(error)) return
         if (.not. (has_fixed .and. has_inertial)) call note(calibration, 'no '//merge('GNI1B', 'GNV1B', has_fixed)// &
-            ': Earth-fixed to inertial axes by precession, nutation and UT1 = UTC (some arcsec)')
+            ': Earth-fixed to inertial axes by precession, nutation and UT1 = UTC (some arcsec)'// &
+            pick_text(has_fixed, '', '; signs of the accelerometer are not compared with air and light'))
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 if (has_fixed) call check_orbit(fixed, span)
