@@ -14,7 +14,7 @@ program closed_loop
     use gracecg_estimation_live_estimate, only: live_estimate_t, begin_live_estimate
     use gracecg_planning_candidates, only: design_settings_t, candidate_t, rods_of
     use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
-    use closed_loops, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
+    use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
     implicit none
 
     type(case_t) :: case

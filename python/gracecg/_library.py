@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-NOT_CONVERGED = 6       # gracecg_status
+BAD_VALUE, NOT_CONVERGED = 4, 6     # gracecg_status
 
 
 class GracecgError(Exception):
@@ -77,7 +77,7 @@ def call(name: str, *arguments: Any, allowed: Sequence[int] = ()) -> int:
     Other threads of Python run meanwhile.
     """
     if any(isinstance(one, bytes) and b"\0" in one for one in arguments):
-        raise ValueError("a text contains the character NUL")
+        raise GracecgError(BAD_VALUE, "a text contains the character NUL")
     error = ffi.new("gracecg_error *")
     status = int(getattr(lib, "gracecg_" + name)(*arguments, error))
     if status != 0 and status not in allowed:

@@ -176,7 +176,7 @@ def test_action(observations):
     fit = observations.fit("optimal")
     action = fit.action()
     assert gracecg.Action is type(action) and action.kind in (1, 2, 3, 4) and action.text == fit._text("action")
-    assert np.all(action.sigma >= fit.sigma)
+    assert np.all(action.sigma >= fit.solution.sigma)
     assert np.all((action.trim == 1) <= (action.kind == 1)) and np.all((action.again == 1) | (action.again == 0))
 
 
@@ -309,7 +309,7 @@ def test_refusals(call, message):
 
 
 def test_arguments(case, observations):
-    with pytest.raises(ValueError, match="NUL"):
+    with pytest.raises(gracecg.GracecgError, match="NUL"):
         gracecg.Case("front-1\0x")
     with pytest.raises(ValueError, match="1 or more"):
         gracecg.monte_carlo(case, runs=-2)

@@ -25,8 +25,8 @@ module gracecg_observations_observation_files
     public :: read_setup, setup_from_text, setup_text
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5, TORQUE = 6
-    !> What an operator knows
     integer, parameter :: MAY_BE_LOST = 10  !! Of the accelerometer, rows at the beginning: a second of a minute does not matter
+    !> What an operator knows
     integer, parameter :: TABLE_COUNT = 6, SETUP_FILE = 7
     !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(7) = [character(17) :: &

@@ -11,7 +11,7 @@ module gracecg_level1_judgement
     use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
     use gracecg_level1_held_currents, only: rod_acceleration
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
-    use gracecg_level1_time_shifts, only: shift_words
+    use gracecg_level1_time_shifts, only: say_shift
     use gracecg_observations_parameters, only: ROD_GAIN
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
@@ -59,7 +59,7 @@ contains
         character(:), allocatable :: shifted
         integer :: k, before
 
-        shifted = shift_words(estimate%arcs, calibration%has_angular)
+        call say_shift(estimate%arcs, calibration%has_angular, shifted)
         if (shifted /= '') then     ! what follows would blame signs, axes, gains
             call append(estimate%findings, shifted)
             return

@@ -10,7 +10,7 @@ module gracecg_level1_time_shifts
     use gracecg_level1_series, only: interpolate
     implicit none
     private
-    public :: shift_words
+    public :: say_shift
 
     real(dp), parameter :: STEP = 0.5_dp        !! Of the times that are compared, s
     integer, parameter :: LAGS = 38             !! Shifts either way, in steps: 19 s
@@ -22,10 +22,10 @@ module gracecg_level1_time_shifts
 contains
 
     !> Which tags are off, and by how much; empty: none by a second or more, or it is not clear.
-    function shift_words(arcs, with_channels) result(text)
+    subroutine say_shift(arcs, with_channels, text)
         type(observation_set_t), intent(in) :: arcs(:)
         logical, intent(in) :: with_channels        !! The accelerometer has angular channels
-        character(:), allocatable :: text
+        character(:), allocatable, intent(out) :: text
 
         real(dp) :: by_attitude, by_channels
         logical :: clear(2)
@@ -37,18 +37,19 @@ contains
         if (with_channels) call find_lag(arcs, .true., by_channels, clear(2))
         if (.not. all(clear) .or. max(abs(by_attitude), abs(by_channels)) < 1) return
         if (.not. with_channels) then
-            text = seconds(by_attitude)//' between the tags of the attitude and those of the currents: the attitude'
+            text = trim(seconds(by_attitude))//' s between the tags of the attitude and those of the currents: the attitude'
         else if (abs(by_attitude - by_channels) < 1) then
-            text = 'tags of the currents (MAG) are '//seconds(-by_attitude)//' off: attitude and accelerometer'
+            text = 'tags of the currents (MAG) are '//trim(seconds(-by_attitude))//' s off: attitude and accelerometer'
         else if (abs(by_channels) < 1) then
-            text = 'tags of the attitude (SCA) are '//seconds(by_attitude)//' off: it'
+            text = 'tags of the attitude (SCA) are '//trim(seconds(by_attitude))//' s off: it'
         else if (abs(by_attitude) < 1) then
-            text = 'tags of the accelerometer (ACC) are '//seconds(by_channels)//' off: it'
+            text = 'tags of the accelerometer (ACC) are '//trim(seconds(by_channels))//' s off: it'
         else
-            text = 'tags of the attitude are '//seconds(by_attitude)//' off, of the accelerometer '//seconds(by_channels)//': they'
+            text = 'tags of the attitude are '//trim(seconds(by_attitude))//' s off, of the accelerometer '// &
+                   trim(seconds(by_channels))//' s: they'
         end if
         text = text//' would follow the torque of the rods then; leap seconds, or GPS time taken as another'
-    end function shift_words
+    end subroutine say_shift
 
     !> By how much later than the torque of the rods the satellite turns as attitude or channels show.
     subroutine find_lag(arcs, by_channels, lag, clear)
@@ -127,11 +128,11 @@ contains
         sums = sum(a*b, 2) - sum(a, 2)*sum(b, 2)/size(a, 2)
     end function covariance
 
-    !> A time for people.
-    function seconds(time) result(text)
+    !> A time for people, with blanks behind it.
+    pure function seconds(time) result(text)
         real(dp), intent(in) :: time                !! s
-        character(:), allocatable :: text
+        character(16) :: text
 
-        text = trim(rounded_text(time, 3))//' s'
+        text = rounded_text(time, 3)
     end function seconds
 end module gracecg_level1_time_shifts

@@ -273,12 +273,14 @@ contains
             logical :: ok
 
             n = n + 1
-            associate (kind => EXCHANGE_KINDS(series%kind), word => words(1)%text)
-                if (.not. fits(words, series%kind)) then
+            if (.not. fits(words, series%kind)) then
+                associate (kind => EXCHANGE_KINDS(series%kind))
                     call file%fail_at(at, 'expected: MJD and '//integer_text(kind%columns)//' numbers of '// &
                                       trim(kind%name)//', here are '//integer_text(size(words)), error)
-                    return
-                end if
+                end associate
+                return
+            end if
+            associate (kind => EXCHANGE_KINDS(series%kind), word => words(1)%text)
                 call parse_real(word, part, ok)
                 if (ok) ok = part > MJD_2000 .and. part < 2*MJD_2000
                 if (ok) mjd = floor(part)

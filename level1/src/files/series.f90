@@ -185,7 +185,7 @@ contains
     !> What the best combination of a basis leaves of some values. Fails when the basis is not independent.
     subroutine take_away(basis, values, error)
         real(dp), intent(in) :: basis(:, :)             !! (function, value)
-        real(dp), intent(inout) :: values(:)
+        real(dp), intent(inout) :: values(:)            !! Any unit
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), dimension(size(basis, 1), size(basis, 1)) :: normal, covariance

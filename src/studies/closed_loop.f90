@@ -6,7 +6,7 @@
 !> the magnetometer and that torque are drawn. A loop stops by its covariance alone. That, and with it the plan, depends on the
 !> data through what the samples are linearised about, to second order: so the errors at the moment of stopping have the
 !> covariance that is stated. A stop by the estimate itself would not leave it so.
-module closed_loops
+module gracecg_studies_closed_loop
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, fail
@@ -400,4 +400,4 @@ contains
         statistics%edited = sum(loops%edited)
         statistics%resting = sum(loops%resting)
     end subroutine statistics_of_loops
-end module closed_loops
+end module gracecg_studies_closed_loop
