@@ -12,8 +12,7 @@ module test_live_estimate
     use gracecg_planning_site, only: fly_moments
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_limits, only: attitude_motion_t
-    use gracecg_simulation_simulator, only: observe
-    use gracecg_simulation_switches, only: error_switches_t
+    use gracecg_simulation_simulator, only: observe, error_switches_t
     use gracecg_studies_closed_loop, only: loop_settings_t, loop_t, loop_statistics_t, run_loops, statistics_of_loops
     use statistics, only: chi_square_limits
     implicit none

@@ -208,12 +208,19 @@ contains
         if (scan(text(len(text):), PLATFORMS) == 1) satellite = text(len(text):)
     end function satellite_of_text
 
+    !> How many letters of a path name folders.
+    pure integer function folders_in(path)
+        character(*), intent(in) :: path
+
+        folders_in = index(path, '/', back=.true.)
+    end function folders_in
+
     !> A file's name without its folders.
     pure function name_of(path) result(name)
         character(*), intent(in) :: path    !! With or without folders
-        character(len(path) - index(path, '/', back=.true.)) :: name
+        character(len(path) - folders_in(path)) :: name
 
-        name = path(index(path, '/', back=.true.) + 1:)
+        name = path(folders_in(path) + 1:)
     end function name_of
 
     !> The product that a file's name begins with, as in ACC1A_2023-06-01_C_04.txt; blank when it does not, and of the reports

@@ -5,12 +5,11 @@ module calibrations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_report_cases, only: find_case, REPORT_CASE_NAMES
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_dynamics, only: satellite_dynamics_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case, observe, observe_without_noise
-    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case, observe, &
+        observe_without_noise, error_switches_t, new_switched_simulator
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
