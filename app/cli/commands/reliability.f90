@@ -62,7 +62,7 @@ contains
         end do
         do i = 1, size(study%algorithms)
             associate (name => study%algorithms(i)%text)
-                call show(name, pack(all_tallies, all_tallies%algorithm == name), console)
+                call show(name, pack(all_tallies, all_tallies%algorithm == name), .not. arguments%has('--no-causes'), console)
             end associate
         end do
         names = join(padded(study%algorithms), ',')
@@ -89,9 +89,10 @@ contains
     end subroutine add_rows
 
     !> What is wrong without a word, case by case, and the sums.
-    subroutine show(algorithm, tallies, console)
+    subroutine show(algorithm, tallies, causes, console)
         character(*), intent(in) :: algorithm
         type(tally_t), intent(in) :: tallies(:)     !! Of all cases
+        logical, intent(in) :: causes               !! They were looked for
         type(console_t), intent(inout) :: console
 
         type(tally_t), allocatable :: far(:)
@@ -108,7 +109,7 @@ contains
         call line('of these along an axis that is wrong by more than is tolerated', sum(tallies%harmful), sum(tallies%trimmed))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &
                   sum(far%contradicted), sum(far%runs))
-        call line('of these the right cause among those named', sum(far%named), sum(far%contradicted))
+        if (causes) call line('of these the right cause among those named', sum(far%named), sum(far%contradicted))
 
     contains
 
