@@ -25,7 +25,7 @@ contains
     subroutine say_shift(arcs, with_channels, text)
         type(observation_set_t), intent(in) :: arcs(:)
         logical, intent(in) :: with_channels        !! The accelerometer has angular channels
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text      !! Without a full stop
 
         real(dp) :: by_attitude, by_channels
         logical :: clear(2)
