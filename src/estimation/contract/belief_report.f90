@@ -22,7 +22,8 @@ module gracecg_estimation_belief_report
     !! Of the magnetometer and the star-camera heads also the score of what the fit does not look at
     real(dp), parameter :: NOISE_KNOWN = 0.03_dp
     !! To which standard deviations of noise are known to anybody, relative, chosen: setups whose variances are 20 % too small are
-    !! taken (28 of 30; 9 of 10 were refused; sigmas grow by what is seen), and scale factors wrong by 20 % still contradict the noise
+    !! taken (28 of 30; 9 of 10 were refused; sigmas grow by what is seen), and scale factors wrong by 20 % still contradict
+    !! the noise
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
     !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra, and
