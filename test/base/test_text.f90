@@ -2,6 +2,7 @@
 module test_text
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
+    use gracecg_base_error, only: add_context, number_text
     use gracecg_base_text
     implicit none
     private
@@ -13,6 +14,7 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('messages', test_messages), &
                     new_unittest('lower-case', test_lower_case), &
                     new_unittest('split', test_split), &
                     new_unittest('split-words', test_split_words), &
@@ -25,6 +27,22 @@ contains
                     new_unittest('real-text-reads-back', test_reads_back), &
                     new_unittest('integer-text', test_integer_text)]
     end subroutine collect_text
+
+    !> A context is said once, however many callers add it; numbers of any size have an exponent.
+    subroutine test_messages(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable :: failure
+
+        call add_context(failure, 'case a')
+        call check(error, .not. allocated(failure), 'nothing failed')
+        failure = error_t('no mass')
+        call add_context(failure, 'case a')
+        call add_context(failure, 'case a')
+        call check(error, failure%message, 'case a: no mass')
+        call check(error, number_text(1e300_dp), '1.000000E+300')
+        call check(error, number_text(-2.5e-200_dp), '-2.500000E-200')
+        call check(error, number_text(2.5e-20_dp), '2.500000E-20')
+    end subroutine test_messages
 
     subroutine test_lower_case(error)
         type(error_type), allocatable, intent(out) :: error

@@ -45,6 +45,7 @@ contains
         call refused(error, 'estimate '//FOLDER//'run1 '//FOLDER//'run1 --algorithm optimal', STATUS_FAILED, &
                      'runs 1 and 2 are the same samples')
         call check_measured(error)
+        call check_apart(error)
         if (allocated(error)) return
         call read_csv(FOLDER//'run1/truth.csv', COLUMNS, rows, failure)
         if (.not. allocated(failure)) call read_csv(FOLDER//'run1/truth.csv', COLUMNS, truth_1, failure)
@@ -86,7 +87,31 @@ contains
         end do
         call refused(error, 'history '//FOLDER//'of_C.json '//FOLDER//'of_D.json', STATUS_FAILED, &
                      'of_D.json is of satellite D ... of C ... one satellite')
+        call make_file('same.csv', HEAD//'2020-01-01T00:00:00,0.1,0.1,0.1,0.01,0.01,0.01'//new_line('a'))
+        call succeeds(error, 'history '//FOLDER//'same.csv '//FOLDER//'of_C.json', output)
     end subroutine test_contradiction
+
+    !> Runs that are months apart are joined with a warning. A contradiction is said by the action, and not again.
+    subroutine check_apart(error)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), parameter :: SETUP = 'run2/setup.nml'
+        type(text_file_t) :: good
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        integer :: status
+
+        call read_text_file(FOLDER//SETUP, good, failure)
+        if (failed(error, failure)) return
+        call make_file(SETUP, replaced(good%text, '1989-01-02T', '1989-05-02T'))
+        call run('estimate '//FOLDER//'run1 '//FOLDER//'run2 --algorithm optimal', status, output, messages)
+        call check_says(error, messages, 'the runs are up to 120 days apart ... gracecg history')
+        call make_file(SETUP, replaced(good%text, 'noise_level = 1e-20, 1e-18, 1e-20', 'noise_level = 3e-21, 3e-19, 3e-21'))
+        call run('estimate '//FOLDER//'run2 --algorithm optimal', status, output, messages)
+        call check(error, status, STATUS_NOT_TO_BE_USED, messages)
+        call check_says(error, output, 'do not use: the data contradict what the setup')
+        call check(error, index(messages, 'contradict'), 0, messages)
+        call make_file(SETUP, good%text)
+    end subroutine check_apart
 
     !> Samples that are no simulation's stay where one would take their place.
     subroutine check_measured(error)

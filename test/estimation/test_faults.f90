@@ -100,6 +100,7 @@ contains
         do i = 1, size(ALGORITHMS)
             call estimate_offset(trim(ALGORITHMS(i)), observations, estimation_options_t(), solution, failure)
             call check_passes(error, failure)
+            if (allocated(failure)) return
             call check(error, solution%converged, 'no convergence')
             ratio = [(sqrt(solution%covariance(k, k)/reference%solution(i)%covariance(k, k)), k=1, 3)]
             write (found, '(2a, 3es10.2, a, 3f7.3)') trim(ALGORITHMS(i)), ': errors', &

@@ -307,6 +307,7 @@ contains
     subroutine test_truncated(error)
         type(error_type), allocatable, intent(out) :: error
         type(text_file_t) :: good
+        type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
         integer :: i, last
 
@@ -331,6 +332,11 @@ contains
         call make_file('observations/accelerometer.csv', &
                        good%text(:good%last(1) + 1)//good%text(good%first(30):))
         if (.not. allocated(error)) call refused('rows are missing')
+        ! but for those of the accelerometer's first second
+        call make_file('observations/accelerometer.csv', good%text(:good%last(1) + 1)//good%text(good%first(11):))
+        call read_observations(SET, observations, failure)
+        if (failed(error, failure)) return
+        call check(error, observations%accelerometer_time(1), 1.0_dp, thr=1e-12_dp)
 
     contains
 

@@ -17,7 +17,7 @@ module test_report_studies
     use gracecg_studies_limit, only: limit_study_t, study_limit, relative_error, at_the_bound
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
-    use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places
+    use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, weakest_x, best_places
     implicit none
     private
     public :: collect_report_studies
@@ -123,6 +123,8 @@ contains
         call check(error, summary%largest, 5.0_dp)
         call check(error, summary%x_strongest, 0.5_dp)
         call check(error, summary%x_weakest, 30)
+        study%orbit%revolution = 25
+        call check(error, weakest_x(study), 25, 'no more than the revolution')
         call check(error, all(best_places(study%places) == [1, 2, 3, 4]))
     end subroutine test_revolution
 

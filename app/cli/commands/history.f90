@@ -130,6 +130,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(dated_offset_t), allocatable :: more(:)
+        character(1), allocatable :: known(:)       ! Satellites, where files say one
         integer :: i
 
         allocate (offsets(0))
@@ -137,9 +138,10 @@ contains
             call read_offsets(arguments%positional(i), more, error)
             if (allocated(error)) return
             offsets = [offsets, more]
-            if (any(offsets%satellite /= offsets(1)%satellite)) then
-                call fail(error, arguments%positional(i)//' is of satellite '//more(1)%satellite//', '// &
-                          arguments%positional(1)//' of '//offsets(1)%satellite//': a history is of one satellite')
+            known = pack(offsets%satellite, offsets%satellite /= '')
+            if (any(known /= more(1)%satellite) .and. more(1)%satellite /= '') then
+                call fail(error, arguments%positional(i)//' is of satellite '//more(1)%satellite//', those before of '// &
+                          known(1)//': a history is of one satellite')
                 return
             end if
             if (all(more%moves_masses)) cycle

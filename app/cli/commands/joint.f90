@@ -58,7 +58,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: LONG = 14*SECONDS_PER_DAY    ! In which gas and trims hardly move d
+        real(dp), parameter :: LONG = 14*SECONDS_PER_DAY    ! Chosen: gas and trims hardly move d
         type(joint_run_t), allocatable :: runs(:)
         type(joint_solution_t) :: solution
         type(action_t) :: action

@@ -35,8 +35,9 @@ contains
         real(dp), parameter :: FAR_OFF = 20         ! Times the median, to which drifts of the gyros belong; chosen
         real(dp), parameter :: LEAST_ANGLE = 1e-9_dp    ! rad: files without noise
         real(dp), parameter :: QUIET = 1e-6_dp
-        ! Noise of cameras that tell the axes, rad, chosen: with 6e-6 (heads alone) d is 4 sigma off in a day of four minutes, with
-        ! 2e-7 (SCA1B) it is not. Rods turn the satellite by 4e-6 about y
+        ! Noise of cameras that tell the axes, rad, chosen: with 6e-6 (heads alone) d was 18 um off, 8 sigma, in one of four days of
+        ! four minutes, with 2e-7 (SCA1B) it is not. Rods turn the satellite by some 5e-6 about y (30 A m^2, 3e-5 T, 500 kg m^2,
+        ! 0.1 Hz)
         real(dp), allocatable :: rows(:, :), gyros(:, :), squares(:, :), values(:), vectors(:, :), moved(:, :), left(:, :), off(:)
         logical, allocatable :: kept(:)
         real(dp) :: normal(3, 3), rhs(3), x(3), inverse(3, 3), condition, map(3, 3), noise(3)

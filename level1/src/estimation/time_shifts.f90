@@ -16,7 +16,8 @@ module gracecg_level1_time_shifts
     integer, parameter :: LAGS = 38             !! Shifts either way, in steps: 19 s
     integer, parameter :: MOST_ARCS = 8         !! So many tell
     real(dp), parameter :: AROUND = 2           !! Attitudes are differenced over so long either way, s
-    real(dp), parameter :: ALIKE = 0.8_dp       !! Correlation of what is at the same time, chosen: sound days have 0.95 and more
+    real(dp), parameter :: ALIKE = 0.8_dp       !! Correlation of what is at the same time, chosen: sound days have 0.98 and more;
+                                                !! heads alone (without SCA1B) have 0.5, and tell nothing
     real(dp), parameter :: BETTER = 0.15_dp     !! By which it is more with the shift, chosen
 
 contains

@@ -150,8 +150,10 @@ contains
         call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
         if (allocated(error)) then      ! spikes may be so large that no fit tells them from the rest
             call leave_out_spikes(start)
-            if (.not. all(start%acceleration_kept)) &
+            if (.not. all(start%acceleration_kept)) then
+                solution%warnings = start%data%warnings
                 call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
+            end if
         end if
         if (allocated(error)) then
             call add_context(error, 'optimal')
