@@ -7,12 +7,14 @@ module gracecg_estimation_outlier_editing
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_statistics, only: median_of
+    use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_spike_screen, only: is_spike
     implicit none
     private
-    public :: leave_out_worst, decide_anew, report_edited
+    public :: leave_out_worst, decide_anew, spikes_of, report_edited
     public :: MEDIAN_OF_ONE, MEDIAN_OF_THREE
 
     !> Medians of |x|, x of the standard normal distribution, and of the length of a vector of three such
@@ -60,6 +62,21 @@ contains
 
         robust_limit = limit*max(1.0_dp, median_of(deviation)/expected_median)
     end function robust_limit
+
+    !> Samples of the accelerometer that are so far from their neighbours, whatever the fit, that no fit comes back from them.
+    pure function spikes_of(data, noise) result(spikes)
+        type(fitting_data_t), intent(in) :: data
+        type(noise_spectrum_t), intent(in) :: noise(3)      !! Of the axes
+        logical :: spikes(3, size(data%acceleration, 2))
+
+        real(dp), parameter :: FAR = 1e3_dp     ! Standard deviations, chosen: such spikes are not of the noise, or the satellite
+        integer :: axis
+
+        do axis = 1, 3
+            spikes(axis, :) = is_spike(data%acceleration(axis, :), &
+                                       sqrt(noise(axis)%level*noise(axis)%sides/(2*data%interval)), FAR)
+        end do
+    end function spikes_of
 
     !> Counts and warns of what was left out. Fails when it is more than a given part of a series: then the fit
     !> is wrong, not the samples.

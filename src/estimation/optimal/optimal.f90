@@ -14,15 +14,14 @@ module gracecg_estimation_optimal
     use gracecg_observations_parameters
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
-    use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
+    use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave, report_wave
     use gracecg_environment_sun, only: edge_of_shadow
     use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
-    use gracecg_estimation_spike_screen, only: is_spike
-    use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited, MEDIAN_OF_ONE, MEDIAN_OF_THREE
+    use gracecg_estimation_outlier_editing, only: leave_out_worst, spikes_of, report_edited, MEDIAN_OF_ONE, MEDIAN_OF_THREE
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_belief, only: apply_value
     use gracecg_estimation_belief_tests, only: test_beliefs, side_scores
@@ -149,7 +148,7 @@ contains
         solution%warnings = start%data%warnings
         call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
         if (allocated(error)) then      ! spikes may be so large that no fit tells them from the rest
-            call leave_out_spikes(start)
+            start%acceleration_kept = .not. spikes_of(start%data, start%noise%accelerometer)
             if (.not. all(start%acceleration_kept)) then
                 solution%warnings = start%data%warnings
                 call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
@@ -179,21 +178,6 @@ contains
         end if
         call add_context(error, 'optimal')
     end subroutine estimate_as_believed
-
-    !> Leaves out what is far from its neighbours, whatever the fit.
-    subroutine leave_out_spikes(problem)
-        type(whitened_problem_t), intent(inout) :: problem
-
-        real(dp), parameter :: FAR = 1e3_dp     ! Standard deviations: such spikes are not of the noise, or of the satellite
-        integer :: axis
-
-        do axis = 1, 3
-            associate (noise => problem%noise%accelerometer(axis))
-                problem%acceleration_kept(axis, :) = .not. is_spike(problem%data%acceleration(axis, :), &
-                    sqrt(noise%level*noise%sides/(2*problem%model%interval)), FAR)
-            end associate
-        end do
-    end subroutine leave_out_spikes
 
     !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
     !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency; if those show a jump of
@@ -406,27 +390,6 @@ contains
         if (edge >= 0) text = text//'; the edge of the Earth''s shadow is passed at '//rounded_text(edge, 3)//' s'
         call append(warnings, text)
     end subroutine report_jump
-
-    !> Warns of a wave that was found: as the fit with it has it, or, where that did not succeed, as the search has.
-    subroutine report_wave(wave, problem, warnings)
-        type(density_wave_found_t), intent(in) :: wave      !! `found`: the fit with it succeeded
-        type(whitened_problem_t), intent(in) :: problem     !! That fit, or the one without it
-        type(string_t), allocatable, intent(inout) :: warnings(:)
-
-        character(48), parameter :: CONSEQUENCE(2) = [character(48) :: &
-            'it is estimated, too, and a parabola of the drag', 'it cannot be estimated and is left in']
-        real(dp) :: frequency, amplitude(2)
-
-        frequency = wave%frequency
-        amplitude = wave%amplitude
-        if (wave%found) then
-            frequency = problem%model%wave_frequency + problem%state%value(WAVE_FREQUENCY)
-            amplitude = problem%state%value([WAVE_SINE, WAVE_COSINE])
-        end if
-        call append(warnings, 'the residuals of the accelerometer show a wave of period '//rounded_text(1/frequency, 4)// &
-                    ' s and amplitude '//rounded_text(norm2(amplitude), 3)//' m/s^2 along the airflow: '// &
-                    trim(CONSEQUENCE(merge(1, 2, wave%found))))
-    end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.
     subroutine find_unknown(knowledge, options, noise, unknown_level, unknown_angle)

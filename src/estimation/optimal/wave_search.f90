@@ -11,12 +11,14 @@ module gracecg_estimation_wave_search
     use gracecg_base_lanes, only: lanes_sines_cosines, lanes_of, LANES
     use gracecg_base_lapack, only: sum_of_products
     use gracecg_base_spectrum, only: strongest_line
+    use gracecg_base_text, only: append, rounded_text, string_t
+    use gracecg_observations_parameters, only: WAVE_FREQUENCY, WAVE_SINE, WAVE_COSINE
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_physical_model, only: airflow_at
     implicit none
     private
-    public :: density_wave_found_t, search_wave
+    public :: density_wave_found_t, search_wave, report_wave
 
     real(dp), parameter :: LEAST_GAIN = 25
     !! exp(-25/2) = 4e-6 at one frequency, and some 100 of them are independent: one false alarm in 2000 arcs
@@ -152,4 +154,25 @@ contains
         call strongest_line(problem%data%accelerometer_epoch, series, size(series), problem%model%interval, &
                             arc, LEAST_CYCLES, HIGHEST_FREQUENCY, line, frequency)
     end subroutine line_along_airflow
+
+    !> Warns of a wave that was found: as the fit with it has it, or, where that did not succeed, as the search has.
+    subroutine report_wave(wave, problem, warnings)
+        type(density_wave_found_t), intent(in) :: wave      !! `found`: the fit with it succeeded
+        type(whitened_problem_t), intent(in) :: problem     !! That fit, or the one without it
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        character(48), parameter :: CONSEQUENCE(2) = [character(48) :: &
+            'it is estimated, too, and a parabola of the drag', 'it cannot be estimated and is left in']
+        real(dp) :: frequency, amplitude(2)
+
+        frequency = wave%frequency
+        amplitude = wave%amplitude
+        if (wave%found) then
+            frequency = problem%model%wave_frequency + problem%state%value(WAVE_FREQUENCY)
+            amplitude = problem%state%value([WAVE_SINE, WAVE_COSINE])
+        end if
+        call append(warnings, 'the residuals of the accelerometer show a wave of period '//rounded_text(1/frequency, 4)// &
+                    ' s and amplitude '//rounded_text(norm2(amplitude), 3)//' m/s^2 along the airflow: '// &
+                    trim(CONSEQUENCE(merge(1, 2, wave%found))))
+    end subroutine report_wave
 end module gracecg_estimation_wave_search
