@@ -16,7 +16,7 @@ module gracecg_observations_knowledge
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
+    public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL, USUAL_DRAG
     public :: describe_satellite, describe_instruments, describe_a_priori, check_quaternion, ESTIMATION_GROUPS
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
@@ -24,6 +24,7 @@ module gracecg_observations_knowledge
     character(*), parameter :: NO_FIELD_MODEL = 'none'
     !> Groups that a case file, or a setup.nml, may have beside: they say how to estimate, and the estimators read them
     character(10), parameter :: ESTIMATION_GROUPS(3) = [character(10) :: 'estimation', 'optimal', 'sequential']
+    real(dp), parameter :: USUAL_DRAG = 3.5e-7_dp           !! Of air and light in four of the cases of CSR-TM-00-01, m/s^2
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
 
     !> The limits within which satellite and instruments are known: standard deviations.
@@ -47,6 +48,9 @@ module gracecg_observations_knowledge
         real(dp) :: sigma_torque = 1e-6_dp
         !! Of the change of the unmodelled torque from the beginning to the end of the arc, N m: a
         !! twentieth of the air's and the Sun's torque of some 2e-5 N m in Figures 5.6 and 5.7
+        real(dp) :: drag = 0
+        !! Size of the acceleration by air and light, m/s^2, with which the sizes of forces grow that are no straight line
+        !! (gracecg_estimation_parameters); 0: not stated
         real(dp) :: sigma_directions(3) = [0.5_dp, 0.1_dp, 0.5_dp]*DEGREE
         !! Of the axes of rods, accelerometer and magnetometer, about each other axis, rad; not in the report
         real(dp) :: sigma_magnetometer_scale = 0.01_dp
@@ -214,6 +218,8 @@ contains
                                  'of the elements of the inertia tensor, in its smallest moment')
         call settings%real_value('sigma_torque', a_priori%sigma_torque, 0.0_dp, 1.0_dp, &
                                  'N m, of the change of the unmodelled torque over the arc', unit='N m')
+        call settings%real_value('drag', a_priori%drag, 0.0_dp, 1e-3_dp, 'm/s^2, size of the acceleration by air and light; 0: '// &
+                                 'not stated, then that of the models in a simulation, else 3.5e-7', unit='m/s^2')
         call settings%real_values('sigma_directions_deg', a_priori%sigma_directions, SMALLEST, 180.0_dp, &
                                   'deg, of the axes of rods, accelerometer, magnetometer', DEGREE, 'deg')
         call settings%real_value('sigma_magnetometer_scale', a_priori%sigma_magnetometer_scale, SMALLEST, 1.0_dp, &

@@ -4,14 +4,14 @@
 module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_coloured_noise, only: noise_spectrum_t, are_alike, ONE_SIDED
+    use gracecg_base_coloured_noise, only: noise_spectrum_t, are_alike
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t, optimal_options_t, WAVE_GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_observations_parameters
-    use gracecg_estimation_parameters, only: ALWAYS_ESTIMATED, a_priori_sigmas
+    use gracecg_estimation_parameters, only: ALWAYS_ESTIMATED, a_priori_sigmas, feels_lift
     use gracecg_estimation_physical_model
     use gracecg_estimation_batch_problem, only: batch_problem_t
     use gracecg_estimation_iteration, only: iteration_t, rms_of
@@ -20,9 +20,6 @@ module gracecg_estimation_whitened_problem
     public :: whitened_problem_t, assumed_noise_t, prepare_calibration, set_noise, information_matrix
     public :: asked_parameters, estimated_parameters, with_parameters, fit_point_t, point_of, problem_at
 
-    real(dp), parameter :: QUIET = 3e-21_dp
-    !! Two-sided level of the noise across the flight below which the lift is seen, m^2 s^-4/Hz, chosen: a third of the report's,
-    !! where a minute does not show it. At 4.5e-22, 420 km up, the mean normalised square without it is 11.4, with it 2.6
     real(dp), parameter :: STEADY = 90
     !! Longest arc over which the other torques are taken as constant, s: in the cases of CSR-TM-00-01 a change over 180 s
     !! is told by the tests, over 120 s not
@@ -104,9 +101,7 @@ contains
         if (.not. asked%estimate_within_limits) return
         more = FORCE_SHAPES
         if (knowledge%duration > STEADY) more = [more, TORQUE_CHANGE]
-        associate (noise => knowledge%accelerometer_noise(2:3))
-            if (any(noise%level > 0 .and. noise%level/merge(2, 1, noise%sides == ONE_SIDED) < QUIET)) more = [more, LIFT]
-        end associate
+        if (feels_lift(knowledge)) more = [more, LIFT]
         estimated = [estimated, pack(more, [(.not. any(estimated == more(i)), i=1, size(more))])]
     end function estimated_parameters
 

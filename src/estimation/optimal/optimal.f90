@@ -14,7 +14,7 @@ module gracecg_estimation_optimal
     use gracecg_observations_parameters
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
-    use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave, report_wave
+    use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave, search_level, report_wave
     use gracecg_environment_sun, only: edge_of_shadow
     use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
@@ -195,15 +195,24 @@ contains
         type(density_wave_found_t) :: wave
         type(force_jump_found_t) :: jump
         type(error_t), allocatable :: not_determined
+        logical :: louder               ! The first search: under more noise than there is
         logical :: only_to_search       ! That there is a wave is seen long before the fit without it has settled
 
         only_to_search = options%optimal%density_wave == WAVE_SEARCHED .and. .not. once
         allocate (fit)
         fit%problem = start
+        if (only_to_search) fit%problem%noise%accelerometer%level = search_level(start%noise%accelerometer%level)
+        louder = any(fit%problem%noise%accelerometer%level > start%noise%accelerometer%level)
         call settle_counted(only_to_search, fit, error)
         if (allocated(error)) return
         if (only_to_search) then
             wave = search_wave(fit%problem, fit%batch)
+            if (louder) fit%problem%noise = start%noise
+            if (louder .and. .not. wave%found) then     ! a small one
+                call settle_counted(.true., fit, error)
+                if (allocated(error)) return
+                wave = search_wave(fit%problem, fit%batch)
+            end if
             if (wave%found) then
                 allocate (wider)
                 call widen(knowledge, options, fit, wave, wider)

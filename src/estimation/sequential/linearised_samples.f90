@@ -15,7 +15,7 @@ module gracecg_estimation_linearised_samples
     use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
     use gracecg_observations_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, FORCE_SHAPES, &
-        SCALE_FACTORS, FIELD_BIAS, parameter_names
+        LIFT, SCALE_FACTORS, FIELD_BIAS, parameter_names
     use gracecg_estimation_information, only: information_t, information_of
     use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, nonzero_rows
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
@@ -56,7 +56,7 @@ module gracecg_estimation_linearised_samples
     real(dp), parameter :: LONG_COMPARED_TO_ARC = 10
 
     !> The parameters of the physical model that are estimated, in their order among the constants
-    integer, parameter :: ESTIMATED(39) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FORCE_SHAPES, SCALE_FACTORS, &
+    integer, parameter :: ESTIMATED(41) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FORCE_SHAPES, LIFT, SCALE_FACTORS, &
                                            FIELD_BIAS, OFFSET]
     integer, parameter :: OFFSET_PLACES(3) = size(ESTIMATED) - [2, 1, 0]    !! Of the offset among them
 

@@ -16,11 +16,11 @@ module gracecg_estimation_sequential
     use gracecg_base_text, only: append, string_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, loose_sigmas, parameter_names, &
+    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, LIFT, loose_sigmas, parameter_names, &
         parameter_units, TORQUE, DRIFT, BIAS, RATE, ATTITUDE_ANGLES
     use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, ADAPTIVE, STRAIGHT_LINE
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters, only: a_priori_sigmas
+    use gracecg_estimation_parameters, only: a_priori_sigmas, feels_lift
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, airflow_at, model_state_t, correct_state
     use gracecg_estimation_square_root_information, only: constants_t
     use gracecg_estimation_noise_whitening, only: prepare_filter
@@ -39,7 +39,8 @@ module gracecg_estimation_sequential
     public :: estimate_sequential, check_noise
 
     real(dp), parameter :: NO_SHAPE = 1e-15_dp
-    !! A-priori sigma of the shapes of a drag that is to be a straight line, m/s^2 (of side forces m/s^2/rad)
+    !! A-priori sigma of the shapes of a drag that is to be a straight line, m/s^2 (of side forces m/s^2/rad), and of a lift
+    !! that is not felt
     real(dp), parameter :: NO_ERROR = 1e-6_dp
     !! Part of their a-priori sigmas that scale factors and magnetometer bias may have where they are trusted
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
@@ -132,11 +133,11 @@ contains
         stated = a_priori_sigmas(observations%knowledge)
         if (.not. options%sequential%estimate_within_limits) stated = NO_ERROR*stated
         where (stated(ESTIMATED) > 0) problem%prior_sigma = stated(ESTIMATED)
-        if (options%sequential%acceleration == STRAIGHT_LINE) then
-            do i = 1, size(FORCE_SHAPES)
-                where (ESTIMATED == FORCE_SHAPES(i)) problem%prior_sigma = NO_SHAPE
-            end do
-        end if
+        do i = 1, size(ESTIMATED)
+            if (any(ESTIMATED(i) == LIFT) .and. .not. feels_lift(observations%knowledge) .or. &
+                options%sequential%acceleration == STRAIGHT_LINE .and. any(ESTIMATED(i) == [FORCE_SHAPES, LIFT])) &
+                problem%prior_sigma(i) = NO_SHAPE
+        end do
         problem%shared_sigma = options%sequential%shared_part
         problem%star_sigma = observations%knowledge%star_camera_sigma
         call take_noise(observations%knowledge, problem, error)
@@ -465,7 +466,7 @@ contains
 
     !> Enlarges the covariance by the variance of the innovations where that is significantly above 1.
     subroutine allow_for_misfit(problem, squares, solution)
-        class(filter_problem_t), intent(in) :: problem
+        class(calibration_filter_t), intent(in) :: problem
         real(dp), intent(in) :: squares         !! Sum of the squared innovations
         type(solution_t), intent(inout) :: solution
 
@@ -473,7 +474,7 @@ contains
         real(dp) :: variance
         integer :: n
 
-        n = count(problem%kept) + 3*count(problem%star_kept) - N_CONSTANTS
+        n = count(problem%kept) + 3*count(problem%star_kept) - N_CONSTANTS + count(problem%prior_sigma <= NO_SHAPE)
         variance = squares/max(1, n)
         solution%variance_factor = variance
         if (.not. variance > 1 + SIGNIFICANT*sqrt(2.0_dp/max(1, n))) return

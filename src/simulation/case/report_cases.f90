@@ -13,6 +13,7 @@ module gracecg_simulation_report_cases
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
+    use gracecg_observations_knowledge, only: USUAL_DRAG
     use gracecg_simulation_case, only: case_t, read_case
     use gracecg_base_text, only: string_t, append, join, lower_case
     use gracecg_files_file, only: file_exists, directory_exists
@@ -118,6 +119,7 @@ contains
         case%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
         case%duration = DURATION
         case%operator%a_priori%signs_known = .true.     ! the report doubts no axis and no sign
+        case%operator%a_priori%drag = USUAL_DRAG        ! 3.4e-7 to 6.2e-7, all six as one
         case%earth_rotation = 'given'
         case%sidereal_angle = (SIDEREAL_ANGLE + EARTH_ROTATION_RATE/DEGREE*TIME_OF_CASE(case%number))*DEGREE
         case%satellite%mass = MASS

@@ -86,6 +86,9 @@ contains
         call begin_case(case, flight%dynamics, simulator%arc, error)
         if (allocated(error)) return
         simulator%start = simulator%arc%state(:, 0)
+        associate (drag => simulator%case%operator%a_priori%drag, load => simulator%arc%loads(0))
+            if (drag <= 0) drag = norm2(load%drag + load%srp + load%erp)
+        end associate
         if (case%control%acts) allocate (simulator%rod_moments(3, 0:simulator%arc%steps), source=0.0_dp)
         call case_star_catalogue(case, flight%catalogue, error)
         flight%any_stream = new_stream(0, 0, 0, 0, 0)
