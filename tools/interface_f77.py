@@ -135,7 +135,7 @@ class Entry:
     def fetch(self, gets):
         """What is fetched from the object that was made or, without one, given."""
         source = "handle" if self.made else f"c_handle({self.handle})"
-        kind = self.made[0].kind if self.made else "case" if self.handle == "icas" else "observations"
+        kind = self.made[0].kind if self.made else {"icas": "case", "iliv": "live"}.get(self.handle, "observations")
         items = self.objects[kind].all_items(self.objects) if gets else {}
         for get in gets:
             name, _, wanted = (part.strip() for part in get.partition("="))

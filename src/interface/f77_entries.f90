@@ -131,6 +131,43 @@ subroutine gcdsgd(icas, opt, iopt, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcdsgd
 
+!> The offset now, m, variance of the innovations (near 1), samples added and left out.
+subroutine gclivn(iliv, d, cov, var, n, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg, only: dp
+    use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
+    use gracecg_interface_outcome, only: c_error_t
+    implicit none
+    integer, intent(in) :: iliv
+    !! A handle
+    real(dp), intent(inout) :: d(3)
+    !! Item offset: with everything that has been added, body axes, m
+    real(dp), intent(inout) :: cov(3, 3)
+    !! Item covariance: m^2
+    real(dp), intent(inout) :: var
+    !! Item variance_factor: of the innovations in units of what is expected: near 1
+    integer, intent(inout) :: n(2)
+    !! Item counts: samples that were added, and left out (those of each axis by themselves)
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    real(dp) :: found_1(1)
+    real(dp) :: found_2(2)
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    found_1 = 0
+    found_2 = 0
+    call start_call(status, error)
+    call fetch(c_handle(iliv), 'offset', 3, d, status, error)
+    call fetch(c_handle(iliv), 'covariance', 3*3, cov, status, error)
+    call fetch(c_handle(iliv), 'variance_factor', 1, found_1, status, error)
+    var = found_1(1)
+    call fetch(c_handle(iliv), 'counts', 2, found_2, status, error)
+    n = nint(found_2)
+    call finish(status, error, istat, msg)
+end subroutine gclivn
+
 !> Manoeuvre of a case: amplitude (A m^2), frequency (Hz), phase (rad), start, stop, taper, rise time (s); axis,
 !> waveform.
 subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
@@ -1608,6 +1645,86 @@ subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, i
     call discard(handle)
     call finish(status, error, istat, msg)
 end subroutine gcchn
+
+!> Begins an estimate that is fed sample by sample: attitude and angular velocity (rad/s) at the first sample,
+!> frequency of a density wave (Hz; 0: none).
+subroutine gclivb(iset, q, w, frq, iliv, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg, only: dp
+    use gracecg_interface_c_functions, only: c_live_begin
+    use gracecg_interface_f77_support, only: c_handle, finish
+    use gracecg_interface_outcome, only: c_error_t
+    implicit none
+    integer, intent(in) :: iset
+    !! `setup` of gracecg_live_begin
+    real(dp), intent(in) :: q(4)
+    !! `quaternion` of gracecg_live_begin
+    real(dp), intent(in) :: w(3)
+    !! `angular_velocity` of gracecg_live_begin
+    real(dp), intent(in) :: frq
+    !! `wave_frequency` of gracecg_live_begin
+    integer, intent(inout) :: iliv
+    !! A handle, to be given back with GCFREE; 0 after a failure
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    handle = 0
+    status = c_live_begin(setup=c_handle(iset), quaternion=q, angular_velocity=w, wave_frequency=frq, live=handle, &
+        error=error)
+    iliv = int(handle)
+    call finish(status, error, istat, msg)
+end subroutine gclivb
+
+!> Adds a sampling interval that ends at T: moments at beginning, middle, end (A m^2); 0 or 1 sample of accelerometer,
+!> magnetometer, orbit, 0 to 2 of the star camera.
+subroutine gcliva(iliv, t, xm, na, a, nm, b, no, xo, ns, ts, ihead, q, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+    use gracecg, only: dp
+    use gracecg_interface_c_functions, only: c_live_add
+    use gracecg_interface_f77_support, only: c_handle, finish
+    use gracecg_interface_outcome, only: c_error_t
+    implicit none
+    integer, intent(in) :: iliv
+    !! `live` of gracecg_live_add
+    real(dp), intent(in) :: t
+    !! `time` of gracecg_live_add
+    real(dp), intent(in) :: xm(3, 3)
+    !! `moment` of gracecg_live_add
+    integer, intent(in) :: na
+    !! `accelerations` of gracecg_live_add
+    real(dp), intent(in) :: a(3, *)
+    !! `acceleration` of gracecg_live_add
+    integer, intent(in) :: nm
+    !! `fields` of gracecg_live_add
+    real(dp), intent(in) :: b(3, *)
+    !! `flux_density` of gracecg_live_add
+    integer, intent(in) :: no
+    !! `positions` of gracecg_live_add
+    real(dp), intent(in) :: xo(3, *)
+    !! `position` of gracecg_live_add
+    integer, intent(in) :: ns
+    !! `stars` of gracecg_live_add
+    real(dp), intent(in) :: ts(*)
+    !! `star_time` of gracecg_live_add
+    integer, intent(in) :: ihead(*)
+    !! `star_head` of gracecg_live_add
+    real(dp), intent(in) :: q(4, *)
+    !! `quaternion` of gracecg_live_add
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_live_add(live=c_handle(iliv), time=t, moment=xm, accelerations=int(na, c_size_t), acceleration=a, &
+        fields=int(nm, c_size_t), flux_density=b, positions=int(no, c_size_t), position=xo, stars=int(ns, &
+        c_size_t), star_time=ts, star_head=ihead, quaternion=q, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcliva
 
 !> The bound of a case, m: standard deviations, covariance, semi-axes of the error ellipsoid, ascending, with
 !> directions as columns; standard deviations with what is known only within limits.

@@ -263,7 +263,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call new_earth_radiation(made%model, constants, standard_rings(rings), solar_irradiance, failure)
+        call new_earth_radiation(constants, standard_rings(rings), solar_irradiance, made%model, failure)
         call outcome%take(failure)
     end subroutine earth_radiation_open
 

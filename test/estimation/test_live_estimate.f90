@@ -77,9 +77,11 @@ contains
                 interpolated(o%field, interpolation_at(o%magnetometer_time, sample%time, o%knowledge%magnetometer_interval))
             i = findloc(o%star_camera_time > sample%time - 0.9_dp*h .and. o%star_camera_time < sample%time + 0.1_dp*h, .true., 1)
             if (i == 0) return
-            sample%head = o%star_camera_head(i)
-            sample%attitude_time = o%star_camera_time(i)
-            sample%quaternion = o%quaternion(:, i)
+            associate (head => o%star_camera_head(i))
+                sample%has_attitude(head) = .true.
+                sample%attitude_time(head) = o%star_camera_time(i)
+                sample%quaternion(:, head) = o%quaternion(:, i)
+            end associate
         end associate
     end function sample_of
 
@@ -188,9 +190,7 @@ contains
         sample%acceleration(2) = NAN
         call refused('not finite')
         sample = sample_of(observations, 1)
-        sample%head = 3
-        call refused('does not exist')
-        sample%head = 1
+        sample%has_attitude(1) = .true.
         sample%attitude_time = 0.3_dp
         call refused('star camera at 0.3')
         sample = sample_of(observations, 1)

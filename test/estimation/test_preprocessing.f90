@@ -57,8 +57,7 @@ contains
                                      0.0_dp, 0.0_dp, 389.0_dp], [3, 3])
             knowledge%mounting(:, 1) = MOUNTING
             knowledge%mounting(:, 2) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-            call new_harmonic_manoeuvre(knowledge%rods, [0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
-                                        failure)
+            call new_harmonic_manoeuvre([0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, knowledge%rods, failure)
         end associate
         call need(failure)
         observations%accelerometer_time = [(0.1_dp*i, i=1, 600)]

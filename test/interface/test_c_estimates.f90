@@ -222,7 +222,7 @@ contains
         call check_ok(error)
         call create(measured, samples, copy)
         call estimate('assest-fde', copy, again)
-        call new_moment_series(series, time, moment, problem)
+        call new_moment_series(time, moment, series, problem)
         call take_measured_moments(series, set%knowledge%rods)
         call estimate_offset('assest-fde', set, report_options('front-3'), expected, problem)
         call check_equal(error, again, [expected%offset, expected%covariance], 'estimate from measured moments')

@@ -219,7 +219,7 @@ contains
         status = gracecg_earth_radiation_evaluate(model, epoch, ONE, SECONDS, PLACE, flux, error=failure)
         call check_ok(error)
         time = utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1))
-        call new_earth_radiation(light, 'report', standard_rings(2), 1367.0_dp, problem)
+        call new_earth_radiation('report', standard_rings(2), 1367.0_dp, light, problem)
         call light%flux_at(PLACE, sun_position(julian_centuries_tt(time)), &
                            time%mjd + time%seconds/86400 + (2400000.5_dp - EARTH_RADIATION_EPOCH_JD), expected)
         call check_equal(error, flux, expected, 'flux')
