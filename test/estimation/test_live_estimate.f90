@@ -3,6 +3,7 @@ module test_live_estimate
     use vocabulary
     use calibrations
     use gracecg_base_error, only: number_text
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_estimation_interpolation, only: interpolation_at, interpolated, cubic_interpolated
     use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
@@ -17,7 +18,7 @@ module test_live_estimate
     use statistics, only: chi_square_limits
     implicit none
     private
-    public :: collect_live_estimate
+    public :: collect_live_estimate, sample_of
 
     integer, parameter :: SEED = 5
 
@@ -28,6 +29,8 @@ contains
 
         testsuite = [ &
                     new_unittest('is-the-sequential-estimate', test_sequential_estimate), &
+                    new_unittest('is-honest-with-a-wave', test_wave), &
+                    new_unittest('two-heads', test_two_heads), &
                     new_unittest('what-is-left-out', test_left_out), &
                     new_unittest('refusals', test_refusals), &
                     new_unittest('plans', test_plans), &
@@ -134,6 +137,97 @@ contains
             call check(error, live%edited, 0, 'edited')
         end do
     end subroutine test_sequential_estimate
+
+    !> Of a built-in case, forces as they bend and a density wave whose frequency is half a per cent wrong: no run is lost, and the
+    !> normalised squares are those of the same runs without a wave. Whose frequency nobody knows, loses them.
+    subroutine test_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RUNS = 50
+        real(dp), parameter :: WRONG = 1.005_dp
+        type(case_t) :: case
+        real(dp) :: total(0:1), limits(2), frequency
+        integer :: with_wave, lost
+
+        limits = chi_square_limits(3*RUNS)
+        do with_wave = 0, 1
+            call take_case('front-3', case)
+            frequency = WRONG/case%density_wave%period
+            if (with_wave == 0) case%density_wave%amplitude = 0
+            call run_all(merge(frequency, 0.0_dp, with_wave == 1), RUNS, total(with_wave), lost)
+            call check(error, lost, 0, 'nothing is known')
+            call check(error, total(with_wave) > limits(1) .and. total(with_wave) < limits(2), &
+                       'normalised squares: '//number_text(total(with_wave)/RUNS))
+        end do
+        call run_all(0.0_dp, 4, total(0), lost)
+        call check(error, lost, 4, 'without the frequency')
+
+    contains
+
+        subroutine run_all(frequency, runs, total, lost)
+            real(dp), intent(in) :: frequency
+            integer, intent(in) :: runs
+            real(dp), intent(out) :: total
+            integer, intent(out) :: lost
+            type(simulator_t) :: simulator
+            type(observation_set_t) :: observations
+            type(live_estimate_t) :: live
+            type(error_t), allocatable :: failure
+            real(dp) :: offset(3), covariance(3, 3)
+            integer :: run
+
+            ! scale factors and bias of the magnetometer are the same in all runs
+            call make_simulator(case, error_switches_t(scale_factors=.false., magnetometer_bias=.false.), simulator)
+            total = 0
+            lost = 0
+            do run = 1, runs
+                call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+                if (.not. allocated(failure)) &
+                    call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
+                                             simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure, frequency)
+                call need(failure)
+                call feed(observations, live, error)
+                call live%now(offset, covariance)
+                offset = offset - case%satellite%offset
+                total = total + dot_product(offset, matmul(inverse_3x3(covariance), offset))
+                if (covariance(1, 1) >= 1) lost = lost + 1
+            end do
+        end subroutine run_all
+    end subroutine test_wave
+
+    !> Samples of both heads at once tell the attitude better than those of one, and the same offset.
+    subroutine test_two_heads(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(live_estimate_t) :: one, two
+        type(live_sample_t) :: sample
+        type(error_t), allocatable :: failure
+        real(dp), dimension(3) :: of_one, of_two
+        real(dp), dimension(3, 3) :: known_by_one, known_by_two
+        integer :: k, used, other
+
+        call prepare('back-1', observations, one)
+        two = one
+        used = observations%star_camera_head(1)
+        other = 3 - used
+        do k = 0, nint(observations%knowledge%duration/observations%knowledge%accelerometer_interval)
+            sample = sample_of(observations, k)
+            call one%add(sample, failure)
+            if (failed(error, failure)) return
+            sample%has_attitude(other) = sample%has_attitude(used)
+            sample%attitude_time(other) = sample%attitude_time(used)
+            associate (mounting => observations%knowledge%mounting)
+                sample%quaternion(:, other) = quaternion_product(mounting(:, other), &
+                    quaternion_product(conjugate_quaternion(mounting(:, used)), sample%quaternion(:, used)))
+            end associate
+            call two%add(sample, failure)
+            if (failed(error, failure)) return
+        end do
+        call one%now(of_one, known_by_one)
+        call two%now(of_two, known_by_two)
+        call check(error, two%innovations - one%innovations, 3*size(observations%star_camera_time), 'samples of the other head')
+        call check(error, all(sigmas(known_by_two) < sigmas(known_by_one)), 'sigma')
+        call check(error, maxval(abs(of_two - of_one)/sigmas(known_by_one)) < 2, 'offset')
+    end subroutine test_two_heads
 
     !> A spike of each instrument is left out, and changes next to nothing.
     subroutine test_left_out(error)
