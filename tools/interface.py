@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the interfaces to C and Fortran 77 from their table.
+"""Writes the interfaces to C and Fortran 77 from their table, and what that of Fortran is from the sources.
 
     tools/interface.py            writes what is out of date
     tools/interface.py --check    writes nothing; status 1 when something is out of date
@@ -13,6 +13,7 @@ import sys
 import textwrap
 
 from interface_f77 import Entry, f77, f77_interfaces, f77_table
+from interface_fortran import fortran_interface
 from interface_table import ROOT, Mistake, read_table
 from interface_text import KINDS, MADE, WIDTH, comment, folded, shape, uses, words
 
@@ -403,6 +404,8 @@ def generate():
     yield ROOT / "tools/testing/src/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
     yield ROOT / "tools/testing/src/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
     yield ROOT / "debian/libgracecg0.symbols", "\n".join(debian_symbols(headers, entries_of)) + "\n"
+    for name in packages:
+        yield ROOT / f"docs/interface/{name}.txt", "\n".join(fortran_interface(name)) + "\n"
     yield document(packages, all_entries)
 
 

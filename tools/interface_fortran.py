@@ -1,8 +1,7 @@
 """The public Fortran interface as one text, made of the sources: every name of a module, and how it is declared there."""
 import re
 
-from interface_table import ROOT
-from interface_text import MADE
+from interface_table import ROOT, Mistake
 
 SOURCES = {"gracecg": ROOT / "src", "gracecg_level1": ROOT / "level1/src"}
 KINDS = r"(?:(?:pure|elemental|recursive|impure|module|real\(dp\)|integer|logical|type\(\w+\))\s+)*"
@@ -42,9 +41,15 @@ class Module:
         self.all = statements(path.read_text(encoding="utf-8"))
         self.texts = [said(statement) for statement in self.all]
 
+    def origin(self, name):
+        """The module from which it has a name."""
+        return next((text.split(",")[0][4:] for text in self.texts
+                     if text.startswith("use ") and name in re.findall(r"\w+", text.split("only:")[-1])), None)
+
     def block(self, start):
         """The numbers of the statements of a procedure, type or interface that begins there."""
-        kind = re.search(r"\b(subroutine|function|type|interface)\b", self.texts[start]).group(1)
+        kind = re.search(r"\b(subroutine|function)\b|^(?:abstract )?(type|interface)\b", self.texts[start])
+        kind = kind.group(1) or kind.group(2)
         end = next(i for i in range(start, len(self.texts)) if re.match(rf"end {kind}\b", self.texts[i]))
         return range(start, end + 1)
 
@@ -90,11 +95,9 @@ class Module:
 
 
 def names_of(package):
-    """Of the module that a program uses: each name, that in its own module, that module; headings as None."""
-    text = (SOURCES[package] / f"{package}.f90").read_text(encoding="utf-8")
-    for line in (said(statement) if code_of(statement[0]).strip() else statement[0].strip()
-                 for statement in ([part] if isinstance(part, str) else part for part in statements(text))):
-        if match := re.match(r"use (\w+), only: (.*)", line):
+    """Of the module that a program uses: each name, that in its own module, and that module."""
+    for statement in statements((SOURCES[package] / f"{package}.f90").read_text(encoding="utf-8")):
+        if match := re.match(r"use (\w+), only: (.*)", said(statement)):
             for name in match.group(2).split(","):
                 own, _, other = (piece.strip() for piece in name.partition("=>"))
                 yield own, other or own, match.group(1)
@@ -102,12 +105,11 @@ def names_of(package):
 
 def fortran_interface(package):
     """The lines of the text."""
-    yield f"! {MADE}"
-    yield f"! What `use {package}` gives, as the sources declare it: types with their components and procedures, arguments in"
-    yield "! order. docs/api.md says what of it stays."
-    files = {re.search(r"^module (\w+)", path.read_text(encoding="utf-8"), flags=re.M).group(1): path
-             for path in sorted(SOURCES[package].rglob("*.f90"))
-             if re.search(r"^module (\w+)", path.read_text(encoding="utf-8"), flags=re.M)}
+    yield "! Made by tools/interface.py from the sources."
+    yield f"! What `use {package}` gives, as they declare it: types with components and procedures, arguments in their order."
+    yield "! docs/api.md says what of it stays."
+    files = {match.group(1): path for path in sorted(SOURCES[package].rglob("*.f90"))
+             if (match := re.search(r"^module (\w+)", path.read_text(encoding="utf-8"), flags=re.M))}
     modules, before = {}, ""
     for name, own, module in names_of(package):
         if module not in files:
@@ -115,11 +117,14 @@ def fortran_interface(package):
         if module != before:
             yield from ("", f"! ---- {module}")
         before = module
-        modules.setdefault(module, Module(files[module]))
-        found = modules[module].declared(own)
+        found = []
+        while not found and module in files:        # a module may pass on what another declares
+            source = modules.setdefault(module, Module(files[module]))
+            found = source.declared(own)
+            module = source.origin(own)
         if own != name:
             yield f"! {name} is"
         if not found:
-            yield f"! {name}"
+            raise Mistake(f"{before} does not declare {own}")
         for statement in found:
             yield from (line.rstrip() for line in statement)

@@ -55,8 +55,8 @@ contains
     end function has_star_camera
 
     !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back, accelerometer times that are
-    !> no multiples of its interval or outside the arc, two different samples of one time, values of another unit, quaternions that are not unit, an
-    !> impossible inertia tensor.
+    !> no multiples of its interval or outside the arc, two different samples of one time, values of another unit, quaternions
+    !> that are not unit, an impossible inertia tensor.
     !> A sample that is given twice, alike, passes. Rods without a magnetometer need an orbit; without a
     !> star camera the operator must know the angular velocity.
     subroutine check_observations(observations, error)
