@@ -334,15 +334,14 @@ def c_table(packages):
         yield f"| {title} | {', '.join(f'`{name}`' for name in found)} |"
 
 
-def document(packages, entries):
+def document(packages):
     path = ROOT / "docs/api.md"
-    text = path.read_text(encoding="utf-8")
-    for name, lines in (("C", c_table(packages)), ("F77", f77_table(entries))):
-        table = "\n".join(lines)
-        text, found = re.subn(rf"(<!-- {name}: made by tools/interface.py -->\n).*?(<!-- end -->)",
-                              lambda match, table=table: match.group(1) + table + "\n" + match.group(2), text, flags=re.S)
-        if found != 1:
-            raise Mistake(f"docs/api.md has no marks for the table {name}")
+    table = "\n".join(c_table(packages))
+    text, found = re.subn(r"(<!-- C: made by tools/interface.py -->\n).*?(<!-- end -->)",
+                          lambda match: match.group(1) + table + "\n" + match.group(2), path.read_text(encoding="utf-8"),
+                          flags=re.S)
+    if found != 1:
+        raise Mistake("docs/api.md has no marks for the table of C")
     return path, text
 
 
@@ -406,7 +405,8 @@ def generate():
     yield ROOT / "debian/libgracecg0.symbols", "\n".join(debian_symbols(headers, entries_of)) + "\n"
     for name in packages:
         yield ROOT / f"docs/interface/{name}.txt", "\n".join(fortran_interface(name)) + "\n"
-    yield document(packages, all_entries)
+    yield ROOT / "docs/interface/fortran77.md", "\n".join(f77_table(all_entries)) + "\n"
+    yield document(packages)
 
 
 def main():
