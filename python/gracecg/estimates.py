@@ -395,6 +395,11 @@ class Observations(_WithOptions):
             self.write(folder)
             return _observations_of, ({file.name: file.read_bytes() for file in pathlib.Path(folder).iterdir()},)
 
+    def __repr__(self) -> str:
+        counts = self._numbers("counts").astype(int).tolist()
+        return "<Observations: {} samples of the accelerometer, {} of the star camera, {} of the magnetometer, {} positions>".format(
+            *counts)
+
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Into a folder, which is made if it is not there."""
         call("observations_write", self._handle, os.fsencode(folder))
@@ -540,6 +545,10 @@ class LiveEstimate(Handle):
         super().__init__("live_begin", setup._handle, pointer(exactly(quaternion, 4)), pointer(exactly(angular_velocity, 3)),
                          wave_frequency)
         self._again = None      # what has been added is not known
+
+    def __repr__(self) -> str:
+        known = self.now()
+        return f"<LiveEstimate: offset {known.offset} m, sigma {known.sigma} m after {known.time:g} s>"
 
     def add(self, time: float, moment: ArrayLike, acceleration: ArrayLike | None = None, flux_density: ArrayLike | None = None,
             position: ArrayLike | None = None, star_camera: Sequence[tuple[float, int, ArrayLike]] = ()) -> None:

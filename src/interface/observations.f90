@@ -223,8 +223,6 @@ contains
 
         type(error_t), allocatable :: failure
 
-        if (folder == '') call outcome%refuse(STATUS_BAD_VALUE, 'folder is empty')
-        if (.not. outcome%good()) return
         call read_observations(folder, made%set, failure)
         if (.not. allocated(failure)) &
             call read_options_beside(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), made%options, failure)

@@ -233,7 +233,10 @@ contains
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. directory_exists(folder)) then
+        if (folder == '') then
+            call fail(error, 'the name of the folder is empty')
+            return
+        else if (.not. directory_exists(folder)) then
             if (file_exists(folder)) then
                 call fail(error, trim(folder)//': is a file; name the folder of an observation set')
             else
