@@ -5,7 +5,7 @@ module test_c_live
     use calibrations
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
-    use test_live_estimate, only: sample_of
+    use live_samples, only: sample_of
     use c_library
     use c_checks
     use f77_interfaces

@@ -1,5 +1,5 @@
-!> The estimate while the manoeuvre goes on: what `sequential` estimates under a straight drag, fed sample by sample, in
-!> memory that does not grow.
+!> The estimate while the manoeuvre goes on: what `sequential` estimates under a straight drag with, where its frequency is
+!> given, a density wave, fed sample by sample, in memory that does not grow.
 !>
 !> The arc is a window of one sampling interval: the nominal rotation goes on from its end, and so do its partials by what was
 !> at the beginning (gracecg_estimation_model_rotation). A sample is whitened by what the noise of those before it lets expect
@@ -9,7 +9,9 @@
 !> move to the estimate: the array and what the whitening remembers stay as they are, but for their residuals. Offset, torque and
 !> scale factors stay: their products with each other and with the rotation are not linear. While the offset is not known, what
 !> these do to the acceleration is not either, and a filter that takes the first guess for it claims to know more than it does.
-!> So the first seconds are kept, and linearised anew about what they have told, the past behind them never.
+!> So the first seconds are kept, and linearised anew about what they have told, the past behind them never. A wave's amplitudes
+!> and the error of its frequency move with the rotation: they are known long before their product matters, if the frequency is
+!> nearly right. Nobody finds it in half a period: it has to be known from an earlier calibration.
 module gracecg_estimation_live_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE
@@ -46,9 +48,10 @@ module gracecg_estimation_live_estimate
     !! stay at 1
     real(dp), parameter :: LONGEST_SILENCE = 30     !! Of the magnetometer, whose last two samples are carried on, s
     real(dp), parameter :: MOST = 0.1_dp            !! Part of the samples that may be left out, chosen: more is no outliers, but
-    !! forces that are no straight line; the density wave of the report's cases leaves out a fifth
+    !! forces of another shape; the density wave of the report's cases, its frequency not given, leaves out a fifth
     real(dp), parameter :: WAVE_SIGMA = 0.01_dp     !! Of a wave's frequency, relative
     real(dp), parameter :: NOTHING_KNOWN = 1        !! Standard deviation of the offset then, m
+    real(dp), parameter :: FASTEST = 1              !! First guess of an angular velocity, rad/s
     real(dp), parameter :: LARGEST_MOMENT = 1e6_dp  !! Of a satellite's rods, A m^2
     real(dp), parameter :: LOWEST_ORBIT = 6.3e6_dp  !! m
 
@@ -109,8 +112,8 @@ contains
 
     !> Nothing is known yet but what the operator knows; all memory is taken. Attitude and rate are a guess without weight.
     !>
-    !> Fails when a noise level is not given, when what is not a number is, or when the time tags of the accelerometer are known
-    !> to be late.
+    !> Fails when a noise level is not given, when a guess or the frequency is out of its range, or when the time tags of the
+    !> accelerometer are known to be late.
     subroutine begin_live_estimate(knowledge, quaternion, angular_velocity, self, error, wave_frequency)
         type(operator_knowledge_t), intent(in) :: knowledge     !! Its rods are not used: samples have their moments
         real(dp), intent(in) :: quaternion(4)                   !! At the first sample, inertial to body
@@ -118,24 +121,31 @@ contains
         type(live_estimate_t), intent(out) :: self
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: wave_frequency
-        !! Of a density wave, Hz, from an earlier calibration; absent or 0: none
+        !! Of a density wave, Hz, from an earlier calibration, within some per cent; absent or 0: none
 
         type(sequential_options_t) :: usual
-        real(dp) :: stated(PARAMETERS)
+        real(dp) :: stated(PARAMETERS), frequency
 
         call check_noise(knowledge, error)
         if (.not. allocated(error)) call expect_noise(self, knowledge, error)
         if (allocated(error)) return
-        if (.not. (all(abs(angular_velocity) <= huge(1.0_dp)) .and. norm2(quaternion) > 0.5_dp .and. &
-                   norm2(quaternion) < 2)) then
-            call fail(error, 'live estimate: the first attitude must be a quaternion, the first angular velocity finite')
+        frequency = 0
+        if (present(wave_frequency)) frequency = wave_frequency
+        if (.not. (norm2(quaternion) > 0.5_dp .and. norm2(quaternion) < 2)) then
+            call fail(error, 'live estimate: the first attitude must be a quaternion')
+        else if (.not. norm2(angular_velocity) <= FASTEST) then
+            call fail(error, 'live estimate: the first angular velocity is '//number_text(norm2(angular_velocity))// &
+                      ' rad/s; it must not be more than '//number_text(FASTEST)//' rad/s')
+        else if (.not. (frequency >= 0 .and. 2*frequency*knowledge%accelerometer_interval <= 1)) then
+            call fail(error, 'live estimate: wave_frequency = '//number_text(frequency)//' Hz must be from 0 to '// &
+                      number_text(0.5_dp/knowledge%accelerometer_interval)//' Hz, half the rate of the accelerometer')
         else if (abs(knowledge%accelerometer_delay) > 0) then
             call fail(error, 'live estimate: accelerometer_delay = '//number_text(knowledge%accelerometer_delay)// &
                       ' s must be 0: take it off the time tags')
         end if
         if (allocated(error)) return
         call lay_out_window(knowledge, self%model, self%trajectory)
-        if (present(wave_frequency)) self%model%wave_frequency = wave_frequency
+        self%model%wave_frequency = frequency
         self%edit_sigma = usual%edit_sigma
         self%star_sigma = knowledge%star_camera_sigma
         self%mounting = knowledge%mounting
@@ -146,7 +156,7 @@ contains
         stated = a_priori_sigmas(knowledge)
         self%prior_sigma = loose_sigmas(ESTIMATED)
         where (stated(ESTIMATED) > 0) self%prior_sigma = stated(ESTIMATED)
-        if (self%model%wave_frequency > 0) self%prior_sigma(OF_WAVE(3)) = WAVE_SIGMA*self%model%wave_frequency
+        if (frequency > 0) self%prior_sigma(OF_WAVE(3)) = WAVE_SIGMA*frequency
         allocate (self%first(max(1, nint(FIRST_SECONDS/self%model%interval))))
         self%constants = new_constants(N)
         self%trial = self%constants
