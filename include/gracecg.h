@@ -13,8 +13,8 @@
  *   What an object holds is asked for by name: gracecg_get for numbers, gracecg_get_text for texts. A handle that was
  *   freed or is of another kind is recognised and refused (GRACECG_BAD_HANDLE): it is a number in disguise, and nothing
  *   is read through it.
- * - Every object is constant once it is made: any number of threads may use it at once. Functions keep no state between
- *   calls. gracecg_free waits for calls that still use the object in other threads.
+ * - Every object but a live estimate is constant once it is made: any number of threads may use it at once. Functions
+ *   keep no state between calls. gracecg_free waits for calls that still use the object in other threads.
  * - Numbers are SI (m, s, kg, T, rad, W). Arrays are rows of one epoch or point each: n positions are double[n][3],
  *   given as a pointer to the first number. n = 0 does nothing. NaN and infinities are refused (GRACECG_BAD_VALUE)
  *   wherever they come in, and positions less than 6.35e6 m from the centre of the Earth: they are in km. Functions that
@@ -438,7 +438,7 @@ gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double
 /* Begins an estimate that is fed sample by sample, in memory that does not grow, with a guess of attitude and angular
    velocity (rad/s, body axes) at the first sample. The drag is a straight line in time and, where wave_frequency (Hz)
    is not 0, a wave of this frequency, known to 1 %, along the airflow. Of the setup its rods are not used. The one
-   kind of object that changes: of one thread at a time. */
+   kind of object that changes: one thread at a time may use it. */
 gracecg_status gracecg_live_begin(const gracecg_object *setup, const double quaternion[4],
                                   const double angular_velocity[3], double wave_frequency, gracecg_object **live,
                                   gracecg_error *error);
