@@ -223,6 +223,7 @@ contains
     !> What cannot be taken is refused, and nothing of it is taken.
     subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: HERE(4) = [0, 0, 0, 1], REST(3) = 0
         type(observation_set_t) :: observations
         type(live_estimate_t) :: live, none
         type(live_sample_t) :: sample
@@ -264,13 +265,12 @@ contains
             call check_passes(error, failure)
         end do
         call refused('silent since')
-        call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [2.0_dp, 0.0_dp, 0.0_dp], live, failure)
+        call begin_live_estimate(observations%knowledge, HERE, [2.0_dp, 0.0_dp, 0.0_dp], live, failure)
         call check_fails(error, failure, '2 rad/s')
-        call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], live, failure, &
-                                 wave_frequency=6.0_dp)
+        call begin_live_estimate(observations%knowledge, HERE, REST, live, failure, wave_frequency=6.0_dp)
         call check_fails(error, failure, 'wave_frequency = 6 Hz')
         observations%knowledge%accelerometer_noise(2)%level = 0
-        call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], live, failure)
+        call begin_live_estimate(observations%knowledge, HERE, REST, live, failure)
         call check_fails(error, failure, 'noise_level')
 
     contains
