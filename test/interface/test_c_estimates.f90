@@ -342,7 +342,7 @@ contains
         status = gracecg_setup_from(case, NONE, setup=changed, error=failure)
         call check_refused(error, BAD_HANDLE, 'observation set')
         status = gracecg_get_text(case, c_string('options'), size=NONE, length=before, error=failure)
-        call check_refused(error, BAD_VALUE, 'has none')
+        call check_refused(error, HAS_FAILED, 'has none')
         status = gracecg_free(case)
 
     contains
@@ -423,7 +423,7 @@ contains
         status = gracecg_get(fit, c_string('offset warnings'), 6_c_size_t, count=n, error=failure)
         call check_refused(error, BAD_VALUE, '"warnings" is a text')
         status = gracecg_get(fit, c_string('ofset'), 3_c_size_t, count=n, error=failure)
-        call check_refused(error, BAD_VALUE, 'did you mean "offset"')
+        call check_refused(error, HAS_FAILED, 'did you mean "offset"')
         status = gracecg_get(fit, c_string('offset'), 2_c_size_t, tests%sigma, error=failure)
         call check_refused(error, BAD_SIZE, 'there are 3')
         status = gracecg_get(fit, c_string('warnings'), NONE, count=n, error=failure)
