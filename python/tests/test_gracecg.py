@@ -81,6 +81,7 @@ def test_live_estimate(case, observations):
         live.add(0.0, moment)
     with pytest.raises(TypeError, match="cannot be pickled"):
         pickle.dumps(live)
+    assert "after 60 s" in repr(live) and "600 samples of the accelerometer" in repr(observations)
 
 
 def test_laplace_and_symmetry():
@@ -139,7 +140,8 @@ def test_every_item_of_the_table_is_there(case, observations):
                "observations": observations, "fit": observations.fit("sequential"), "joint": joint,
                "chain": _library.Handle("estimate_chain", observations._handle, 20.0, 1),
                "bound": _library.Handle("case_bound", case._handle), "design": case.design(settings).case,
-               "map": _library.Handle("map", case._handle, 1, _library.pointer(np.zeros(1)), 1)}
+               "map": _library.Handle("map", case._handle, 1, _library.pointer(np.zeros(1)), 1),
+               "live": gracecg.LiveEstimate(observations.setup, [0, 0, 0, 1], [0, 0, 0])}
     seen = 0
     objects = {item.name: item for item in read_table()["gracecg"] if item.kind == "object"}
     for thing in (item for item in objects.values() if item.items):
