@@ -13,8 +13,8 @@
  *   What an object holds is asked for by name: gracecg_get for numbers, gracecg_get_text for texts. A handle that was
  *   freed or is of another kind is recognised and refused (GRACECG_BAD_HANDLE): it is a number in disguise, and nothing
  *   is read through it.
- * - Every object is constant once it is made: any number of threads may use it at once. Functions keep no state between
- *   calls. gracecg_free waits for calls that still use the object in other threads.
+ * - Every object but a live estimate is constant once it is made: any number of threads may use it at once. Functions
+ *   keep no state between calls. gracecg_free waits for calls that still use the object in other threads.
  * - Numbers are SI (m, s, kg, T, rad, W). Arrays are rows of one epoch or point each: n positions are double[n][3],
  *   given as a pointer to the first number. n = 0 does nothing. NaN and infinities are refused (GRACECG_BAD_VALUE)
  *   wherever they come in, and positions less than 6.35e6 m from the centre of the Earth: they are in km. Functions that
@@ -422,6 +422,36 @@ gracecg_status gracecg_estimate_joint(size_t count, gracecg_object *const *obser
    algorithm optimal with its own attitude, bias and drag, and joined as several sets are; on `threads` threads. */
 gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double arc, int32_t threads,
                                       gracecg_object **chain, gracecg_error *error);
+
+/* ------------------------------------------------------------------ the estimate while a manoeuvre goes on */
+
+/* Items of a live estimate:
+     offset[3]                      with everything that has been added, body axes, m
+     sigma[3]                       m; 1 where nothing is known
+     covariance[3][3]               m^2
+     variance_factor                of the innovations in units of what is expected: near 1
+     time                           of the last sample, s
+     counts[2]                      samples that were added, and left out (those of each axis by themselves)
+     wave[3]                        of the density wave: its frequency, Hz, amplitudes of sine and cosine of 2 pi f
+                                    t, t from the first sample, m/s^2 */
+
+/* Begins an estimate that is fed sample by sample, in memory that does not grow, with a guess of attitude and angular
+   velocity (rad/s, body axes) at the first sample. The drag is a straight line in time and, where wave_frequency (Hz)
+   is not 0, a wave of this frequency, known to 1 %, along the airflow. Of the setup its rods are not used. The one
+   kind of object that changes: one thread at a time may use it. */
+gracecg_status gracecg_live_begin(const gracecg_object *setup, const double quaternion[4],
+                                  const double angular_velocity[3], double wave_frequency, gracecg_object **live,
+                                  gracecg_error *error);
+
+/* Adds what has come in a sampling interval of the accelerometer, at its end (s): moments [3][3] of the rods at its
+   beginning, middle and end (body axes, A m^2); one or no sample of accelerometer (body axes, m/s^2) and magnetometer
+   (body axes, T), one or no position (inertial, m); of each star-camera head one or none: time (s, in the interval),
+   head, quaternion from inertial to camera axes. Every interval is added, the first call takes what came at its end
+   alone. What is refused (GRACECG_BAD_VALUE) changes nothing. */
+gracecg_status gracecg_live_add(const gracecg_object *live, double time, const double *moment, size_t accelerations,
+                                const double *acceleration, size_t fields, const double *flux_density,
+                                size_t positions, const double *position, size_t stars, const double *star_time,
+                                const int32_t *star_head, const double *quaternion, gracecg_error *error);
 
 /* ------------------------------------------------------------------ the limit of an estimate, and planning the manoeuvre */
 

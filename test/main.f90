@@ -120,6 +120,7 @@ program tester
     use test_c_cases, only: collect_c_cases
     use test_c_estimates, only: collect_c_estimates
     use test_c_planning, only: collect_c_planning
+    use test_c_live, only: collect_c_live
     use test_c_misuse, only: collect_c_misuse
     use test_f77, only: collect_f77
     use test_f77_level1, only: collect_f77_level1
@@ -264,6 +265,7 @@ program tester
              new_testsuite('c-cases', collect_c_cases), &
              new_testsuite('c-estimates', collect_c_estimates), &
              new_testsuite('c-planning', collect_c_planning), &
+             new_testsuite('c-live', collect_c_live), &
              new_testsuite('c-misuse', collect_c_misuse), &
              new_testsuite('f77-level1', collect_f77_level1), &
              new_testsuite('f77', collect_f77), &

@@ -67,7 +67,7 @@ def check_loading(prefix):
 def check_symbols(prefix):
     """A library shows what its header declares and the F77 table lists, and nothing but interfaces."""
     listed = {name.lower() + "_" for name in
-              re.findall(r"^\| `(GC\w+)\(", (ROOT / "docs" / "api.md").read_text(), re.M)}
+              re.findall(r"^\| `(GC\w+)\(", (ROOT / "docs/interface/fortran77.md").read_text(), re.M)}
     of_level1 = {name for name in listed if name.startswith("gcl1")}
     for name, routines, least in (("gracecg", listed - of_level1, 20), ("gracecg_level1", of_level1, 2)):
         shown = {line.split()[-1] for line in
@@ -75,7 +75,7 @@ def check_symbols(prefix):
         header = re.sub(r"/\*.*?\*/", "", (prefix / f"include/{name}.h").read_text(), flags=re.S)
         declared = set(re.findall(r"\b(gracecg_\w+)\(", header))
         if len(declared) < least or len(routines) < least:
-            raise Failure(f"{name}.h or the table of docs/api.md was not understood")
+            raise Failure(f"{name}.h or the table of docs/interface was not understood")
         if missing := (declared | routines) - shown:
             raise Failure(f"not in the library {name}: {sorted(missing)}")
         others = {symbol for symbol in shown - declared - routines if not symbol.startswith("__gracecg")}

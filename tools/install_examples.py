@@ -139,6 +139,17 @@ def check_optimal(here, program):
         compare(name, line_with(output, name)[:1], line_with(text, name)[:1], relative=1e-3)
 
 
+def check_live(here, program):
+    """After all samples the live estimate is that of `sequential`, which has them all at once: its sigmas within a tenth, the
+    offset within one sigma."""
+    last = numbers(here.output(program).splitlines()[-1].split("d")[-1])
+    here.cli("simulate", "front-3", "--out", "run1")
+    values = here.table("estimate", "run1", "--algorithm", "sequential", "--format", "csv")
+    for axis, offset, sigma in zip("xyz", last[0::2], last[1::2]):
+        compare(f"sigma of {axis}, mm", [sigma], [values[f"sigma_{axis}_mm"]], relative=0.1)
+        compare(f"d_{axis}, mm", [offset], [values[f"d{axis}_mm"]], absolute=values[f"sigma_{axis}_mm"])
+
+
 def check_python(here, expected):
     output = run([sys.executable, "-B", EXAMPLE / "python/calibrate.py", here.library / "libgracecg.so"],
                  **here.environment)
@@ -233,6 +244,7 @@ def check_examples(checks, here):
     example("level1 (Fortran)", check_level1, fortran, "fortran/level1.f90", STRICT_FORTRAN, "USO1B", "3 records", "uso_freq")
     level1 = example("level1 (C)", check_level1, "cc", "c/level1.c", STRICT_C, "CLK1B C", "2 records", "eps_time")
     optimal = example("optimal (C)", check_optimal, "cc", "c/optimal.c", STRICT_C)
+    live = example("live (C)", check_live, "cc", "c/live.c", [*STRICT_C, "-Wl,--no-as-needed", "-lm"])
     models = example("models (F77)", check_models, fortran, "f77/models.f", STRICT_F77)
     calibrate = example("calibrate (C)", check_c, "cc", "c/calibrate.c", STRICT_C, expected)
     example("version 1 (C)", check_stable, "cc", "version_1/version_1.c", STRICT_C, expected)
@@ -243,7 +255,7 @@ def check_examples(checks, here):
     if models is not None and loader_takes_level() is not None:
         checks.run("the loader takes the library for this processor", check_level, here, models)
     for label, program in (("models (F77)", models), ("calibrate (C)", calibrate),
-                           ("optimal (C)", optimal), ("level1 (C)", level1)):
+                           ("optimal (C)", optimal), ("live (C)", live), ("level1 (C)", level1)):
         if program is not None:
             checks.run(f"{label} under valgrind", check_memory, here, program)
     static = checks.run("level1 (C) links the static libraries", here.build, "cc", EXAMPLE / "c/level1.c", STRICT_C,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the interfaces to C and Fortran 77 from their table.
+"""Writes the interfaces to C and Fortran 77 from their table, and what that of Fortran is from the sources.
 
     tools/interface.py            writes what is out of date
     tools/interface.py --check    writes nothing; status 1 when something is out of date
@@ -13,6 +13,7 @@ import sys
 import textwrap
 
 from interface_f77 import Entry, f77, f77_interfaces, f77_table
+from interface_fortran import fortran_interface
 from interface_table import ROOT, Mistake, read_table
 from interface_text import KINDS, MADE, WIDTH, comment, folded, shape, uses, words
 
@@ -333,15 +334,14 @@ def c_table(packages):
         yield f"| {title} | {', '.join(f'`{name}`' for name in found)} |"
 
 
-def document(packages, entries):
+def document(packages):
     path = ROOT / "docs/api.md"
-    text = path.read_text(encoding="utf-8")
-    for name, lines in (("C", c_table(packages)), ("F77", f77_table(entries))):
-        table = "\n".join(lines)
-        text, found = re.subn(rf"(<!-- {name}: made by tools/interface.py -->\n).*?(<!-- end -->)",
-                              lambda match, table=table: match.group(1) + table + "\n" + match.group(2), text, flags=re.S)
-        if found != 1:
-            raise Mistake(f"docs/api.md has no marks for the table {name}")
+    table = "\n".join(c_table(packages))
+    text, found = re.subn(r"(<!-- C: made by tools/interface.py -->\n).*?(<!-- end -->)",
+                          lambda match: match.group(1) + table + "\n" + match.group(2), path.read_text(encoding="utf-8"),
+                          flags=re.S)
+    if found != 1:
+        raise Mistake("docs/api.md has no marks for the table of C")
     return path, text
 
 
@@ -403,7 +403,10 @@ def generate():
     yield ROOT / "tools/testing/src/c_declarations.f90", "\n".join(c_declarations(all_functions)) + "\n"
     yield ROOT / "tools/testing/src/f77_interfaces.f90", "\n".join(f77_interfaces(all_entries)) + "\n"
     yield ROOT / "debian/libgracecg0.symbols", "\n".join(debian_symbols(headers, entries_of)) + "\n"
-    yield document(packages, all_entries)
+    for name in packages:
+        yield ROOT / f"docs/interface/{name}.txt", "\n".join(fortran_interface(name)) + "\n"
+    yield ROOT / "docs/interface/fortran77.md", "\n".join(f77_table(all_entries)) + "\n"
+    yield document(packages)
 
 
 def main():

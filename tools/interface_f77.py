@@ -135,7 +135,7 @@ class Entry:
     def fetch(self, gets):
         """What is fetched from the object that was made or, without one, given."""
         source = "handle" if self.made else f"c_handle({self.handle})"
-        kind = self.made[0].kind if self.made else "case" if self.handle == "icas" else "observations"
+        kind = self.made[0].kind if self.made else {"icas": "case", "iliv": "live"}.get(self.handle, "observations")
         items = self.objects[kind].all_items(self.objects) if gets else {}
         for get in gets:
             name, _, wanted = (part.strip() for part in get.partition("="))
@@ -228,8 +228,8 @@ ROWS_BY_HAND = ["| `GCVERS(`**'VERS'**`)` | version as text; no ISTAT, MSG |",
 def f77(entries, modules):
     yield f"! {MADE}"
     yield "!"
-    yield "! The Fortran 77 entry points: external procedures that need no module where they are called. docs/api.md lists"
-    yield "! their arguments. Each calls a function of the C interface, and ends with istat (0 or a status) and msg."
+    yield "! The Fortran 77 entry points: external procedures that need no module where they are called. Their"
+    yield "! arguments: docs/interface/fortran77.md. Each calls a function of the C interface, and ends with istat (0 or a status) and msg."
     for entry in entries:
         yield ""
         yield from entry.lines(modules)
@@ -263,6 +263,11 @@ def f77_interfaces(entries):
 
 
 def f77_table(entries):
+    yield f"<!-- {MADE} -->"
+    yield "# The routines of Fortran 77"
+    yield ""
+    yield "[api.md](../api.md#fortran-77) says how to read them."
+    yield ""
     yield "| call; behind the arguments stand **ISTAT, MSG** | does |"
     yield "|---|---|"
     yield from ROWS_BY_HAND

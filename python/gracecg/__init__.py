@@ -16,19 +16,20 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import distributed, plot, report
     from ._library import GracecgError
-    from .calibration import (Action, Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
-                              MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
-                              estimate_joint, monte_carlo)
+    from .calibration import (Action, Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint,
+                              LiveEstimate, LiveOffset, Map, MonteCarlo, Observations, Rod, Setup, Simulator, Solution,
+                              algorithms, case_names, estimate_joint, monte_carlo)
     from .level1 import Level1, Level1Offset, estimate_level1
     from .models import (Air, Density, EarthRadiation, Field, Gravity, Utc, Wind, sun_illumination,
                          sun_position)
 
     __version__: str
 
-__all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
-           "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
-           "Setup", "Simulator", "Solution", "Utc", "Wind", "algorithms", "case_names", "estimate_joint",
-           "distributed", "estimate_level1", "monte_carlo", "sun_illumination", "sun_position"]
+__all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation",
+           "Field", "Fit", "FitTests", "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset",
+           "LiveEstimate", "LiveOffset", "Map", "MonteCarlo", "Observations", "Rod", "Setup", "Simulator", "Solution", "Utc",
+           "Wind", "algorithms", "case_names", "estimate_joint", "distributed", "estimate_level1", "monte_carlo",
+           "sun_illumination", "sun_position"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
 

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._library import Handle, array, call, exactly, ffi, numbers, pointer, spread
-from .estimates import (Action, Array, Beliefs, Chain, Fit, FitTests, Joined, Joint, Observations, Options, Setup, Solution, _names,
-                        _settings, _WithOptions, algorithms, estimate_joint)
+from .estimates import (Action, Array, Beliefs, Chain, Fit, FitTests, Joined, Joint, LiveEstimate, LiveOffset, Observations,
+                        Options, Setup, Solution, _names, _settings, _WithOptions, algorithms, estimate_joint)
 from .models import Utc
 
-__all__ = ["Action", "Array", "Beliefs", "Bound", "Case", "Chain", "Design", "DesignSettings", "Fit", "FitTests", "ForceModel", "Joined",
-           "Joint", "Map", "MonteCarlo", "Observations", "Options", "Rod", "Setup", "Simulator", "Solution", "algorithms",
-           "case_names", "estimate_joint", "monte_carlo"]
+__all__ = ["Action", "Array", "Beliefs", "Bound", "Case", "Chain", "Design", "DesignSettings", "Fit", "FitTests", "ForceModel",
+           "Joined", "Joint", "LiveEstimate", "LiveOffset", "Map", "MonteCarlo", "Observations", "Options", "Rod", "Setup",
+           "Simulator", "Solution", "algorithms", "case_names", "estimate_joint", "monte_carlo"]
 
 
 def case_names() -> list[str]:

@@ -395,6 +395,11 @@ class Observations(_WithOptions):
             self.write(folder)
             return _observations_of, ({file.name: file.read_bytes() for file in pathlib.Path(folder).iterdir()},)
 
+    def __repr__(self) -> str:
+        counts = self._numbers("counts").astype(int).tolist()
+        return "<Observations: {} samples of the accelerometer, {} of the star camera, {} of the magnetometer, {} positions>".format(
+            *counts)
+
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Into a folder, which is made if it is not there."""
         call("observations_write", self._handle, os.fsencode(folder))
@@ -494,6 +499,83 @@ class Joint(Joined):
 
     difference: Array = array(-1, 3)
     difference_sigma: Array = array(-1, 3)
+
+
+@dataclass(frozen=True)
+class LiveOffset:
+    """What a live estimate knows.
+
+    Attributes
+    ----------
+    offset, sigma, covariance : ndarray, (3,), (3,), (3, 3)
+        Body axes, m; m^2. A sigma of 1 m: nothing is known.
+    variance_factor : float
+        Of the innovations in units of what is expected: near 1.
+    time : float
+        Of the last sample, s.
+    counts : ndarray, (2,)
+        Samples that were added, and left out (those of each axis by themselves).
+    wave : ndarray, (3,)
+        Of the density wave: frequency, Hz, amplitudes of sine and cosine of 2 pi f t, m/s^2.
+    """
+
+    offset: Array = array(3)
+    sigma: Array = array(3)
+    covariance: Array = array(3, 3)
+    variance_factor: float
+    time: float
+    counts: Array = array(2)
+    wave: Array = array(3)
+
+
+class LiveEstimate(Handle):
+    """The estimate while a manoeuvre goes on, fed sample by sample, in memory that does not grow: of one thread at a time.
+
+    Parameters
+    ----------
+    setup : Setup
+        Its rods are not used: samples have their moments.
+    quaternion, angular_velocity : (4,), (3,)
+        A guess of the attitude at the first sample, inertial to body, scalar last, and of the rotation, body axes, rad/s.
+    wave_frequency : float
+        Of a density wave, known to 1 %, Hz; 0: none.
+    """
+
+    def __init__(self, setup: Setup, quaternion: ArrayLike, angular_velocity: ArrayLike, wave_frequency: float = 0.0) -> None:
+        super().__init__("live_begin", setup._handle, pointer(exactly(quaternion, 4)), pointer(exactly(angular_velocity, 3)),
+                         wave_frequency)
+        self._again = None      # what has been added is not known
+
+    def __repr__(self) -> str:
+        known = self.now()
+        return f"<LiveEstimate: offset {known.offset} m, sigma {known.sigma} m after {known.time:g} s>"
+
+    def add(self, time: float, moment: ArrayLike, acceleration: ArrayLike | None = None, flux_density: ArrayLike | None = None,
+            position: ArrayLike | None = None, star_camera: Sequence[tuple[float, int, ArrayLike]] = ()) -> None:
+        """What has come in a sampling interval of the accelerometer; every interval is added.
+
+        Parameters
+        ----------
+        time : float
+            Of its end, s. The first call takes what came at its end alone.
+        moment : (3, 3)
+            Of the rods at its beginning, middle and end, body axes, A m^2.
+        acceleration, flux_density, position : (3,), optional
+            Body axes, m/s^2; body axes, T; inertial, m.
+        star_camera : sequence of (time, head, quaternion)
+            Of each head one at most; quaternion (4,), inertial to camera, scalar last.
+        """
+        arguments: list[Any] = []
+        for sample in (acceleration, flux_density, position):
+            row = None if sample is None else exactly(sample, 3)
+            arguments += [int(row is not None), pointer(row)]
+        times, heads, quaternions = (list(column) for column in zip(*star_camera)) if star_camera else ([], [], [])
+        call("live_add", self._handle, time, pointer(exactly(moment, 3, 3)), *arguments, len(times), pointer(numbers(times)),
+             pointer(np.asarray(heads, dtype=np.int32)), pointer(numbers(quaternions, 4)))
+
+    def now(self) -> LiveOffset:
+        """The offset with everything that has been added."""
+        return self._values(LiveOffset)
 
 
 def estimate_joint(observations: Sequence[Observations]) -> Joint:

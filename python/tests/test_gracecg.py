@@ -55,6 +55,35 @@ def test_time():
     assert gracecg.Utc.of("1989-01-02").mjd == 47528
 
 
+def test_live_estimate(case, observations):
+    """Fed as the samples come, with the wave's frequency: that of "sequential", which has them all at once."""
+    truth = case.simulator().truth()
+    (times, accelerations), (star_times, heads, quaternions) = observations.accelerometer, observations.star_camera
+    field_times, fields = observations.magnetometer
+    orbit_times, positions = observations.orbit
+    live = gracecg.LiveEstimate(observations.setup, truth["state"][0, 9:], truth["state"][0, 6:9], 1 / 19.9)
+    step = times[1] - times[0]
+    assert live.now().sigma.max() > 0.1
+    for k in range(len(times) + 1):
+        at = k * step
+        moment = np.zeros((3, 3))
+        for rod in case.rods:
+            angle = 2 * np.pi * rod.frequency * (at - step * np.array([1, 0.5, 0])) + rod.phase
+            moment[:, rod.axis - 1] += rod.amplitude * np.sin(angle)
+        live.add(at, moment, accelerations[k - 1] if k else None,
+                 next(iter(fields[np.abs(field_times - at) < step / 2]), fields[0] if k == 0 else None),
+                 [np.interp(at, orbit_times, row) for row in positions.T],
+                 [(star_times[i], heads[i], quaternions[i]) for i in np.flatnonzero(np.abs(star_times - at) < step / 2)])
+    found, whole = live.now(), observations.estimate("sequential")
+    assert np.all(np.abs(found.offset - whole.offset) < whole.sigma) and np.allclose(found.sigma, whole.sigma, rtol=0.1)
+    assert found.counts[0] == len(times) + 1 and abs(1 / found.wave[0] - 19.9) < 0.5
+    with pytest.raises(gracecg.GracecgError, match="the next sample is that at"):
+        live.add(0.0, moment)
+    with pytest.raises(TypeError, match="cannot be pickled"):
+        pickle.dumps(live)
+    assert "after 60 s" in repr(live) and "600 samples of the accelerometer" in repr(observations)
+
+
 def test_laplace_and_symmetry():
     acceleration, potential, gradient = gracecg.Gravity("egm96", 20).evaluate(POSITION)
     assert np.array_equal(gracecg.Gravity("egm96", 20).acceleration(POSITION), acceleration)
@@ -111,7 +140,8 @@ def test_every_item_of_the_table_is_there(case, observations):
                "observations": observations, "fit": observations.fit("sequential"), "joint": joint,
                "chain": _library.Handle("estimate_chain", observations._handle, 20.0, 1),
                "bound": _library.Handle("case_bound", case._handle), "design": case.design(settings).case,
-               "map": _library.Handle("map", case._handle, 1, _library.pointer(np.zeros(1)), 1)}
+               "map": _library.Handle("map", case._handle, 1, _library.pointer(np.zeros(1)), 1),
+               "live": gracecg.LiveEstimate(observations.setup, [0, 0, 0, 1], [0, 0, 0])}
     seen = 0
     objects = {item.name: item for item in read_table()["gracecg"] if item.kind == "object"}
     for thing in (item for item in objects.values() if item.items):

@@ -106,7 +106,7 @@ contains
 
     !> Builds the model. Fails when the name of the constants is not known, when a ring has no
     !> segment or there are too many, and when the irradiance is outside 1 to 10^4 W/m^2.
-    subroutine new_earth_radiation(self, constants, segments_per_ring, solar_irradiance, error, centres)
+    subroutine new_earth_radiation(constants, segments_per_ring, solar_irradiance, self, error, centres)
         type(earth_radiation_t), intent(out) :: self
         character(*), intent(in) :: constants
         !! 'report': the cards of CSR-TM-00-01 section 5.2, k1 = -0.17;

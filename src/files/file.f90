@@ -13,7 +13,7 @@ module gracecg_files_file
     use gracecg_files_run_record, only: note_input, note_hash, note_output, note_file, reserve, take_reserved, &
         add_to_hash, EMPTY_HASH, get_provenance, UNFINISHED, WRITTEN
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t, join, padded
+    use gracecg_base_text, only: string_t, join, padded, integer_text
     implicit none
     private
     public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device, is_unfinished, &
@@ -131,14 +131,17 @@ module gracecg_files_file
 
 contains
 
-    !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
-    !> cannot be read.
-    subroutine read_text_file(path, file, error)
+    !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, is too long (told by its size,
+    !> before it is read), or cannot be read.
+    subroutine read_text_file(path, file, error, largest)
         character(*), intent(in) :: path    !! Of the file
         type(text_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: largest    !! That is read, MB; absent: 1024
 
+        integer, parameter :: MEGABYTE = 2**20, USUAL = 1024
         character(:), allocatable :: content
+        integer(i8) :: length, most
         type(c_ptr) :: stream
         integer(i8) :: hash
         integer(c_int) :: status
@@ -146,9 +149,19 @@ contains
 
         call open_to_read(path, stream, error)
         if (allocated(error)) return
-        call read_stream(stream, size_of(path), content, failed)
+        most = USUAL
+        if (present(largest)) most = largest
+        length = size_of(path)
+        if (length <= most*MEGABYTE) then
+            call read_stream(stream, length, most*MEGABYTE, content, failed)
+            if (.not. failed) length = len(content, i8)
+        end if
         status = c_fclose(stream)
-        if (failed) then
+        if (length > most*MEGABYTE) then
+            call fail(error, trim(path)//': is longer than '//integer_text(most)//' MB, the most that is read of such a file: '// &
+                      'is it the right one?')
+            return
+        else if (failed) then
             call fail(error, trim(path)//': cannot be read as a text file')
             return
         end if
@@ -233,32 +246,33 @@ contains
     end function size_of
 
     !> Reads to the end of a stream, whatever its length (a pipe has none beforehand).
-    subroutine read_stream(stream, expected, content, failed)
+    subroutine read_stream(stream, expected, most, content, failed)
         type(c_ptr), intent(in) :: stream
         integer(i8), intent(in) :: expected                     !! Bytes, if known
+        integer(i8), intent(in) :: most                         !! Bytes that are wanted; one more tells that there are more
         character(:), allocatable, intent(out) :: content
-        logical, intent(out) :: failed                          !! Also for more than 2 GB, and no memory
+        logical, intent(out) :: failed                          !! Also without memory
 
-        integer(i8), parameter :: LARGEST = huge(0) - 1_i8, SMALLEST = 65536
+        integer(i8), parameter :: SMALLEST = 65536
         character(:), allocatable :: larger
         integer(i8) :: used, got
         integer :: memory
 
         failed = .true.
-        allocate (character(min(LARGEST, max(SMALLEST, expected + 1))) :: content, stat=memory)
+        allocate (character(min(most + 1, max(SMALLEST, expected + 1))) :: content, stat=memory)
         if (memory /= 0) return
         used = 0
         do
             got = c_fread(content(used + 1:), ONE_BYTE, len(content, c_size_t) - used, stream)
             used = used + got
             if (used < len(content, i8)) exit
-            if (used == LARGEST) exit
-            allocate (character(min(LARGEST, 2*used)) :: larger, stat=memory)
+            if (used > most) exit
+            allocate (character(min(most + 1, 2*used)) :: larger, stat=memory)
             if (memory /= 0) return
             larger(:used) = content
             call move_alloc(larger, content)
         end do
-        failed = c_ferror(stream) /= 0 .or. used == LARGEST
+        failed = c_ferror(stream) /= 0
         content = content(:used)
     end subroutine read_stream
 

@@ -18,6 +18,7 @@ module gracecg_files_settings
 
     real(dp), parameter :: FULL_RANGE = 1e30_dp     !! A limit for what has no natural one
     character(*), parameter :: LF = achar(10), CR = achar(13)
+    integer, parameter :: LARGEST_FILE = 16     !! That is read as settings, MB
 
     !> What a description talks to. After the first failure nothing more is done.
     !>
@@ -65,7 +66,7 @@ contains
 
         type(text_file_t) :: source
 
-        call read_text_file(path, source, error)
+        call read_text_file(path, source, error, LARGEST_FILE)
         if (.not. allocated(error)) call self%open_text(source%text, source%name, error)
     end subroutine open_settings
 

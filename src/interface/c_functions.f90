@@ -14,6 +14,7 @@ module gracecg_interface_c_functions
         joint_object_t
     use gracecg_interface_general, only: check_memory, get, get_text, keep, refuse_handle
     use gracecg_interface_handles, only: acquire, no_object_t, object_t, release
+    use gracecg_interface_live, only: live_add, live_begin, live_object_t
     use gracecg_interface_models, only: density_evaluate, density_object_t, density_open, earth_radiation_evaluate, &
         earth_radiation_object_t, earth_radiation_open, field_object_t, field_open, gravity_evaluate, &
         gravity_object_t, gravity_open, sun_position, wind_evaluate, wind_object_t, wind_open
@@ -29,9 +30,9 @@ module gracecg_interface_c_functions
     public :: c_earth_parameters, c_earth_radiation_evaluate, c_earth_radiation_open, c_estimate, c_estimate_chain
     public :: c_estimate_joint, c_field_evaluate, c_field_open, c_force_model_evaluate, c_force_model_loads
     public :: c_force_model_open, c_force_model_propagate, c_get, c_get_text, c_gravity_evaluate, c_gravity_open
-    public :: c_map, c_observations_create, c_observations_open, c_observations_write, c_options_replace
-    public :: c_setup_from, c_setup_open, c_sidereal_angle, c_simulate, c_simulator_open, c_sun_illumination
-    public :: c_sun_position, c_utc_parse, c_wind_evaluate, c_wind_open
+    public :: c_live_add, c_live_begin, c_map, c_observations_create, c_observations_open, c_observations_write
+    public :: c_options_replace, c_setup_from, c_setup_open, c_sidereal_angle, c_simulate, c_simulator_open
+    public :: c_sun_illumination, c_sun_position, c_utc_parse, c_wind_evaluate, c_wind_open
 
 contains
 
@@ -1143,6 +1144,95 @@ contains
         call keep(made_object, chain, outcome)
         status = reported(outcome, error)
     end function c_estimate_chain
+
+    !> gracecg_live_begin
+    function c_live_begin(setup, quaternion, angular_velocity, wave_frequency, live, error) result(status) bind(c, &
+        name='gracecg_live_begin')
+        integer(c_intptr_t), intent(in), value :: setup
+        real(c_double), intent(in), optional :: quaternion(4)
+        real(c_double), intent(in), optional :: angular_velocity(3)
+        real(c_double), intent(in), value :: wave_frequency
+        integer(c_intptr_t), intent(inout), optional :: live
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        type(outcome_t) :: outcome
+        type(live_object_t), pointer :: made
+        class(object_t), pointer :: made_object
+        integer :: memory
+        class(object_t), pointer :: setup_in
+
+        call start_handle(live, 'live', outcome)
+        call check_attitudes(quaternion, 1_c_size_t, 'quaternion', outcome)
+        call check_numbers(angular_velocity, 3_c_size_t, 'angular_velocity', .true., outcome)
+        call check_number(wave_frequency, 'wave_frequency', outcome, low=0.0_dp)
+        made_object => null()
+        if (outcome%good()) then
+            call acquire(int(setup, i8), setup_in)
+            select type (setup_in)
+            class is (setup_object_t)
+                allocate (made, stat=memory)
+                call check_memory(memory, outcome)
+                if (outcome%good()) then
+                    made_object => made
+                    call live_begin(setup_in, quaternion, angular_velocity, wave_frequency, made, outcome)
+                end if
+            class default
+                call refuse_handle('setup', outcome)
+            end select
+            call release(int(setup, i8), setup_in)
+        end if
+        call keep(made_object, live, outcome)
+        status = reported(outcome, error)
+    end function c_live_begin
+
+    !> gracecg_live_add
+    function c_live_add(live, time, moment, accelerations, acceleration, fields, flux_density, positions, position, &
+        stars, star_time, star_head, quaternion, error) result(status) bind(c, name='gracecg_live_add')
+        integer(c_intptr_t), intent(in), value :: live
+        real(c_double), intent(in), value :: time
+        real(c_double), intent(in), optional :: moment(3, 3)
+        integer(c_size_t), intent(in), value :: accelerations
+        real(c_double), intent(in), optional :: acceleration(3, *)
+        integer(c_size_t), intent(in), value :: fields
+        real(c_double), intent(in), optional :: flux_density(3, *)
+        integer(c_size_t), intent(in), value :: positions
+        real(c_double), intent(in), optional :: position(3, *)
+        integer(c_size_t), intent(in), value :: stars
+        real(c_double), intent(in), optional :: star_time(*)
+        integer(c_int32_t), intent(in), optional :: star_head(*)
+        real(c_double), intent(in), optional :: quaternion(4, *)
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        type(outcome_t) :: outcome
+        class(object_t), pointer :: live_in
+
+        call check_number(time, 'time', outcome)
+        call check_numbers(moment, 9_c_size_t, 'moment', .true., outcome)
+        call check_count(accelerations, 'accelerations', 0, 1, outcome)
+        call check_numbers(acceleration, 3*accelerations, 'acceleration', .true., outcome)
+        call check_count(fields, 'fields', 0, 1, outcome)
+        call check_numbers(flux_density, 3*fields, 'flux_density', .true., outcome)
+        call check_count(positions, 'positions', 0, 1, outcome)
+        call check_positions(position, positions, 'position', outcome)
+        call check_count(stars, 'stars', 0, 2, outcome)
+        call check_numbers(star_time, stars, 'star_time', .true., outcome)
+        call need(present(star_head) .or. stars == 0, 'star_head', outcome)
+        call check_attitudes(quaternion, stars, 'quaternion', outcome)
+        if (outcome%good()) then
+            call acquire(int(live, i8), live_in)
+            select type (live_in)
+            class is (live_object_t)
+                call live_add(live_in, time, moment, int(accelerations), acceleration, int(fields), flux_density, &
+                    int(positions), position, int(stars), star_time, star_head, quaternion, outcome)
+            class default
+                call refuse_handle('live estimate', outcome)
+            end select
+            call release(int(live, i8), live_in)
+        end if
+        status = reported(outcome, error)
+    end function c_live_add
 
     !> gracecg_case_bound
     function c_case_bound(the_case, bound, error) result(status) bind(c, name='gracecg_case_bound')

@@ -1,4 +1,4 @@
-! The Fortran 77 entry points that tools/interface.py does not make (f77_entries.f90); docs/api.md lists them.
+! The Fortran 77 entry points that tools/interface.py does not make (f77_entries.f90); docs/interface/fortran77.md lists them.
 
 !> The version as a text.
 subroutine gcvers(vers)

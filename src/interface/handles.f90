@@ -2,8 +2,8 @@
 !>
 !> A handle is a positive integer that is never given out twice in 131071 objects of one slot, so that
 !> one that was freed, or never made, is recognised and nothing is read through it. Objects are not
-!> changed once they are stored. To use one takes no lock: `acquire` counts the user in, `release`
-!> out, and `remove` waits until nobody is in.
+!> changed once they are stored, but a live estimate by its one thread. To use one takes no lock: `acquire`
+!> counts the user in, `release` out, and `remove` waits until nobody is in.
 module gracecg_interface_handles
     use, intrinsic :: iso_c_binding, only: c_int
     use gracecg_base_kinds, only: i8

@@ -5,7 +5,7 @@ module gracecg_interface_items
     use gracecg, only: dp, error_t, string_t
     use gracecg_base_text, only: integer_text, split_words
     use gracecg_files_value, only: did_you_mean
-    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
+    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_FAILED
     implicit none
     private
     public :: items_t, LIST, lines_of
@@ -164,7 +164,7 @@ contains
             name = self%wanted(k)%name
             if (merge(allocated(self%text), allocated(self%wanted(k)%numbers), text)) cycle
             if (.not. allocated(self%names)) then
-                call outcome%refuse(STATUS_BAD_VALUE, 'no item "'//trim(name)//'": the object has none')
+                call outcome%refuse(STATUS_FAILED, 'no item "'//trim(name)//'": the object has none')
             else if (name == LIST .or. any(self%names == name)) then
                 call outcome%refuse(STATUS_BAD_VALUE, 'the item "'//trim(name)//'" is '//merge('numbers', 'a text ', text))
             else
@@ -172,7 +172,7 @@ contains
                 do i = 1, size(self%names)
                     names = names//', '//trim(self%names(i))
                 end do
-                call outcome%refuse(STATUS_BAD_VALUE, 'no item "'//trim(name)//'"'//did_you_mean(trim(name), self%names)// &
+                call outcome%refuse(STATUS_FAILED, 'no item "'//trim(name)//'"'//did_you_mean(trim(name), self%names)// &
                                     '; there are '//names(3:))
             end if
         end do

@@ -59,7 +59,8 @@ contains
         type(error_t), allocatable :: failure
 
         if (name == 'point-mass' .and. (degree /= 0 .or. order /= 0)) then
-            call fail(failure, 'a point mass has degree and order 0, not '//integer_text(degree)//' and '//integer_text(order))
+            call outcome%refuse(STATUS_BAD_VALUE, 'a point mass has degree and order 0, not '//integer_text(degree)//' and '// &
+                                integer_text(order))
         else if (any(GRAVITY_MODELS == name)) then
             call new_gravity_model(name, degree, order, '', made%model, failure)
             call outcome%take(failure, STATUS_BAD_VALUE)
@@ -121,6 +122,7 @@ contains
 
         if (any(GEOMAGNETIC_MODELS == name)) then
             call new_geomagnetic_model(name, decimal_year(date), '', made%model, failure)
+            call outcome%take(failure, STATUS_BAD_VALUE)
         else
             call check_file(name, GEOMAGNETIC_MODELS, 'geomagnetic field', failure)
             if (.not. allocated(failure)) call new_geomagnetic_model('file', decimal_year(date), name, made%model, failure)
@@ -144,12 +146,11 @@ contains
                                 'either a date or indices are needed, and not both')
         else if (present(date)) then
             call new_density_model(name, date, density_settings_t(), made%model, failure)
-            call outcome%take(failure)
         else
             call new_density_model(name, utc_t(0, 0.0_dp), density_settings_t(space_weather=space_weather_source_t( &
                                    'given', indices(1), indices(2), indices(3))), made%model, failure)
-            call outcome%take(failure, merge(STATUS_BAD_VALUE, STATUS_FAILED, any(DENSITY_MODELS == name)))
         end if
+        call outcome%take(failure, merge(STATUS_BAD_VALUE, STATUS_FAILED, any(DENSITY_MODELS == name)))
     end subroutine density_open
 
     !> Density (kg/m^3), temperature (K) and number densities at positions and times.
@@ -263,7 +264,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call new_earth_radiation(made%model, constants, standard_rings(rings), solar_irradiance, failure)
+        call new_earth_radiation(constants, standard_rings(rings), solar_irradiance, made%model, failure)
         call outcome%take(failure)
     end subroutine earth_radiation_open
 

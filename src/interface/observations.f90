@@ -145,7 +145,7 @@ contains
             call refuse_handle('setup or observation set', outcome)
         end select
         if (.not. outcome%good() .or. .not. (present(time) .and. present(moment)) .or. count == 0) return
-        call new_moment_series(series, time, moment, failure, direct=made%knowledge%rods%direct)
+        call new_moment_series(time, moment, series, failure, direct=made%knowledge%rods%direct)
         call outcome%take(failure, STATUS_BAD_VALUE)
         if (outcome%good()) call take_measured_moments(series, made%knowledge%rods)
     end subroutine setup_from
@@ -223,8 +223,6 @@ contains
 
         type(error_t), allocatable :: failure
 
-        if (folder == '') call outcome%refuse(STATUS_BAD_VALUE, 'folder is empty')
-        if (.not. outcome%good()) return
         call read_observations(folder, made%set, failure)
         if (.not. allocated(failure)) &
             call read_options_beside(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), made%options, failure)

@@ -233,7 +233,10 @@ contains
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. directory_exists(folder)) then
+        if (folder == '') then
+            call fail(error, 'the name of the folder is empty')
+            return
+        else if (.not. directory_exists(folder)) then
             if (file_exists(folder)) then
                 call fail(error, trim(folder)//': is a file; name the folder of an observation set')
             else
@@ -374,7 +377,7 @@ contains
         if (size(rows, 1) >= FEWEST_MOMENTS) &
             call check_coverage(series, median_spacing(rows(:, 1)), knowledge%duration, error)
         if (allocated(error)) return
-        call new_moment_series(measured, rows(:, 1), transpose(rows(:, 2:4)), error, direct=knowledge%rods%direct)
+        call new_moment_series(rows(:, 1), transpose(rows(:, 2:4)), measured, error, direct=knowledge%rods%direct)
         call add_context(error, path_of(folder, number))
         if (.not. allocated(error)) call take_measured_moments(measured, knowledge%rods)
     end subroutine read_rods

@@ -54,9 +54,9 @@ contains
         has_star_camera = size(observations%star_camera_time) > 0
     end function has_star_camera
 
-    !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
-    !> two different samples of one time, values of another unit, quaternions that are not unit, an
-    !> impossible inertia tensor.
+    !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back, accelerometer times that are
+    !> no multiples of its interval or outside the arc, two different samples of one time, values of another unit, quaternions
+    !> that are not unit, an impossible inertia tensor.
     !> A sample that is given twice, alike, passes. Rods without a magnetometer need an orbit; without a
     !> star camera the operator must know the angular velocity.
     subroutine check_observations(observations, error)
@@ -158,12 +158,43 @@ contains
         call check_series('accelerometer', observations%accelerometer_time, &
                           observations%acceleration, error)
         if (.not. allocated(error)) &
+            call check_epochs(observations%accelerometer_time, observations%knowledge%accelerometer_interval, &
+                              observations%knowledge%duration, error)
+        if (.not. allocated(error)) &
             call check_magnitude('accelerometer', observations%accelerometer_time, &
                                  observations%acceleration, LARGEST_ACCELERATION, 'm/s^2', error)
         if (.not. allocated(error)) &
             call check_saturation('accelerometer', observations%accelerometer_time, observations%acceleration, &
                                   observations%knowledge%accelerometer_range, 'm/s^2', error)
     end subroutine check_accelerometer
+
+    !> The accelerometer samples at multiples of its interval, within the arc.
+    subroutine check_epochs(times, interval, duration, error)
+        real(dp), intent(in) :: times(:)                !! Rising; equal where a sample is given twice
+        real(dp), intent(in) :: interval, duration      !! s
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: WITHIN = 0.01_dp         ! sampling intervals
+        integer :: i, k, previous, steps
+
+        steps = nint(duration/interval)
+        previous = -1
+        do i = 1, size(times)
+            k = nint(min(max(times(i)/interval, -1.0_dp), steps + 1.0_dp))
+            if (k < 0 .or. k > steps) then
+                call fail(error, 'accelerometer: time '//number_text(times(i))//' s lies outside the arc of '// &
+                          number_text(steps*interval)//' s')
+            else if (abs(times(i) - k*interval) > WITHIN*interval) then
+                call fail(error, 'accelerometer: time '//number_text(times(i))//' s is not a multiple of the sampling interval '// &
+                          number_text(interval)//' s')
+            else if (k == previous) then
+                if (times(i) > times(i - 1)) &
+                    call fail(error, 'accelerometer: two samples near '//number_text(times(i))//' s')
+            end if
+            if (allocated(error)) return
+            previous = k
+        end do
+    end subroutine check_epochs
 
     subroutine check_magnetometer(observations, error)
         type(observation_set_t), intent(in) :: observations

@@ -80,7 +80,7 @@ contains
                                    frequency=settings%highest_frequency, stop=duration, waveform=waveform, &
                                    taper=merge(settings%taper, 0.0_dp, waveform == TAPERED), &
                                    rise_time=settings%rise_time)
-            call new_torque_rods(rods, [rod], error, arc%knowledge%rods%largest_moment)
+            call new_torque_rods([rod], rods, error, arc%knowledge%rods%largest_moment)
             if (.not. allocated(error)) call check_rod_sampling(rods, arc%interval, error)
         end do
     end subroutine check_design_settings
@@ -303,7 +303,7 @@ contains
         activations%amplitude = pattern*usual_amplitude(rods)
         activations%start = from + activations%start
         activations%stop = from + activations%stop
-        call new_torque_rods(driven, pack(activations, pattern /= 0), error, rods%largest_moment)
+        call new_torque_rods(pack(activations, pattern /= 0), driven, error, rods%largest_moment)
         manoeuvre = rods
         call take_manoeuvre(driven, manoeuvre)
     end subroutine usual_manoeuvre

@@ -36,7 +36,7 @@ contains
 
     !> A series of samples, smooth or held. Fails when there are too few, when times do not increase or leave a gap, and when
     !> a number is not finite or too large for a moment in A m^2.
-    subroutine new_moment_series(self, time, moment, error, held, direct)
+    subroutine new_moment_series(time, moment, self, error, held, direct)
         type(moment_series_t), intent(out) :: self
         real(dp), intent(in) :: time(:)         !! s
         real(dp), intent(in) :: moment(:, :)    !! (3, size(time)), A m^2

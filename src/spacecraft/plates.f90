@@ -48,8 +48,7 @@ contains
     !> themselves.)
     !>
     !> Fails when a dimension is not positive or a reflectivity is not a part of 1.
-    subroutine new_trapezoid(self, length, height, width_bottom, width_top, specular, diffuse, &
-                             error)
+    subroutine new_trapezoid(length, height, width_bottom, width_top, specular, diffuse, self, error)
         type(satellite_surface_t), intent(out) :: self
         real(dp), intent(in) :: length, height              !! m
         real(dp), intent(in) :: width_bottom, width_top     !! m
@@ -90,13 +89,13 @@ contains
         plates(4)%centre = [0.0_dp, -mean_width/2, 0.0_dp]
         plates(5)%centre = [0.0_dp, 0.0_dp, height/2]
         plates(6)%centre = [0.0_dp, 0.0_dp, -height/2]
-        call new_surface(self, plates, error)
+        call new_surface(plates, self, error)
     end subroutine new_trapezoid
 
     !> A surface of any plates. Fails when there are too many, when a number is not finite, an area
     !> not positive, a normal not of length one, a reflectivity not a part of 1, or when the
     !> plates leave a gap: the sum of normal times area of a closed body is zero.
-    subroutine new_surface(self, plates, error)
+    subroutine new_surface(plates, self, error)
         type(satellite_surface_t), intent(out) :: self
         type(plate_t), intent(in) :: plates(:)
         type(error_t), allocatable, intent(out) :: error

@@ -131,7 +131,7 @@ contains
         if (rods%torque_file == '' .or. allocated(rods%measured%time)) return
         call read_csv(trim(rods%torque_file), TORQUE_COLUMNS, file, error)
         if (.not. allocated(error)) call file%get_numbers(TORQUE_COLUMNS, rows, error)
-        if (.not. allocated(error)) call new_moment_series(rods%measured, rows(:, 1), transpose(rows(:, 2:)), error, direct=.true.)
+        if (.not. allocated(error)) call new_moment_series(rows(:, 1), transpose(rows(:, 2:)), rods%measured, error, direct=.true.)
         if (allocated(error) .and. .not. allocated(settings%failure)) call move_alloc(error, settings%failure)
     end subroutine describe_history
 
@@ -182,7 +182,7 @@ contains
             call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
                                      's, of each edge of a square wave', unit='s')
             if (allocated(settings%failure)) return
-            call new_torque_rods(driven, activations(:i), problem, rods%largest_moment, rods%direct)
+            call new_torque_rods(activations(:i), driven, problem, rods%largest_moment, rods%direct)
             if (allocated(problem)) call settings%reject('amplitude', problem%message)
             call settings%end_group()
         end do

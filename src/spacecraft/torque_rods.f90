@@ -72,7 +72,7 @@ contains
     !> finite, an axis none of 1, 2, 3, a frequency negative, a stop not after its start, a taper or
     !> an edge too long or missing, or when what is active at one time on one rod could exceed
     !> what it bears.
-    subroutine new_torque_rods(self, activations, error, largest_moment, direct)
+    subroutine new_torque_rods(activations, self, error, largest_moment, direct)
         type(torque_rods_t), intent(out) :: self
         type(rod_activation_t), intent(in) :: activations(:)
         type(error_t), allocatable, intent(out) :: error
@@ -103,7 +103,7 @@ contains
     !>
     !> Fails as new_torque_rods does, and when the pattern moves no rod or has another number than
     !> -1, 0 and 1.
-    subroutine new_harmonic_manoeuvre(self, pattern, amplitude, frequency, start, stop, error)
+    subroutine new_harmonic_manoeuvre(pattern, amplitude, frequency, start, stop, self, error)
         type(torque_rods_t), intent(out) :: self
         integer, intent(in) :: pattern(3)       !! -1, 0 or 1 for each rod, e.g. from report_pattern
         real(dp), intent(in) :: amplitude       !! A m^2
@@ -123,7 +123,7 @@ contains
             activations(axis) = rod_activation_t(axis=axis, amplitude=pattern(axis)*amplitude, &
                                                  frequency=frequency, start=start, stop=stop)
         end do
-        call new_torque_rods(self, pack(activations, pattern /= 0), error)
+        call new_torque_rods(pack(activations, pattern /= 0), self, error)
     end subroutine new_harmonic_manoeuvre
 
     subroutine check_activation(activation, number, error)

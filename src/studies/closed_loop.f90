@@ -322,7 +322,7 @@ contains
         type(live_sample_t), intent(out) :: sample
 
         real(dp) :: body(3, 3), force(3), turn(3), draws(3)
-        integer :: axis
+        integer :: axis, head
 
         associate (knowledge => self%knowledge, position => place%position(:, 2*k), mounting => self%knowledge%mounting)
             sample%time = k*knowledge%accelerometer_interval
@@ -346,11 +346,12 @@ contains
                 sample%field = matmul(body, place%field(:, 2*k)) + truth%field_bias + self%field_noise*draws
             end if
             if (mod(k, max(1, nint(knowledge%star_camera_interval/knowledge%accelerometer_interval))) /= 0) return
-            sample%head = max(1, knowledge%camera)
-            sample%attitude_time = sample%time
+            head = max(1, knowledge%camera)
+            sample%has_attitude(head) = .true.
+            sample%attitude_time(head) = sample%time
             call others%normals(draws)
-            sample%quaternion = turned_by(knowledge%star_camera_sigma*draws, &
-                                          quaternion_product(mounting(:, sample%head), truth%quaternion))
+            sample%quaternion(:, head) = turned_by(knowledge%star_camera_sigma*draws, &
+                                                   quaternion_product(mounting(:, head), truth%quaternion))
         end associate
     end subroutine observe
 

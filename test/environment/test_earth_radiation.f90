@@ -41,7 +41,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call new_earth_radiation(model, constants, rings, E_S, failure)
+        call new_earth_radiation(constants, rings, E_S, model, failure)
     end function model_with
 
     !> A model whose irradiance is A' E_s for every segment: no reflection, an emissivity of 4.
@@ -122,7 +122,7 @@ contains
         integer :: i
 
         do i = 1, size(SEGMENT_CENTRES)
-            call new_earth_radiation(model, 'report', standard_rings(2), E_S, failure, trim(SEGMENT_CENTRES(i)))
+            call new_earth_radiation('report', standard_rings(2), E_S, model, failure, trim(SEGMENT_CENTRES(i)))
             model%albedo = 0
             model%emissivity = [4.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp]
             call model%irradiance_at(LOW*X, ASTRONOMICAL_UNIT*X, 0.0_dp, radiation)
@@ -133,7 +133,7 @@ contains
         ! the cap, a 19th of the solid angle, counts with cos 0 in place of its mean, 1 - depth/38
         call check(error, force(2), 1 + 2*depth/19*depth/38/(EARTH_RADIUS_EGM96/LOW)**2, thr=1e-12_dp)
         call check(error, abs(force(1) - 1) > 0.04_dp .and. abs(force(2) - 1) < 0.003_dp)
-        call new_earth_radiation(model, 'report', standard_rings(2), E_S, failure, 'nowhere')
+        call new_earth_radiation('report', standard_rings(2), E_S, model, failure, 'nowhere')
         call check_fails(error, failure, 'nowhere ... mid-angle')
     end subroutine test_half_area
 
@@ -149,7 +149,7 @@ contains
 
         do rings = 0, 7
             do i = 1, size(SEGMENT_CENTRES)
-                call new_earth_radiation(model, 'report', standard_rings(rings), E_S, failure, trim(SEGMENT_CENTRES(i)))
+                call new_earth_radiation('report', standard_rings(rings), E_S, model, failure, trim(SEGMENT_CENTRES(i)))
                 do j = 0, 6
                     place = LOW*[cos(0.9_dp*j)*sin(0.5_dp*j), sin(0.9_dp*j)*sin(0.5_dp*j), cos(0.5_dp*j)]
                     call model%irradiance_at(place, SUN, 100.0_dp, radiation)
@@ -372,7 +372,7 @@ contains
         type(earth_radiation_t) :: model
         type(error_t), allocatable :: failure
 
-        call new_earth_radiation(model, constants, rings, irradiance, failure)
+        call new_earth_radiation(constants, rings, irradiance, model, failure)
         call check_fails(error, failure, part_of_message)
     end subroutine check_refused
 

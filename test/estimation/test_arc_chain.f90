@@ -122,9 +122,9 @@ contains
         real(dp) :: t
         integer :: i, k, measured
 
-        call new_torque_rods(rods, [rod_activation_t(axis=2, amplitude=10, frequency=0.13_dp, phase=0.4_dp, start=9, stop=33), &
-                                    rod_activation_t(axis=3, amplitude=7, frequency=0.05_dp, start=30, stop=50, taper=3.0_dp)], &
-                             failure)
+        call new_torque_rods([rod_activation_t(axis=2, amplitude=10, frequency=0.13_dp, phase=0.4_dp, start=9, stop=33), &
+                              rod_activation_t(axis=3, amplitude=7, frequency=0.05_dp, start=30, stop=50, taper=3.0_dp)], &
+                             rods, failure)
         if (failed(error, failure)) return
         rods%delay = [0.0_dp, 0.3_dp, 1.7_dp]
         call check(error, moves_rods(rods, 60.0_dp))
@@ -133,8 +133,9 @@ contains
         call check(error, .not. moves_rods(cut, 5.0_dp), 'all is over')
         do measured = 0, 1
             if (measured == 1) then
-                call new_moment_series(series, [(0.5_dp*i, i=0, 130)], &
-                                       reshape([([0.1_dp*i, 8*sin(0.3_dp*i), cos(0.11_dp*i)], i=0, 130)], [3, 131]), failure)
+                call new_moment_series([(0.5_dp*i, i=0, 130)], &
+                                       reshape([([0.1_dp*i, 8*sin(0.3_dp*i), cos(0.11_dp*i)], i=0, 130)], [3, 131]), &
+                                       series, failure)
                 call check_passes(error, failure)
                 rods%measured = series
             end if

@@ -79,8 +79,7 @@ contains
             knowledge%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
             knowledge%accelerometer_noise%level = 1e-20_dp
             knowledge%star_camera_sigma = 1*ARCSECOND
-            call new_harmonic_manoeuvre(knowledge%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
-                                        failure)
+            call new_harmonic_manoeuvre([0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, knowledge%rods, failure)
             call need(failure)
             observations%accelerometer_time = [(i*knowledge%accelerometer_interval, &
                                                 i=1, nint(60/knowledge%accelerometer_interval))]
@@ -369,7 +368,7 @@ contains
         integer :: i
 
         call example(observations, interval=0.2_dp)
-        call new_torque_rods(observations%knowledge%rods, none, failure)
+        call new_torque_rods(none, observations%knowledge%rods, failure)
         if (failed(error, failure)) return
         do i = 1, 3
             observations%knowledge%inertia(:i - 1, i) = 0
@@ -543,7 +542,7 @@ contains
             do j = 1, size(time)
                 moment(:, j) = factor*rod_moments(commanded%knowledge%rods, time(j))
             end do
-            call new_moment_series(series, time, moment, failure)
+            call new_moment_series(time, moment, series, failure)
             call check_passes(error, failure)
             measured = commanded
             call take_measured_moments(series, measured%knowledge%rods)

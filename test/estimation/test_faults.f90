@@ -494,7 +494,7 @@ contains
         type(error_t), allocatable :: failure
 
         call rods_differ('front-3', 0.0_dp, observations)
-        call new_torque_rods(observations%knowledge%rods, none, failure)
+        call new_torque_rods(none, observations%knowledge%rods, failure)
         call refused(error, observations, &
                      'normal matrix is singular ... not determined by the observations ... d_x ... d_z ... beta_x')
     end subroutine test_rods_off

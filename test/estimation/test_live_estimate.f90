@@ -2,9 +2,9 @@
 module test_live_estimate
     use vocabulary
     use calibrations
+    use live_samples, only: sample_of
     use gracecg_base_error, only: number_text
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
-    use gracecg_estimation_interpolation, only: interpolation_at, interpolated, cubic_interpolated
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
     use gracecg_estimation_offset_information, only: gather_information
     use gracecg_estimation_options, only: STRAIGHT_LINE
@@ -28,6 +28,8 @@ contains
 
         testsuite = [ &
                     new_unittest('is-the-sequential-estimate', test_sequential_estimate), &
+                    new_unittest('is-honest-with-a-wave', test_wave), &
+                    new_unittest('two-heads', test_two_heads), &
                     new_unittest('what-is-left-out', test_left_out), &
                     new_unittest('refusals', test_refusals), &
                     new_unittest('plans', test_plans), &
@@ -35,10 +37,11 @@ contains
     end subroutine collect_live_estimate
 
     !> A set of a case with straight drag and all errors of the instruments, and a live estimate that begins near its truth.
-    subroutine prepare(name, observations, live)
+    subroutine prepare(name, observations, live, both_heads)
         character(*), intent(in) :: name
         type(observation_set_t), intent(out) :: observations
         type(live_estimate_t), intent(out) :: live
+        logical, intent(in), optional :: both_heads     !! Absent: that which the case uses
         type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
@@ -46,42 +49,12 @@ contains
         call take_case(name, case)
         case%density_wave%amplitude = 0
         call make_simulator(case, error_switches_t(curved_force=.false.), simulator)
-        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.not. present(both_heads))
         if (.not. allocated(failure)) &
             call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
                                      simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure)
         call need(failure)
     end subroutine prepare
-
-    !> What an observation set has in interval k. Its magnetometer begins after a second: before, its first two samples are
-    !> carried back, as `sequential` does.
-    function sample_of(observations, k) result(sample)
-        type(observation_set_t), intent(in) :: observations
-        integer, intent(in) :: k
-        type(live_sample_t) :: sample
-
-        integer :: i, j
-
-        associate (o => observations, h => observations%knowledge%accelerometer_interval)
-            sample%time = k*h
-            sample%position = cubic_interpolated(o%orbit_time, o%orbit_position, sample%time)
-            do j = 0, 2
-                sample%moment(:, j) = dipole_moment(o%knowledge%rods, sample%time - (2 - j)*h/2)
-            end do
-            i = findloc(abs(o%accelerometer_time - sample%time) < h/10, .true., 1)
-            sample%has_acceleration = i > 0
-            if (i > 0) sample%acceleration = o%acceleration(:, i)
-            i = findloc(abs(o%magnetometer_time - sample%time) < h/10, .true., 1)
-            sample%has_field = i > 0 .or. k == 0
-            if (sample%has_field) sample%field = &
-                interpolated(o%field, interpolation_at(o%magnetometer_time, sample%time, o%knowledge%magnetometer_interval))
-            i = findloc(o%star_camera_time > sample%time - 0.9_dp*h .and. o%star_camera_time < sample%time + 0.1_dp*h, .true., 1)
-            if (i == 0) return
-            sample%head = o%star_camera_head(i)
-            sample%attitude_time = o%star_camera_time(i)
-            sample%quaternion = o%quaternion(:, i)
-        end associate
-    end function sample_of
 
     !> Feeds a set.
     subroutine feed(observations, live, error)
@@ -133,6 +106,92 @@ contains
         end do
     end subroutine test_sequential_estimate
 
+    !> Of a built-in case, forces as they bend and a density wave whose frequency is half a per cent wrong: no run is lost, and the
+    !> normalised squares are those of the same runs without a wave. Whose frequency nobody knows, loses them.
+    subroutine test_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RUNS = 50
+        real(dp), parameter :: WRONG = 1.005_dp
+        type(case_t) :: case
+        real(dp) :: total(0:1), limits(2), frequency
+        integer :: with_wave, lost
+
+        limits = chi_square_limits(3*RUNS)
+        do with_wave = 0, 1
+            call take_case('front-3', case)
+            frequency = WRONG/case%density_wave%period
+            if (with_wave == 0) case%density_wave%amplitude = 0
+            call run_all(merge(frequency, 0.0_dp, with_wave == 1), RUNS, total(with_wave), lost)
+            call check(error, lost, 0, 'nothing is known')
+            call check(error, total(with_wave) > limits(1) .and. total(with_wave) < limits(2), &
+                       'normalised squares: '//number_text(total(with_wave)/RUNS))
+        end do
+        call run_all(0.0_dp, 4, total(0), lost)
+        call check(error, lost, 4, 'without the frequency')
+
+    contains
+
+        subroutine run_all(frequency, runs, total, lost)
+            real(dp), intent(in) :: frequency
+            integer, intent(in) :: runs
+            real(dp), intent(out) :: total
+            integer, intent(out) :: lost
+            type(simulator_t) :: simulator
+            type(observation_set_t) :: observations
+            type(live_estimate_t) :: live
+            type(error_t), allocatable :: failure
+            real(dp) :: offset(3), covariance(3, 3)
+            integer :: run
+
+            ! scale factors and bias of the magnetometer are the same in all runs
+            call make_simulator(case, error_switches_t(scale_factors=.false., magnetometer_bias=.false.), simulator)
+            total = 0
+            lost = 0
+            do run = 1, runs
+                call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+                if (.not. allocated(failure)) &
+                    call begin_live_estimate(observations%knowledge, simulator%arc%state(ATTITUDE, 0), &
+                                             simulator%arc%state(OMEGA, 0) + [1, -1, 1]*1e-4_dp, live, failure, frequency)
+                call need(failure)
+                call feed(observations, live, error)
+                call live%now(offset, covariance)
+                offset = offset - case%satellite%offset
+                total = total + dot_product(offset, matmul(inverse_3x3(covariance), offset))
+                if (covariance(1, 1) >= 1) lost = lost + 1
+            end do
+        end subroutine run_all
+    end subroutine test_wave
+
+    !> Samples of both heads at once are all taken, and tell the same offset as those of one.
+    subroutine test_two_heads(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(live_estimate_t) :: one, two
+        type(live_sample_t) :: sample
+        type(error_t), allocatable :: failure
+        real(dp), dimension(3) :: of_one, of_two, ratio
+        real(dp), dimension(3, 3) :: known_by_one, known_by_two
+        integer :: k, used
+
+        call prepare('back-1', observations, one, both_heads=.true.)
+        two = one
+        used = max(1, observations%knowledge%camera)
+        do k = 0, nint(observations%knowledge%duration/observations%knowledge%accelerometer_interval)
+            sample = sample_of(observations, k)
+            call two%add(sample, failure)
+            sample%has_attitude(3 - used) = .false.
+            if (.not. allocated(failure)) call one%add(sample, failure)
+            if (failed(error, failure)) return
+        end do
+        call one%now(of_one, known_by_one)
+        call two%now(of_two, known_by_two)
+        call check(error, two%innovations - one%innovations, 3*count(observations%star_camera_head /= used), 'of the other head')
+        call check(error, two%innovations > one%innovations, 'the other head has samples')
+        ratio = sigmas(known_by_two)/sigmas(known_by_one)      ! the accelerometer tells nearly all
+        call check(error, minval(ratio) > 0.8_dp .and. maxval(ratio) < 1.02_dp, 'sigma: '//number_text(maxval(ratio)))
+        call check(error, maxval(abs(of_two - of_one)/sigmas(known_by_one)) < 2, 'offset')
+    end subroutine test_two_heads
+
     !> A spike of each instrument is left out, and changes next to nothing.
     subroutine test_left_out(error)
         type(error_type), allocatable, intent(out) :: error
@@ -165,6 +224,7 @@ contains
     !> What cannot be taken is refused, and nothing of it is taken.
     subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: HERE(4) = [0, 0, 0, 1], REST(3) = 0
         type(observation_set_t) :: observations
         type(live_estimate_t) :: live, none
         type(live_sample_t) :: sample
@@ -188,9 +248,7 @@ contains
         sample%acceleration(2) = NAN
         call refused('not finite')
         sample = sample_of(observations, 1)
-        sample%head = 3
-        call refused('does not exist')
-        sample%head = 1
+        sample%has_attitude(1) = .true.
         sample%attitude_time = 0.3_dp
         call refused('star camera at 0.3')
         sample = sample_of(observations, 1)
@@ -208,8 +266,12 @@ contains
             call check_passes(error, failure)
         end do
         call refused('silent since')
+        call begin_live_estimate(observations%knowledge, HERE, [2.0_dp, 0.0_dp, 0.0_dp], live, failure)
+        call check_fails(error, failure, '2 rad/s')
+        call begin_live_estimate(observations%knowledge, HERE, REST, live, failure, wave_frequency=6.0_dp)
+        call check_fails(error, failure, 'wave_frequency = 6 Hz')
         observations%knowledge%accelerometer_noise(2)%level = 0
-        call begin_live_estimate(observations%knowledge, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [0.0_dp, 0.0_dp, 0.0_dp], live, failure)
+        call begin_live_estimate(observations%knowledge, HERE, REST, live, failure)
         call check_fails(error, failure, 'noise_level')
 
     contains

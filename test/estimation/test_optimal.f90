@@ -477,7 +477,7 @@ contains
         type(estimation_options_t) :: options
 
         call noisy_example(observations, 1)
-        call new_torque_rods(observations%knowledge%rods, none, failure)
+        call new_torque_rods(none, observations%knowledge%rods, failure)
         observations%knowledge%inertia = 0
         observations%knowledge%inertia(1, 1) = 70
         observations%knowledge%inertia(2, 2) = 345

@@ -260,7 +260,7 @@ contains
         integer :: i, k
 
         times = [(k/2.0_dp, k=-10, 130)]
-        call new_moment_series(series, times, spread(sin(RATE*times), 1, 3), failure)
+        call new_moment_series(times, spread(sin(RATE*times), 1, 3), series, failure)
         call need(failure)
         call take_measured_moments(series, knowledge%rods)
         do i = 1, size(INTERVALS)

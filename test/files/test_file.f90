@@ -1,7 +1,9 @@
 !> Reading and writing files, and what can go wrong there.
 module test_file
     use vocabulary
+    use gracecg_base_kinds, only: i8
     use gracecg_files_file
+    use gracecg_files_settings, only: settings_t
     use gracecg_files_run_record, only: begin_record, end_record, note_file, UPDATED
     implicit none
     private
@@ -19,6 +21,7 @@ contains
                     new_unittest('read-a-file', test_read), &
                     new_unittest('read-a-long-file', test_read_long), &
                     new_unittest('read-fails', test_read_fails), &
+                    new_unittest('too-long-a-file', test_too_long), &
                     new_unittest('make-directory', test_make_directory), &
                     new_unittest('make-directory-fails', test_make_directory_fails), &
                     new_unittest('write-appears-at-commit', test_commit), &
@@ -96,6 +99,39 @@ contains
         call read_text_file('/proc/self/mem', file, failure)
         call check_fails(error, failure, '/proc/self/mem ... cannot be read')
     end subroutine test_read_fails
+
+    !> Files with holes, which take no room on the disk: refused by their size, of a device without one after as many bytes.
+    subroutine test_too_long(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: file
+        type(settings_t) :: settings
+        type(error_t), allocatable :: failure
+
+        call make_hollow(2_i8**30 + 1)
+        call read_text_file(FOLDER//'hollow.txt', file, failure)
+        call check_fails(error, failure, 'hollow.txt ... longer than 1024 MB')
+        call make_hollow(2_i8**20)
+        call read_text_file(FOLDER//'hollow.txt', file, failure, 1)
+        call check_passes(error, failure)
+        call make_hollow(2_i8**24 + 1)
+        call settings%open(FOLDER//'hollow.txt', failure)
+        call check_fails(error, failure, 'hollow.txt ... longer than 16 MB')
+        call remove_file(FOLDER//'hollow.txt')
+        if (.not. file_exists('/dev/zero')) return
+        call read_text_file('/dev/zero', file, failure, 1)
+        call check_fails(error, failure, '/dev/zero ... longer than 1 MB')
+
+    contains
+
+        subroutine make_hollow(length)
+            integer(i8), intent(in) :: length       ! bytes
+            integer :: unit
+
+            open (newunit=unit, file=FOLDER//'hollow.txt', access='stream', form='unformatted', status='replace')
+            write (unit, pos=length) LF
+            close (unit)
+        end subroutine make_hollow
+    end subroutine test_too_long
 
     subroutine test_make_directory(error)
         type(error_type), allocatable, intent(out) :: error

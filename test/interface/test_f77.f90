@@ -245,7 +245,7 @@ contains
                     size(set%magnetometer_time), set%magnetometer_time, set%field, &
                     size(set%orbit_time), set%orbit_time, set%orbit_position, iobs, istat, msg)
         call gcestm('assest-fde', iobs, d, cov, rms, cond, niter, iconv, istat, msg)
-        call new_moment_series(series, time, moment, failure)
+        call new_moment_series(time, moment, series, failure)
         call take_measured_moments(series, set%knowledge%rods)
         call estimate_offset('assest-fde', set, report_options('front-3'), expected, failure)
         call check(error, istat == 0 .and. all(abs(d - expected%offset) <= 0), 'gcsetm')

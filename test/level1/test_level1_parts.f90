@@ -169,9 +169,9 @@ contains
             set%accelerometer_time = [((k - 1)*INTERVAL, k=1, SAMPLES)]
             allocate (set%acceleration(3, SAMPLES), set%angular_acceleration(3, SAMPLES), source=0.0_dp)
             do i = 1, 2
-                call new_moment_series(moments, [((k - 5)*TAG, k=1, TAGS)], &
-                                       reshape([(30*sin(TWO_PI*[0.083_dp, 0.1_dp, 0.117_dp]*(k - 5)*TAG), k=1, TAGS)], &
-                                               [3, TAGS]), failure, held=i == 1)
+                call new_moment_series([((k - 5)*TAG, k=1, TAGS)], &
+                                       reshape([(30*sin(TWO_PI*[0.083_dp, 0.1_dp, 0.117_dp]*(k - 5)*TAG), k=1, TAGS)], [3, TAGS]), &
+                                       moments, failure, held=i == 1)
                 if (failed(error, failure)) return
                 call take_measured_moments(moments, truth)
                 set%knowledge%rods = truth

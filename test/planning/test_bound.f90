@@ -110,10 +110,10 @@ contains
                 call take_case(REPORT_CASE_NAMES(i), case)
                 case%satellite%accelerometer%noise%sides = 1
                 if (manoeuvre == 2) then
-                    call new_torque_rods(case%satellite%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
+                    call new_torque_rods([rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], case%satellite%rods, failure)
                 else if (manoeuvre == 3) then
-                    call new_torque_rods(case%satellite%rods, [rod(1, 5.0_dp, 0.0_dp), rod(2, 6.0_dp, 0.0_dp), &
-                                                           rod(3, 7.0_dp, 0.0_dp)], failure)
+                    call new_torque_rods([rod(1, 5.0_dp, 0.0_dp), rod(2, 6.0_dp, 0.0_dp), rod(3, 7.0_dp, 0.0_dp)], &
+                                         case%satellite%rods, failure)
                 end if
                 if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
                 if (.not. allocated(failure)) call new_planned_arc(case, arc, failure)

@@ -45,7 +45,7 @@ contains
                                                  60.0_dp, waveform)
             if (waveform == TAPERED) activations(axis)%taper = 5
         end do
-        call new_torque_rods(case%satellite%rods, activations, failure)
+        call new_torque_rods(activations, case%satellite%rods, failure)
         call need(failure)
     end subroutine example
 
@@ -159,7 +159,7 @@ contains
         type(error_t), allocatable :: failure
 
         call take_case('front-2', case)
-        call new_torque_rods(case%satellite%rods, [rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], failure)
+        call new_torque_rods([rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], case%satellite%rods, failure)
         case%duration = 90
         case%limits%pointing = PI
         call new_simulator(case, simulator, failure)
@@ -180,7 +180,7 @@ contains
         call new_simulator(case, simulator, failure)
         call check_fails(error, failure, 'case front-2 ... away from its attitude ... at most 0.05 deg ... pointing_deg')
         ! free flight is not a manoeuvre
-        call new_torque_rods(case%satellite%rods, [rod_activation_t ::], failure)
+        call new_torque_rods([rod_activation_t ::], case%satellite%rods, failure)
         case%limits%rate = 1e-5_dp
         call new_simulator(case, simulator, failure)
         call check_passes(error, failure)

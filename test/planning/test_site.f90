@@ -58,7 +58,7 @@ contains
             activations(axis) = rod_activation_t(axis, 30.0_dp, cycles(axis)/60.0_dp, 0.0_dp, 0.0_dp, 60.0_dp, &
                                                  waveform)
         end do
-        call new_torque_rods(rods, activations, failure)
+        call new_torque_rods(activations, rods, failure)
     end function three_rods
 
     !> x^T (weighed y) is the scalar product of both whitened, freed of the whitened straight line; a

@@ -42,8 +42,9 @@ contains
         case%duration = 300
         if (.not. allocated(failure)) call new_planned_arc(case, arc, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
-        if (.not. allocated(failure)) call new_torque_rods(rods, [(rod_activation_t(k, plan%tones(k)%moment, &
-            plan%tones(k)%frequency, 0.0_dp, 0.0_dp, case%duration), k=1, 3)], failure)
+        if (.not. allocated(failure)) call new_torque_rods([(rod_activation_t(k, plan%tones(k)%moment, &
+                                                            plan%tones(k)%frequency, 0.0_dp, 0.0_dp, case%duration), k=1, 3)], &
+                                                           rods, failure)
         information = 0
         do i = 1, ARCS
             if (.not. allocated(failure)) call new_manoeuvre_site(arc, orbit, (i - 1)*orbit%revolution/ARCS, site, failure)

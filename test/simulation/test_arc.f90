@@ -149,9 +149,10 @@ contains
         real(dp), intent(in) :: phase           !! rad
         type(error_t), allocatable :: failure
 
-        call new_torque_rods(dynamics%rods, [rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, phase=phase, &
-                             start=7.03_dp, stop=47.03_dp, waveform=waveform, taper=merge(5.0_dp, 0.0_dp, waveform == TAPERED), &
-                             rise_time=1.0_dp)], failure)
+        call new_torque_rods([rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, phase=phase, start=7.03_dp, &
+                              stop=47.03_dp, waveform=waveform, taper=merge(5.0_dp, 0.0_dp, waveform == TAPERED), &
+                              rise_time=1.0_dp)], &
+                             dynamics%rods, failure)
         call need(failure)
     end subroutine drive
 

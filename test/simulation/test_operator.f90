@@ -260,7 +260,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: m(3), told(3)
 
-        call new_harmonic_manoeuvre(ideal, [1, 1, 0], 20.0_dp, 0.1_dp, 1.0_dp, 50.0_dp, failure)
+        call new_harmonic_manoeuvre([1, 1, 0], 20.0_dp, 0.1_dp, 1.0_dp, 50.0_dp, ideal, failure)
         rods = ideal
         rods%gain = [1.1_dp, 0.9_dp, 5.0_dp]
         rods%delay = [0.5_dp, 0.0_dp, 0.0_dp]

@@ -30,8 +30,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
-                           failure)
+        call new_trapezoid(LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, surface, failure)
     end function grace
 
     !> A pressure equal on all sides of (2-7) moves nothing and turns nothing.
@@ -168,27 +167,25 @@ contains
         integer :: i
 
         good = grace()
-        call new_trapezoid(surface, -LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
-                           failure)
+        call new_trapezoid(-LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, surface, failure)
         call check_fails(error, failure, 'positive')
-        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, NAN, 0.0_dp, 0.0_dp, failure)
+        call new_trapezoid(LENGTH, HEIGHT, WIDTH_BOTTOM, NAN, 0.0_dp, 0.0_dp, surface, failure)
         call check_fails(error, failure, 'positive')
-        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.7_dp, 0.4_dp, &
-                           failure)
+        call new_trapezoid(LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.7_dp, 0.4_dp, surface, failure)
         call check_fails(error, failure, 'specular')
         plates = [(good%plate(i), i=1, 6)]
         plates(2)%area = 1.01_dp*plates(2)%area
-        call new_surface(surface, plates, failure)
+        call new_surface(plates, surface, failure)
         call check_fails(error, failure, 'do not close')
         plates = [(good%plate(i), i=1, 6)]
         plates(4)%normal = 1.001_dp*plates(4)%normal
-        call new_surface(surface, plates, failure)
+        call new_surface(plates, surface, failure)
         call check_fails(error, failure, 'length 1')
         plates = [(good%plate(i), i=1, 6)]
         plates(5)%centre(1) = NAN
-        call new_surface(surface, plates, failure)
+        call new_surface(plates, surface, failure)
         call check_fails(error, failure, 'centre')
-        call new_surface(surface, spread(plates(1), 1, MAX_PLATES + 1), failure)
+        call new_surface(spread(plates(1), 1, MAX_PLATES + 1), surface, failure)
         call check_fails(error, failure, '33 plates')
     end subroutine test_refuses
 end module test_plates

@@ -49,8 +49,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call new_trapezoid(surface, 3.122_dp, 0.720_dp, 1.942_dp, 0.693_dp, specular, diffuse, &
-                           failure)
+        call new_trapezoid(3.122_dp, 0.720_dp, 1.942_dp, 0.693_dp, specular, diffuse, surface, failure)
     end function grace
 
     !> Points spread evenly over the unit sphere.

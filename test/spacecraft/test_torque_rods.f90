@@ -103,8 +103,7 @@ contains
         undefined = NAN
         call check(error, all(rod_pattern('y-z', undefined) == 0))
         call check(error, all(rod_pattern('general', undefined) == 0))
-        call new_harmonic_manoeuvre(rods, rod_pattern('y-z', undefined), 30.0_dp, 0.1_dp, 0.0_dp, &
-                                    60.0_dp, failure)
+        call new_harmonic_manoeuvre(rod_pattern('y-z', undefined), 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, rods, failure)
         call check_fails(error, failure, 'pattern')
     end subroutine test_zero_field
 
@@ -118,13 +117,15 @@ contains
         real(dp) :: moment(3, 0:N), largest
         integer :: k
 
-        call new_torque_rods(rods, [ &
-            rod_activation_t(axis=1, amplitude=12.0_dp, frequency=0.13_dp, phase=0.4_dp, start=0.0_dp, stop=600.0_dp), &
-            rod_activation_t(axis=1, amplitude=10.0_dp, frequency=0.07_dp, start=3.33_dp, stop=500.0_dp, waveform=COSINE), &
-            rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.2_dp, start=10.01_dp, stop=590.0_dp, &
-                             waveform=TAPERED, taper=5.0_dp), &
-            rod_activation_t(axis=3, amplitude=25.0_dp, frequency=0.05_dp, start=0.0_dp, stop=600.0_dp, &
-                             waveform=SQUARE, rise_time=1.0_dp)], failure)
+        call new_torque_rods([rod_activation_t(axis=1, amplitude=12.0_dp, frequency=0.13_dp, phase=0.4_dp, start=0.0_dp, &
+                              stop=600.0_dp), &
+                              rod_activation_t(axis=1, amplitude=10.0_dp, frequency=0.07_dp, start=3.33_dp, stop=500.0_dp, &
+                              waveform=COSINE), &
+                              rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.2_dp, start=10.01_dp, stop=590.0_dp, &
+                              waveform=TAPERED, taper=5.0_dp), &
+                              rod_activation_t(axis=3, amplitude=25.0_dp, frequency=0.05_dp, start=0.0_dp, stop=600.0_dp, &
+                              waveform=SQUARE, rise_time=1.0_dp)], &
+                             rods, failure)
         if (failed(error, failure)) return
         rods%gain = [1.02_dp, 0.97_dp, 1.0_dp]
         rods%misalignment(3:4) = [1e-3_dp, -2e-3_dp]
@@ -150,11 +151,11 @@ contains
         integer :: i
 
         ! the square wave is 0.3 of a period on its way when it begins: its first zero is 1 s later, behind the delay
-        call new_torque_rods(rods, [ &
-            rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, start=1.0_dp, stop=30.0_dp, taper=5.0_dp, &
-                             waveform=TAPERED), &
-            rod_activation_t(axis=3, amplitude=30.0_dp, frequency=0.2_dp, start=10.25_dp, stop=20.25_dp, rise_time=1.0_dp, &
-                             waveform=SQUARE, phase=0.6_dp*PI)], failure)
+        call new_torque_rods([rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, start=1.0_dp, stop=30.0_dp, &
+                              taper=5.0_dp, waveform=TAPERED), &
+                              rod_activation_t(axis=3, amplitude=30.0_dp, frequency=0.2_dp, start=10.25_dp, stop=20.25_dp, &
+                              rise_time=1.0_dp, waveform=SQUARE, phase=0.6_dp*PI)], &
+                             rods, failure)
         if (failed(error, failure)) return
         rods%delay(3) = 0.25_dp
         t = 0
@@ -164,7 +165,7 @@ contains
         end do
         call check(error, next_rod_edge(rods, t) >= huge(t), 'none is left')
 
-        call new_moment_series(series, [(0.5_dp*i, i=0, 9)], reshape([(1.0_dp*i, i=1, 30)], [3, 10]), failure)
+        call new_moment_series([(0.5_dp*i, i=0, 9)], reshape([(1.0_dp*i, i=1, 30)], [3, 10]), series, failure)
         call take_measured_moments(series, rods)
         call check(error, next_rod_edge(rods, 0.0_dp), 0.5_dp)
         call check(error, next_rod_edge(rods, -3.0_dp), 0.0_dp)
@@ -178,7 +179,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        call new_harmonic_manoeuvre(rods, [0, 1, -1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
+        call new_harmonic_manoeuvre([0, 1, -1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, rods, failure)
         if (failed(error, failure)) return
         do i = 0, 600
             call check(error, maxval(abs(dipole_moment(rods, i/10.0_dp) - [0, 1, -1]*30*sin(2*PI*0.1_dp*i/10))) < 1e-12_dp)
@@ -195,11 +196,10 @@ contains
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
 
-        call new_torque_rods(rods, &
-                             [rod_activation_t(1, 10.0_dp, 0.1_dp, 0.3_dp, 5.0_dp, 25.0_dp), &
+        call new_torque_rods([rod_activation_t(1, 10.0_dp, 0.1_dp, 0.3_dp, 5.0_dp, 25.0_dp), &
                               rod_activation_t(1, -4.0_dp, 0.25_dp, 0.0_dp, 0.0_dp, 20.0_dp), &
                               rod_activation_t(3, 7.0_dp, 0.0_dp, PI/2, 10.0_dp, 12.0_dp)], &
-                             failure)
+                             rods, failure)
         if (failed(error, failure)) return
         call check(error, maxval(abs(dipole_moment(rods, 11.0_dp) - &
                                      [10*sin(0.2_dp*PI*6 + 0.3_dp) - 4*sin(0.5_dp*PI*11), &
@@ -244,16 +244,16 @@ contains
         call check_refused(error, pair, '35 A m^2 at t = 20 s')
         call check_refused(error, pair([2, 1]), '35 A m^2')
         pair(2)%start = 31
-        call new_torque_rods(rods, pair, failure)
+        call new_torque_rods(pair, rods, failure)
         if (failed(error, failure)) return
         pair(2)%start = 20
         pair(2)%axis = 2
-        call new_torque_rods(rods, pair, failure)
+        call new_torque_rods(pair, rods, failure)
         if (failed(error, failure)) return
         pair(2)%axis = 1        ! of rods that are stronger, or weaker
-        call new_torque_rods(rods, pair, failure, 35.0_dp)
+        call new_torque_rods(pair, rods, failure, 35.0_dp)
         if (failed(error, failure)) return
-        call new_torque_rods(rods, pair, failure, 3.0_dp)
+        call new_torque_rods(pair, rods, failure, 3.0_dp)
         call check_fails(error, failure, 'at most 3 A m^2 (largest_moment of &rods)')
     end subroutine test_limit
 
@@ -265,7 +265,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: moment(3)
 
-        call new_torque_rods(rods, [activation], failure)
+        call new_torque_rods([activation], rods, failure)
         moment = dipole_moment(rods, time)
         moment_of = moment(1)
         if (allocated(failure)) moment_of = NAN
@@ -369,7 +369,7 @@ contains
         type(error_t), allocatable :: failure
 
         good = rod_activation_t(2, 1.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 60.0_dp, SQUARE, 0.0_dp, 5.0_dp)
-        call new_torque_rods(rods, [good], failure)
+        call new_torque_rods([good], rods, failure)
         if (failed(error, failure)) return
         bad = good
         bad%waveform = 5
@@ -418,7 +418,7 @@ contains
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
 
-        call new_torque_rods(rods, [activation], failure)
+        call new_torque_rods([activation], rods, failure)
         if (.not. allocated(failure)) call check_rod_sampling(rods, 0.1_dp, failure)
         message = message_of(failure)
     end function sampling_message
@@ -450,7 +450,7 @@ contains
         subroutine check_moves(expected)
             logical, intent(in) :: expected
 
-            call new_torque_rods(rods, [wave], failure)
+            call new_torque_rods([wave], rods, failure)
             call check(error, moves_rods(rods, 60.0_dp) .eqv. expected)
             call check_rods_fire(rods, 60.0_dp, failure)
             call check(error, allocated(failure) .neqv. expected)
@@ -464,7 +464,7 @@ contains
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
 
-        call new_torque_rods(rods, activations, failure)
+        call new_torque_rods(activations, rods, failure)
         call check_fails(error, failure, part_of_message)
     end subroutine check_refused
 
@@ -482,7 +482,7 @@ contains
         do i = 0, 40
             moment(:, i) = [1 + time(i) - (time(i)/20)**3, 2.0_dp, -time(i)/4]
         end do
-        call new_moment_series(series, time, moment, failure)
+        call new_moment_series(time, moment, series, failure)
         call check_passes(error, failure)
         do k = 0, 400
             t = k/10.0_dp
@@ -494,7 +494,7 @@ contains
                 time(i) = i*h
                 moment(:, i) = 30*[0.0_dp, sin(0.2_dp*PI*time(i)), cos(0.2_dp*PI*time(i))]
             end do
-            call new_moment_series(series, time, moment, failure)
+            call new_moment_series(time, moment, series, failure)
             worst = 0
             do i = 40, 360
                 t = i*h/10
@@ -504,7 +504,7 @@ contains
             ! the slopes' error of h^4/30 of the fifth derivative adds 1.6 (2 pi 0.1 h)^2 of it: 0.16 and 0.04
             call check(error, worst < 1.2_dp*30*(0.2_dp*PI*h)**4/384 .and. worst > 0.8_dp*30*(0.2_dp*PI*h)**4/384, 'a sine')
         end do
-        call new_harmonic_manoeuvre(rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
+        call new_harmonic_manoeuvre([0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, rods, failure)
         rods%gain = 0.5_dp
         rods%delay = 2
         rods%misalignment(5) = PI/2         ! the z rod lies along -y
@@ -526,7 +526,7 @@ contains
         integer :: i, k
 
         moment = reshape([(modulo(7.0_dp*i*i, 11.0_dp), i=1, 36)], [3, 12])
-        call new_moment_series(series, [(0.5_dp*i, i=0, 11)], moment, failure, held=.true.)
+        call new_moment_series([(0.5_dp*i, i=0, 11)], moment, series, failure, held=.true.)
         do i = 0, 8
             from = 0.12_dp + 0.03_dp*i              ! to 4 s later, away from steps by more than half of what they last
             call check(error, all(abs(series_moments(series, from + 0.5_dp, .true.) - moment(:, 2)) <= 0), 'a jump')
@@ -559,7 +559,7 @@ contains
         moment(2, 4) = NAN
         call refused(time, moment, 'at 3 s is NaN')
         moment = 1
-        call new_moment_series(series, time, moment, failure)
+        call new_moment_series(time, moment, series, failure)
         call check_moments_cover(series, 20.0_dp, failure)
         if (failed(error, failure)) return
         call check_moments_cover(series, 60.0_dp, failure)
@@ -571,7 +571,7 @@ contains
             real(dp), intent(in) :: time(:), moment(:, :)
             character(*), intent(in) :: part
 
-            call new_moment_series(series, time, moment, failure)
+            call new_moment_series(time, moment, series, failure)
             call check_fails(error, failure, 'moments of the torque rods ... '//part)
         end subroutine refused
     end subroutine test_refused_measurements

@@ -109,8 +109,8 @@ contains
         call take_calibration('front-3', calibration)
         associate (case => calibration%case, stated => calibration%case%operator%a_priori)
             case%satellite%accelerometer%noise%level = QUIET
-            call new_torque_rods(case%satellite%rods, [(rod_activation_t(axis=i, amplitude=30, frequency=(4 + i)/60.0_dp, &
-                                                                         stop=60), i=1, 3)], failure)
+            call new_torque_rods([(rod_activation_t(axis=i, amplitude=30, frequency=(4 + i)/60.0_dp, stop=60), i=1, 3)], &
+                                 case%satellite%rods, failure)
             case%operator%sigma(1, COMMON_ROD_GAIN) = stated%sigma_rod_gain
             case%operator%sigma(:, ROD_DIRECTION) = stated%sigma_directions(1)
             case%operator%sigma(:, INERTIA_ERRORS) = stated%sigma_inertia
@@ -445,8 +445,9 @@ contains
         calibration%options%optimal%estimate_magnetometer_bias = .true.
         options = calibration%options
         associate (rods => calibration%case%satellite%rods)
-            call new_torque_rods(rods, [(rod_activation_t(axis=i, amplitude=30, frequency=FREQUENCY(i), &
-                                         phase=PHASE(i)*DEGREE, stop=60, waveform=SQUARE), i=1, 3)], failure)
+            call new_torque_rods([(rod_activation_t(axis=i, amplitude=30, frequency=FREQUENCY(i), phase=PHASE(i)*DEGREE, &
+                                  stop=60, waveform=SQUARE), i=1, 3)], &
+                                 rods, failure)
         end associate
         if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 1_i8, 1, observations, failure)

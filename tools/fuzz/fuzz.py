@@ -230,7 +230,8 @@ class Entries:
         self.keep = {"object": observations, "case": case, "simulator": simulator, "observations": observations, "setup": observations.setup,
                      "fit": observations.fit("sequential"), "gravity": make.Gravity("egm96", 4),
                      "field": make.Field("igrf14", "1989-01-02"), "density": make.Density("dtm77", "1989-01-02"), "wind": make.Wind(),
-                     "earth_radiation": make.EarthRadiation(), "force_model": case.force_model()}
+                     "earth_radiation": make.EarthRadiation(), "force_model": case.force_model(),
+                     "live": make.LiveEstimate(observations.setup, [0, 0, 0, 1], [0, 0, 0])}
         gone = make.Case("front-1")
         self.freed = int(self.ffi.cast("intptr_t", gone._handle))
         del gone
@@ -354,7 +355,7 @@ class Entries:
     def _kind_of(self, name):
         """What kind of object a function works on."""
         makers = {"force_model_open": "case", "simulator_open": "case", "case_bound": "case", "design": "case", "map": "case",
-                  "simulate": "simulator", "observations_create": "setup", "estimate": "observations",
+                  "simulate": "simulator", "observations_create": "setup", "live_begin": "setup", "estimate": "observations",
                   "estimate_chain": "observations"}
         word = name.replace("gracecg_", "")
         return makers.get(word) or next((kind for kind in self.keep if word.startswith(kind)), "object")

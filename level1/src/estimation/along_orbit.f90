@@ -171,10 +171,10 @@ contains
             models%epoch = utc_of_gps(calibration%epoch, 0.0_dp)
             models%mass = calibration%setup%mass
             associate (prism => REPORT_PRISM)
-                call new_trapezoid(models%surface, prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, error)
+                call new_trapezoid(prism(1), prism(2), prism(3), prism(4), SPECULAR, DIFFUSE, models%surface, error)
             end associate
-            if (.not. allocated(error)) call new_earth_radiation(models%earthlight, 'report', standard_rings(1), &
-                                                                 DEFAULT_SOLAR_IRRADIANCE, error)
+            if (.not. allocated(error)) call new_earth_radiation('report', standard_rings(1), DEFAULT_SOLAR_IRRADIANCE, &
+                                                                 models%earthlight, error)
             if (.not. allocated(error)) call new_density_model('dtm77', models%epoch, &
                 density_settings_t(space_weather_source_t('given')), models%air, error)
         end subroutine build_models

@@ -210,7 +210,7 @@ contains
             if (calibration%current_time(first) < span%start) first = first + 1
             wanted = [(k, k=first, last_not_after(calibration%current_time, min(span%stop, to + AROUND)))]
             moment = spread(setup%rod_gain*setup%rod_sign, 2, size(wanted))*calibration%current(:, wanted)
-            call new_moment_series(moments, calibration%current_time(wanted) - zero, moment, error, held)
+            call new_moment_series(calibration%current_time(wanted) - zero, moment, moments, error, held)
             if (allocated(error)) return
             call take_measured_moments(moments, knowledge%rods)
             knowledge%rods%delay = setup%torque_delay
@@ -365,7 +365,7 @@ contains
             do i = 1, n
                 moment(:, i) = smooth_moments(time(i))
             end do
-            call new_moment_series(moments, time - begin, moment, error)
+            call new_moment_series(time - begin, moment, moments, error)
             if (allocated(error)) return
             call take_measured_moments(moments, knowledge%rods)
         end associate

@@ -52,9 +52,8 @@ contains
     !> What has no star camera is prepared for those alone that can do without the attitude; the operator then
     !> knows the angular velocity.
     !>
-    !> Fails when the observations are refused by check_observations, when accelerometer times are
-    !> not multiples of the sampling interval, when there are too few attitudes, or when the
-    !> magnetometer leaves a gap that the field model cannot fill.
+    !> Fails when the observations are refused by check_observations, when there are too few attitudes, or when the magnetometer
+    !> leaves a gap that the field model cannot fill.
     subroutine preprocess(observations, options, data, error, without_attitude)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options       !! May give the first guess of the rotation
@@ -75,8 +74,7 @@ contains
         call apply_knowledge(clean)
         data%interval = clean%knowledge%accelerometer_interval
         data%steps = nint(clean%knowledge%duration/data%interval)
-        call take_accelerations(clean, data, error)
-        if (allocated(error)) return
+        call take_accelerations(clean, data)
         if (has_orbit(clean)) then
             data%orbit_time = clean%orbit_time
             data%orbit_position = clean%orbit_position
@@ -133,33 +131,14 @@ contains
     end function is_given
 
     !> Accelerometer samples with the index of their epoch.
-    subroutine take_accelerations(observations, data, error)
+    subroutine take_accelerations(observations, data)
         type(observation_set_t), intent(in) :: observations
         type(fitting_data_t), intent(inout) :: data
-        type(error_t), allocatable, intent(out) :: error
 
-        integer :: i, previous, apart
+        integer :: apart
 
         associate (times => observations%accelerometer_time)
             data%accelerometer_epoch = nint(times/data%interval)
-            previous = -1
-            do i = 1, size(times)
-                associate (k => data%accelerometer_epoch(i))
-                    if (abs(times(i) - k*data%interval) > 0.01_dp*data%interval) then
-                        call fail(error, 'accelerometer: time '//number_text(times(i))// &
-                                  ' s is not a multiple of the sampling interval '// &
-                                  number_text(data%interval)//' s')
-                    else if (k < 0 .or. k > data%steps) then
-                        call fail(error, 'accelerometer: time '//number_text(times(i))// &
-                                  ' s lies outside the arc of '// &
-                                  number_text(data%steps*data%interval)//' s')
-                    else if (k == previous) then
-                        call fail(error, 'accelerometer: two samples near '//number_text(times(i))//' s')
-                    end if
-                    if (allocated(error)) return
-                    previous = k
-                end associate
-            end do
             apart = 1       ! epochs from sample to sample: means of `level1 prepare` have one a second
             if (size(times) > 1) apart = minval(data%accelerometer_epoch(2:) - data%accelerometer_epoch(:size(times) - 1))
             if (size(times) < data%steps/apart) then

@@ -164,7 +164,7 @@ contains
 
         real(dp) :: angle, t, x, growth
 
-        t = k*model%interval
+        t = model%start + k*model%interval
         x = 2*real(k, dp)/model%steps - 1
         angle = TWO_PI*(model%wave_frequency + state%value(WAVE_FREQUENCY))*t
         partials(:, 1) = along*(3*x**2 - 1)/2

@@ -1,5 +1,5 @@
-!> The estimate while the manoeuvre goes on: what `sequential` estimates under a straight drag, fed sample by sample, in
-!> memory that does not grow.
+!> The estimate while the manoeuvre goes on: what `sequential` estimates under a straight drag with, where its frequency is
+!> given, a density wave, fed sample by sample, in memory that does not grow.
 !>
 !> The arc is a window of one sampling interval: the nominal rotation goes on from its end, and so do its partials by what was
 !> at the beginning (gracecg_estimation_model_rotation). A sample is whitened by what the noise of those before it lets expect
@@ -9,10 +9,12 @@
 !> move to the estimate: the array and what the whitening remembers stay as they are, but for their residuals. Offset, torque and
 !> scale factors stay: their products with each other and with the rotation are not linear. While the offset is not known, what
 !> these do to the acceleration is not either, and a filter that takes the first guess for it claims to know more than it does.
-!> So the first seconds are kept, and linearised anew about what they have told, the past behind them never.
+!> So the first seconds are kept, and linearised anew about what they have told, the past behind them never. A wave's amplitudes
+!> and the error of its frequency move with the rotation: they are known long before their product matters, if the frequency is
+!> nearly right. Nobody finds it in half a period: it has to be known from an earlier calibration.
 module gracecg_estimation_live_estimate
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM
+    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_lanes, only: lanes_of
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
@@ -21,7 +23,7 @@ module gracecg_estimation_live_estimate
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_observations_observation_set, only: LARGEST_ACCELERATION, LARGEST_FIELD
     use gracecg_observations_parameters, only: PARAMETERS, ATTITUDE_ANGLES, RATE, TORQUE, FIELD_BIAS, SCALE_FACTORS, DRIFT, &
-        BIAS, OFFSET, loose_sigmas
+        BIAS, OFFSET, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, loose_sigmas
     use gracecg_estimation_options, only: sequential_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_model_state, only: physical_model_t, model_state_t, model_trajectory_t, turned_by
@@ -33,10 +35,12 @@ module gracecg_estimation_live_estimate
     public :: live_sample_t, live_estimate_t, begin_live_estimate
 
     !> The constants; last those whose nominal values stay until they are known
-    integer, parameter :: ESTIMATED(24) = [ATTITUDE_ANGLES, RATE, FIELD_BIAS, DRIFT, BIAS, OFFSET, TORQUE, SCALE_FACTORS]
+    integer, parameter :: ESTIMATED(27) = [ATTITUDE_ANGLES, RATE, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, DRIFT, &
+                                           BIAS, OFFSET, TORQUE, SCALE_FACTORS]
     integer, parameter :: N = size(ESTIMATED)
     integer, parameter :: LATE = 9                  !! The last ones
-    integer, parameter :: TURNING(12) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 19, 20, 21]    !! Those that act on the rotation
+    integer, parameter :: TURNING(12) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 22, 23, 24]    !! Those that act on the rotation
+    integer, parameter :: OF_WAVE(3) = [10, 11, 12]                                !! Those of the wave
     real(dp), parameter :: FIRST_SECONDS = 10       !! That are kept, s
     real(dp), parameter :: SAME_TIME = 1e-6_dp      !! Times that differ by less are one, sampling intervals
     real(dp), parameter :: KNOWN(LATE) = [1e-4_dp, 1e-4_dp, 1e-4_dp, 5e-6_dp, 5e-6_dp, 5e-6_dp, 0.0_dp, 0.0_dp, 0.0_dp]
@@ -44,8 +48,10 @@ module gracecg_estimation_live_estimate
     !! stay at 1
     real(dp), parameter :: LONGEST_SILENCE = 30     !! Of the magnetometer, whose last two samples are carried on, s
     real(dp), parameter :: MOST = 0.1_dp            !! Part of the samples that may be left out, chosen: more is no outliers, but
-    !! forces that are no straight line; the density wave of the report's cases leaves out a fifth
+    !! forces of another shape; the density wave of the report's cases, its frequency not given, leaves out a fifth
+    real(dp), parameter :: WAVE_SIGMA = 0.01_dp     !! Of a wave's frequency, relative
     real(dp), parameter :: NOTHING_KNOWN = 1        !! Standard deviation of the offset then, m
+    real(dp), parameter :: FASTEST = 1              !! First guess of an angular velocity, rad/s
     real(dp), parameter :: LARGEST_MOMENT = 1e6_dp  !! Of a satellite's rods, A m^2
     real(dp), parameter :: LOWEST_ORBIT = 6.3e6_dp  !! m
 
@@ -58,9 +64,9 @@ module gracecg_estimation_live_estimate
         !! Of the rods at the beginning, the middle and the end of the interval, body axes, A m^2
         logical :: has_field = .false.              !! A sample of the magnetometer has come
         real(dp) :: field(3) = 0                    !! Body axes, T
-        integer :: head = 0                         !! Of the star camera that has given a sample; 0: none
-        real(dp) :: attitude_time = 0               !! Of it, within the interval, s
-        real(dp) :: quaternion(4) = 0               !! Inertial to camera, scalar last
+        logical :: has_attitude(HEADS) = .false.    !! By star-camera head: it has given a sample
+        real(dp) :: attitude_time(HEADS) = 0        !! Of it, within the interval, s
+        real(dp) :: quaternion(4, HEADS) = 0        !! Inertial to camera, scalar last
         real(dp) :: position(3) = 0                 !! Inertial J2000, m; 0: not known, no gravity gradient
     end type live_sample_t
 
@@ -98,6 +104,7 @@ module gracecg_estimation_live_estimate
     contains
         procedure :: add        !! Takes what has come in the next sampling interval
         procedure :: now        !! The offset and its covariance
+        procedure :: wave       !! The density wave
         procedure :: field_at   !! The last samples of the magnetometer, carried on
     end type live_estimate_t
 
@@ -105,30 +112,40 @@ contains
 
     !> Nothing is known yet but what the operator knows; all memory is taken. Attitude and rate are a guess without weight.
     !>
-    !> Fails when a noise level is not given, when what is not a number is, or when the time tags of the accelerometer are known
-    !> to be late.
-    subroutine begin_live_estimate(knowledge, quaternion, angular_velocity, self, error)
+    !> Fails when a noise level is not given, when a guess or the frequency is out of its range, or when the time tags of the
+    !> accelerometer are known to be late.
+    subroutine begin_live_estimate(knowledge, quaternion, angular_velocity, self, error, wave_frequency)
         type(operator_knowledge_t), intent(in) :: knowledge     !! Its rods are not used: samples have their moments
         real(dp), intent(in) :: quaternion(4)                   !! At the first sample, inertial to body
         real(dp), intent(in) :: angular_velocity(3)             !! The same, body axes, rad/s
         type(live_estimate_t), intent(out) :: self
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: wave_frequency
+        !! Of a density wave, Hz, from an earlier calibration, within some per cent; absent or 0: none
 
         type(sequential_options_t) :: usual
-        real(dp) :: stated(PARAMETERS)
+        real(dp) :: stated(PARAMETERS), frequency
 
         call check_noise(knowledge, error)
         if (.not. allocated(error)) call expect_noise(self, knowledge, error)
         if (allocated(error)) return
-        if (.not. (all(abs(angular_velocity) <= huge(1.0_dp)) .and. norm2(quaternion) > 0.5_dp .and. &
-                   norm2(quaternion) < 2)) then
-            call fail(error, 'live estimate: the first attitude must be a quaternion, the first angular velocity finite')
+        frequency = 0
+        if (present(wave_frequency)) frequency = wave_frequency
+        if (.not. (norm2(quaternion) > 0.5_dp .and. norm2(quaternion) < 2)) then
+            call fail(error, 'live estimate: the first attitude must be a quaternion')
+        else if (.not. norm2(angular_velocity) <= FASTEST) then
+            call fail(error, 'live estimate: the first angular velocity is '//number_text(norm2(angular_velocity))// &
+                      ' rad/s; it must not be more than '//number_text(FASTEST)//' rad/s')
+        else if (.not. (frequency >= 0 .and. 2*frequency*knowledge%accelerometer_interval <= 1)) then
+            call fail(error, 'live estimate: wave_frequency = '//number_text(frequency)//' Hz must be from 0 to '// &
+                      number_text(0.5_dp/knowledge%accelerometer_interval)//' Hz, half the rate of the accelerometer')
         else if (abs(knowledge%accelerometer_delay) > 0) then
             call fail(error, 'live estimate: accelerometer_delay = '//number_text(knowledge%accelerometer_delay)// &
                       ' s must be 0: take it off the time tags')
         end if
         if (allocated(error)) return
         call lay_out_window(knowledge, self%model, self%trajectory)
+        self%model%wave_frequency = frequency
         self%edit_sigma = usual%edit_sigma
         self%star_sigma = knowledge%star_camera_sigma
         self%mounting = knowledge%mounting
@@ -139,6 +156,7 @@ contains
         stated = a_priori_sigmas(knowledge)
         self%prior_sigma = loose_sigmas(ESTIMATED)
         where (stated(ESTIMATED) > 0) self%prior_sigma = stated(ESTIMATED)
+        if (frequency > 0) self%prior_sigma(OF_WAVE(3)) = WAVE_SIGMA*frequency
         allocate (self%first(max(1, nint(FIRST_SECONDS/self%model%interval))))
         self%constants = new_constants(N)
         self%trial = self%constants
@@ -245,8 +263,8 @@ contains
     !> and all of the first seconds these are added anew.
     !>
     !> Fails, and takes nothing, when a number is not finite, when the time is not that of the next interval (an interval in
-    !> which the accelerometer is silent has to be added, too: the rods act), when a head does not exist, or when the
-    !> magnetometer has not yet been heard or too long ago.
+    !> which the accelerometer is silent has to be added, too: the rods act), or when the magnetometer has not yet been heard or
+    !> too long ago.
     subroutine add(self, sample, error)
         class(live_estimate_t), intent(inout) :: self
         type(live_sample_t), intent(in) :: sample
@@ -254,7 +272,7 @@ contains
 
         call take(self, sample, error)
         if (allocated(error)) return
-        if (sample%head > 0) call move_to_estimate(self, .false.)
+        if (any(sample%has_attitude)) call move_to_estimate(self, .false.)
         associate (kept => size(self%first))
             if (self%samples > kept) return
             self%first(self%samples) = sample
@@ -268,24 +286,17 @@ contains
         type(live_sample_t), intent(in) :: sample
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: predicted(3, 1), partials(N, 3, 1), rows(N + 1, 3), angles(3), body(4)
-        integer :: k, axis
+        real(dp) :: predicted(3, 1), partials(N, 3, 1), rows(N + 1, 3)
+        integer :: k, axis, head
 
         call check_sample(self, sample, error)
         if (allocated(error)) return
         k = min(1, self%samples)
         call take_interval(self, sample)
         call integrate_trajectory(self%model, self%state, self%trajectory, goes_on=.true.)
-        if (sample%head > 0) then
-            body = quaternion_product(conjugate_quaternion(self%mounting(:, sample%head)), sample%quaternion)
-            call star_angles(self%model, self%state, self%trajectory, sample%attitude_time - self%first_time - self%model%start, &
-                             sample%head, normalised(body), angles, rows(:N, :))
-            rows(N + 1, :) = angles
-            do axis = 1, 3
-                rows(:, axis) = rows(:, axis)/self%star_sigma(axis)
-            end do
-            if (.not. is_taken(self, rows)) self%edited = self%edited + 1
-        end if
+        do head = 1, HEADS
+            if (sample%has_attitude(head)) call take_attitude(self, head, sample%attitude_time(head), sample%quaternion(:, head))
+        end do
         if (sample%has_acceleration) &
             call predict_accelerations(self%model, self%state, self%trajectory, [k], predicted, partials)
         do axis = 1, 3
@@ -306,6 +317,26 @@ contains
         self%position = sample%position
     end subroutine take
 
+    !> Takes a sample of a star-camera head, against the rotation of the interval.
+    subroutine take_attitude(self, head, time, quaternion)
+        type(live_estimate_t), intent(inout) :: self
+        integer, intent(in) :: head
+        real(dp), intent(in) :: time            ! s
+        real(dp), intent(in) :: quaternion(4)
+
+        real(dp) :: rows(N + 1, 3), angles(3), body(4)
+        integer :: axis
+
+        body = quaternion_product(conjugate_quaternion(self%mounting(:, head)), quaternion)
+        call star_angles(self%model, self%state, self%trajectory, time - self%first_time - self%model%start, head, &
+                         normalised(body), angles, rows(:N, :))
+        do axis = 1, 3
+            rows(N + 1, axis) = angles(axis)
+            rows(:, axis) = rows(:, axis)/self%star_sigma(axis)
+        end do
+        if (.not. is_taken(self, rows)) self%edited = self%edited + 1
+    end subroutine take_attitude
+
     !> Refuses what cannot be taken.
     subroutine check_sample(self, sample, error)
         type(live_estimate_t), intent(in) :: self
@@ -313,6 +344,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: expected
+        integer :: head
 
         associate (h => self%model%interval)
             expected = merge(self%time + h, sample%time, self%samples > 0)
@@ -337,15 +369,15 @@ contains
             else if (.not. (sample%has_field .or. sample%time - self%field_time(2) <= LONGEST_SILENCE)) then
                 call fail(error, 'live estimate: at '//number_text(sample%time)//' s the magnetometer has been silent since '// &
                           number_text(self%field_time(2))//' s; '//number_text(LONGEST_SILENCE)//' s are bridged')
-            else if (sample%head < 0 .or. sample%head > HEADS) then
-                call fail(error, 'live estimate: a sample of a star-camera head that does not exist')
-            else if (sample%head > 0) then
-                if (.not. (abs(sample%attitude_time - (sample%time - h/2)) <= (0.5_dp + SAME_TIME)*h .and. &
-                           abs(norm2(sample%quaternion) - 1) < 0.5_dp)) &
-                    call fail(error, 'live estimate: a sample of the star camera at '//number_text(sample%attitude_time)// &
-                              ' s has to lie in the interval that ends at '//number_text(sample%time)// &
-                              ' s, and to be a quaternion')
             end if
+            do head = 1, HEADS
+                if (allocated(error) .or. .not. sample%has_attitude(head)) cycle
+                if (.not. (abs(sample%attitude_time(head) - (sample%time - h/2)) <= (0.5_dp + SAME_TIME)*h .and. &
+                           abs(norm2(sample%quaternion(:, head)) - 1) < 0.5_dp)) &
+                    call fail(error, 'live estimate: a sample of the star camera at '// &
+                              number_text(sample%attitude_time(head))//' s has to lie in the interval that ends at '// &
+                              number_text(sample%time)//' s, and to be a quaternion')
+            end do
         end associate
     end subroutine check_sample
 
@@ -370,6 +402,10 @@ contains
             self%field(:, 1) = self%field(:, 2)
             self%field(:, 2) = sample%field - self%field_bias
         end if
+        self%model%airflow_known = length > 0 .and. norm2(sample%position) > 0 .and. norm2(self%position) > 0
+        if (self%model%airflow_known) &
+            self%model%airflow(:, :) = spread(unit((sample%position - self%position)/length - &
+                                             EARTH_ROTATION_RATE*[-sample%position(2), sample%position(1), 0.0_dp]), 2, 2)
         self%model%rate_squared = 0
         do j = 0, 2
             self%model%dipole(:, j) = sample%moment(:, merge(j, 2, length > 0))
@@ -486,7 +522,7 @@ contains
             self%state%value(ESTIMATED(i)) = self%state%value(ESTIMATED(i)) + correction(i)
         end do
         self%guess%quaternion = turned_by(correction(:3), self%guess%quaternion)
-        associate (loose => [4, 5, 6, (i, i=10, 21)])
+        associate (loose => [4, 5, 6, OF_WAVE, (i, i=13, 24)])
             self%guess%value(ESTIMATED(loose)) = self%guess%value(ESTIMATED(loose)) + correction(loose)
         end associate
         do i = 1, N
@@ -526,4 +562,13 @@ contains
         if (self%edited <= MOST*(self%edited + self%innovations)) covariance = of_last(:3, :3)
         if (present(variance)) variance = self%constants%squares/max(1, self%innovations)
     end subroutine now
+
+    !> Frequency, Hz, and the amplitudes of sine and cosine of 2 pi f t, t from the first sample, m/s^2, as of the last sample of
+    !> a star camera; 0 without a wave.
+    pure function wave(self)
+        class(live_estimate_t), intent(in) :: self
+        real(dp) :: wave(3)
+
+        wave = [self%model%wave_frequency + self%state%value(WAVE_FREQUENCY), self%state%value([WAVE_SINE, WAVE_COSINE])]
+    end function wave
 end module gracecg_estimation_live_estimate

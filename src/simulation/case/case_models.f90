@@ -137,8 +137,9 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        call new_trapezoid(dynamics%surface, case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
-                           case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, error)
+        call new_trapezoid(case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
+                           case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, dynamics%surface, &
+                           error)
         if (allocated(error)) return
         dynamics%centre_of_mass = case%satellite%centre_of_mass
         dynamics%drag_coefficient = case%satellite%drag_coefficient
@@ -147,8 +148,8 @@ contains
         dynamics%reflectivity_sun = case%satellite%reflectivity_sun
         dynamics%reflectivity_earth = case%satellite%reflectivity_earth
         dynamics%solar_irradiance = case%solar_irradiance
-        call new_earth_radiation(dynamics%earth_radiation, trim(case%earth_radiation_constants), &
-                                 standard_rings(case%earth_radiation_rings), case%solar_irradiance, error, &
+        call new_earth_radiation(trim(case%earth_radiation_constants), standard_rings(case%earth_radiation_rings), &
+                                 case%solar_irradiance, dynamics%earth_radiation, error, &
                                  trim(case%earth_radiation_centres))
     end subroutine set_surface
 end module gracecg_simulation_case_models

@@ -147,8 +147,7 @@ contains
         case%angular_velocity = [0.0_dp, start%rate, 0.0_dp]
         case%wind_model = merge('constant', 'hwm93   ', case%number == 1)
         if (case%name /= name) call print_cards(name, case)
-        call new_harmonic_manoeuvre(case%satellite%rods, start%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
-                                    0.0_dp, DURATION, error)
+        call new_harmonic_manoeuvre(start%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, 0.0_dp, DURATION, case%satellite%rods, error)
     end subroutine report_case
 
     !> The name under which a case is published: that of a case with the cards as printed without its end.

@@ -232,7 +232,7 @@ contains
                 moment(:, i) = rod_moments(rods, time(i + 1))
             end do
         end if
-        call new_moment_series(measured, time, moment, error, direct=rods%direct)
+        call new_moment_series(time, moment, measured, error, direct=rods%direct)
         if (.not. allocated(error)) call take_measured_moments(measured, observations%knowledge%rods)
     end subroutine measure_rods
 

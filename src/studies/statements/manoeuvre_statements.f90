@@ -40,8 +40,8 @@ contains
         setting = AXES(rod)//' rod alone'
         pattern = 0
         pattern(rod) = 1
-        call new_harmonic_manoeuvre(calibration%case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, 0.0_dp, &
-                                    calibration%case%duration, error)
+        call new_harmonic_manoeuvre(pattern, ROD_AMPLITUDE, ROD_FREQUENCY, 0.0_dp, calibration%case%duration, &
+                                    calibration%case%satellite%rods, error)
     end subroutine take_rod
 
     !> One rod alone against both, at all places.

@@ -404,6 +404,39 @@ module c_declarations
             integer(c_int) :: status
         end function gracecg_estimate_chain
 
+        function gracecg_live_begin(setup, quaternion, angular_velocity, wave_frequency, live, error) &
+            result(status) bind(c, name='gracecg_live_begin')
+            import :: c_double, c_int, c_intptr_t, error_struct
+            integer(c_intptr_t), intent(in), value :: setup
+            real(c_double), intent(in), optional :: quaternion(*)
+            real(c_double), intent(in), optional :: angular_velocity(*)
+            real(c_double), intent(in), value :: wave_frequency
+            integer(c_intptr_t), intent(inout), optional :: live
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_live_begin
+
+        function gracecg_live_add(live, time, moment, accelerations, acceleration, fields, flux_density, positions, &
+            position, stars, star_time, star_head, quaternion, error) result(status) bind(c, &
+            name='gracecg_live_add')
+            import :: c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct
+            integer(c_intptr_t), intent(in), value :: live
+            real(c_double), intent(in), value :: time
+            real(c_double), intent(in), optional :: moment(*)
+            integer(c_size_t), intent(in), value :: accelerations
+            real(c_double), intent(in), optional :: acceleration(*)
+            integer(c_size_t), intent(in), value :: fields
+            real(c_double), intent(in), optional :: flux_density(*)
+            integer(c_size_t), intent(in), value :: positions
+            real(c_double), intent(in), optional :: position(*)
+            integer(c_size_t), intent(in), value :: stars
+            real(c_double), intent(in), optional :: star_time(*)
+            integer(c_int32_t), intent(in), optional :: star_head(*)
+            real(c_double), intent(in), optional :: quaternion(*)
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_live_add
+
         function gracecg_case_bound(the_case, bound, error) result(status) bind(c, name='gracecg_case_bound')
             import :: c_int, c_intptr_t, error_struct
             integer(c_intptr_t), intent(in), value :: the_case

@@ -41,6 +41,12 @@ module f77_interfaces
             double precision :: opt(9)
         end subroutine gcdsgd
 
+        subroutine gclivn(iliv, d, cov, var, n, istat, msg)
+            character(*) :: msg
+            integer :: iliv, n(2), istat
+            double precision :: d(3), cov(3, 3), var
+        end subroutine gclivn
+
         subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
             character(*) :: msg
             integer :: icas, nmax, n, irod(2, *), istat
@@ -304,6 +310,18 @@ module f77_interfaces
             integer :: iobs, nthr, ndeg, icons, narc, njoin, istat
             double precision :: arc, d(3), cov(3, 3), chi, prob
         end subroutine gcchn
+
+        subroutine gclivb(iset, q, w, frq, iliv, istat, msg)
+            character(*) :: msg
+            integer :: iset, iliv, istat
+            double precision :: q(4), w(3), frq
+        end subroutine gclivb
+
+        subroutine gcliva(iliv, t, xm, na, a, nm, b, no, xo, ns, ts, ihead, q, istat, msg)
+            character(*) :: msg
+            integer :: iliv, na, nm, no, ns, ihead(*), istat
+            double precision :: t, xm(3, 3), a(3, *), b(3, *), xo(3, *), ts(*), q(4, *)
+        end subroutine gcliva
 
         subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
             character(*) :: msg
