@@ -432,12 +432,16 @@ contains
         integer, intent(in) :: span_of(:)           !! The span of each arc
         type(level1_solution_t), intent(inout) :: solution
 
+        real(dp), parameter :: SIGMAS = 3       ! As of conceivable_errors
         type(error_t), allocatable :: error     ! a span alone does not tell
         integer :: i, k, r, axis
 
         solution%offset = fit%value(:3)
         solution%covariance = fit%covariance(:3, :3)
         call move_alloc(fit%beliefs, solution%beliefs)
+        if (allocated(solution%beliefs)) call solution%beliefs%add_untested( &  ! d goes with the mean of the scale factors
+            SCALE_FACTORS(1), 'scale factor of all accelerometer axes', solution%offset, &
+            SIGMAS*calibration%setup%scale_sigma/sqrt(3.0_dp))
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees
         r = size(choice%rods)

@@ -136,7 +136,7 @@ contains
 
             if (text /= '') text = text//', '
             associate (test => report%values(place))
-                text = text//trim(belief_subject(test%belief))//' ('// &
+                text = text//trim(test%subject)//' ('// &
                     rounded_text(maxval(abs(test%within))/MILLIMETRE, 2)//' mm)'
             end associate
         end subroutine add_one
@@ -152,7 +152,7 @@ contains
         of_values = maxval(abs([0.0_dp, report%values%fair]))
         of_noises = maxval(abs([0.0_dp, report%noises%score]))
         if (of_values >= of_noises) then
-            text = trim(belief_subject(report%values(maxloc(abs(report%values%fair), 1))%belief))
+            text = trim(report%values(maxloc(abs(report%values%fair), 1))%subject)
         else
             text = trim(NOISE_SUBJECTS(report%noises(maxloc(abs(report%noises%score), 1))%subject))
         end if
@@ -222,7 +222,7 @@ contains
             if (text /= '') text = text//', '
             associate (test => report%values(place))
                 effect = abs(merge(test%within(axis), test%effect(axis), within))
-                text = text//AXES(axis)//' '//rounded_text(effect/MILLIMETRE, 2)//' mm ('//trim(belief_subject(test%belief))//')'
+                text = text//AXES(axis)//' '//rounded_text(effect/MILLIMETRE, 2)//' mm ('//trim(test%subject)//')'
             end associate
         end do
     end subroutine say_undetected
