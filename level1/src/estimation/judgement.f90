@@ -197,7 +197,7 @@ contains
         scatter = sqrt(median_of(squares))
     end function scatter
 
-    !> Signs and unit of the linear accelerations, and the tags of the orbit.
+    !> Signs and unit of the linear accelerations, the mass by which light acts on them, and the tags of the orbit.
     subroutine look_along_orbit(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
@@ -205,8 +205,17 @@ contains
         real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
         real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
         real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Chosen: light is seen at all
+        real(dp), parameter :: GYRATION(2) = [0.4_dp, 2.0_dp]       ! Least and greatest radius of these satellites, m
+        real(dp) :: radius
         integer :: k
 
+        radius = sqrt(maxval(calibration%setup%inertia)/calibration%setup%mass)
+        if (radius < GYRATION(1) .or. radius > GYRATION(2)) then
+            call append(estimate%findings, 'mass ('//trim(rounded_text(calibration%setup%mass, 4))//' kg) and moments of '// &
+                        'inertia are not of one such satellite: a radius of gyration of '//trim(rounded_text(radius, 2))// &
+                        ' m, some 0.9 m is usual')
+            return      ! the unit of what light does is by the mass
+        end if
         do k = 1, 3
             if (calibration%follows(k) < 0) call append(estimate%findings, 'sign of accelerometer '//AXES(k)//': along the '// &
                 'orbit it follows air and light with the opposite sign; check accelerometer_axes, or the sign of its column')
