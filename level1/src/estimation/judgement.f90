@@ -11,8 +11,10 @@ module gracecg_level1_judgement
     use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
     use gracecg_level1_held_currents, only: rod_acceleration
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
+    use gracecg_level1_setup, only: leakage_sigmas
     use gracecg_level1_time_shifts, only: say_shift
     use gracecg_observations_parameters, only: ROD_GAIN
+    use gracecg_spacecraft_rod_leakage, only: USUAL_LEAKAGE
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
@@ -393,6 +395,9 @@ contains
                 if (mixed) call lower(1, 'leakage and d are not separable')
                 if (maxval(sigma) > POOR_SIGMA) then
                     call lower(2, 'sigma above 50 um')
+                    if (any(leakage_sigmas(calibration%setup) < USUAL_LEAKAGE/10)) call lower(2, 'sigma above 50 um: '// &
+                        'leakage_prior of the setup says that rods hardly leak, and the samples do not agree (usual are '// &
+                        '1e-12 m/s^2/mA and 3e-11 m/s^2/(mA/s))')
                     if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
                 end if
                 if (is_contradicted(solution)) call lower(1, 'the data contradict the setup')
