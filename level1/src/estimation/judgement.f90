@@ -56,7 +56,7 @@ contains
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
-        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
+        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 1e-3_dp, CERTAIN = 3e-3_dp      ! s
         real(dp), parameter :: HARDLY = 0.3_dp
         character(:), allocatable :: shifted
         integer :: k, before
