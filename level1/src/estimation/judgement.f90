@@ -298,13 +298,13 @@ contains
         end if
     end function offset_remark
 
-    !> Whether the angular channels follow the torque in the axes that the setup says.
+    !> Whether the angular channels follow the torque in the axes that the setup says, and in their unit.
     subroutine check_axes(said, estimate)
         integer, intent(in) :: said(3)      !! accelerometer_axes of the setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         integer, parameter :: PERMUTATIONS(3, 6) = reshape([1, 2, 3, 2, 3, 1, 3, 1, 2, 1, 3, 2, 2, 1, 3, 3, 2, 1], [3, 6])
-        real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp
+        real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp, MOST = 3
         type(torque_rods_t) :: rods
         real(dp) :: correlation(3, 3), product(3, 3), seen(3), acted(3), best, given, score
         real(dp), allocatable :: angular(:, :), torque(:, :)
@@ -356,6 +356,12 @@ contains
             call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
                         'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
                         trim(axes_text(said)))
+        else
+            seen = [(product(k, k)/max(acted(k), tiny(1.0_dp)), k=1, 3)]
+            k = maxloc(abs(seen), 1)
+            if (seen(k) > MOST .or. seen(k) < 1/MOST) call append(estimate%findings, 'unit of the angular accelerations: '// &
+                'about '//AXES(k)//' they are '//trim(rounded_text(seen(k), 3))//' times what the rods make in rad/s^2 (in '// &
+                'deg/s^2 it would be 57 times)')
         end if
     end subroutine check_axes
 
