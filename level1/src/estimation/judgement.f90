@@ -1,7 +1,7 @@
 !> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
 module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
+    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE, MILLIMETRE
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
@@ -58,12 +58,19 @@ contains
 
         real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 1e-3_dp, CERTAIN = 3e-3_dp      ! s
         real(dp), parameter :: HARDLY = 0.3_dp
+        real(dp), parameter :: LEAST_TURN = 0.3_dp*DEGREE       ! Of a pole: of date and of 2000 are 0.2 deg apart until 2036
         character(:), allocatable :: shifted
         integer :: k, before
 
         call say_shift(estimate%arcs, calibration%has_angular, shifted)
         if (shifted /= '') then     ! what follows would blame signs, axes, gains
             call append(estimate%findings, shifted)
+            return
+        end if
+        if (calibration%poles_apart > LEAST_TURN) then
+            call append(estimate%findings, 'GNV1B and GNI1B do not belong together: by them the pole of the Earth is '// &
+                        trim(rounded_text(calibration%poles_apart/DEGREE, 2))//' deg from where it is; tags that are 18 s '// &
+                        'apart make 1.2 deg, a sign or a column more')
             return
         end if
         do k = 1, 3
