@@ -141,8 +141,8 @@ contains
             call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm '//trim(how)//' --options '// &
                               quoted_word(order%folder//'/'//OPTIONS_FILE))
         else
-            call console%warn('all torque rods are off: from these observations no CG offset can '// &
-                                 'be estimated')
+            call console%warn('all '//trim(merge('torquers   ', 'torque rods', order%case%satellite%rods%direct))// &
+                              ' are off: from these observations no CG offset can be estimated')
         end if
     end subroutine report
 end module gracecg_cli_simulate

@@ -3,7 +3,7 @@ module gracecg_estimation_belief_words
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
+    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
         LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
@@ -55,7 +55,7 @@ contains
         text = text//'; they fit if '
         do i = 1, size(report%explanations)
             if (i > 1) text = text//', or if '
-            call say_explanation(report%explanations(i), part)
+            call say_explanation(report, report%explanations(i), part)
             text = text//part
         end do
         if (.not. report%explanations(1)%complete) text = text//'; even then something is contradicted'
@@ -160,7 +160,8 @@ contains
     end subroutine say_worst
 
     !> An explanation, with what the offset would be.
-    subroutine say_explanation(explanation, text)
+    subroutine say_explanation(report, explanation, text)
+        type(belief_report_t), intent(in) :: report
         type(explanation_t), intent(in) :: explanation
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
@@ -169,7 +170,8 @@ contains
 
         select case (explanation%kind)
         case (OF_VALUE)
-            call say_value(explanation%place, explanation%value, explanation%sigma, text)
+            call say_value(report%values(findloc(report%values%belief, explanation%place, 1))%subject, explanation%place, &
+                           explanation%value, explanation%sigma, text)
         case (OF_ALTERATION)
             text = trim(ALTERATIONS(explanation%place))
         case default
@@ -190,12 +192,13 @@ contains
 
     !> 'the gain of rod y is 0.52 +/- 0.04 of that of the setup', 'the delay of rod y is 0.1 +/- 0.02 s more than
     !> the setup says'.
-    subroutine say_value(belief, value, sigma, text)
+    subroutine say_value(subject, belief, value, sigma, text)
+        character(*), intent(in) :: subject     !! Of the belief, in words
         integer, intent(in) :: belief           !! The parameter's place
         real(dp), intent(in) :: value, sigma    !! SI units
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
-        text = 'the '//trim(belief_subject(belief))//' is '
+        text = 'the '//trim(subject)//' is '
         if (belief == ROD_GAIN .or. any(ROD_GAINS == belief)) then
             text = text//rounded_text(1 + value, 3)//' +/- '//rounded_text(sigma, 2)//' of that of the setup'
         else
