@@ -302,7 +302,7 @@ contains
         call refused(error, 'magnetometer-loss --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'trim --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'timing --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
-        call succeeds(error, 'simulate front-1 --out '//FOLDER//'replaced', output)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'replaced', output, messages)
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'replaced --seed 2', output, messages)
         call check(error, messages, '')
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'replaced', output, messages)

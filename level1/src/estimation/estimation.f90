@@ -449,6 +449,7 @@ contains
         type(level1_solution_t), intent(inout) :: solution
 
         real(dp), parameter :: SIGMAS = 3       ! As of conceivable_errors
+        real(dp), parameter :: ANY_SCALE = 0.1_dp       ! Chosen: air and light show no less than a factor of 3
         type(error_t), allocatable :: error     ! a span alone does not tell
         integer :: i, k, r, axis
 
@@ -456,7 +457,7 @@ contains
         solution%covariance = fit%covariance(:3, :3)
         call move_alloc(fit%beliefs, solution%beliefs)
         if (allocated(solution%beliefs)) call solution%beliefs%add_untested( &  ! d goes with the mean of the scale factors
-            SCALE_FACTORS(1), 'scale factor of all accelerometer axes', solution%offset, &
+            SCALE_FACTORS(1), 'scale factor of all accelerometer axes', solution%offset, ANY_SCALE, &
             SIGMAS*calibration%setup%scale_sigma/sqrt(3.0_dp))
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees

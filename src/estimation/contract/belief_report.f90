@@ -3,7 +3,7 @@ module gracecg_estimation_belief_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_observations_parameters, only: KIND_OF, OF_FIELD_BIAS, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, &
-        OF_FIELD_DELAY, OF_FIELD_TURN, OF_MOUNTING_1, OF_MOUNTING_2, belief_subject, largest_error
+        OF_FIELD_DELAY, OF_FIELD_TURN, OF_MOUNTING_1, OF_MOUNTING_2, belief_subject
     implicit none
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
@@ -302,21 +302,22 @@ contains
     end subroutine take_score
 
     !> Adds to a finished report an error that no test can see, with no number of tests more.
-    pure subroutine add_untested(self, like, subject, by_one, conceivable)
+    pure subroutine add_untested(self, like, subject, by_one, largest, conceivable)
         class(belief_report_t), intent(inout) :: self
-        integer, intent(in) :: like         !! Place of the parameter that has its size
+        integer, intent(in) :: like         !! Place of a parameter of its kind
         character(*), intent(in) :: subject !! What it is of, in words
         real(dp), intent(in) :: by_one(3)   !! What an error of 1 does to the offset, m
-        real(dp), intent(in) :: conceivable !! Largest error within what the operator states, SI units
+        real(dp), intent(in) :: largest     !! Conceivable error, SI units
+        real(dp), intent(in) :: conceivable !! The same within what the operator states
 
         type(value_test_t) :: test
 
         test%belief = like
         test%subject = subject
-        test%largest = largest_error(like)
-        test%unseen = test%largest
-        test%stated = min(conceivable, test%largest)
-        test%effect = by_one*test%unseen
+        test%largest = largest
+        test%unseen = largest
+        test%stated = min(conceivable, largest)
+        test%effect = by_one*largest
         self%values = [self%values, test]
         call weigh_values(self)
     end subroutine add_untested
