@@ -3,7 +3,7 @@ module gracecg_estimation_belief_words
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_unit, belief_size
+    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
         LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
@@ -166,12 +166,15 @@ contains
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         real(dp), parameter :: FAR_LESS = 0.3_dp    ! No instrument is so much better than its operator says
-        integer :: axis
+        character(48) :: subject
+        integer :: i, axis
 
         select case (explanation%kind)
         case (OF_VALUE)
-            call say_value(report%values(findloc(report%values%belief, explanation%place, 1))%subject, explanation%place, &
-                           explanation%value, explanation%sigma, text)
+            subject = belief_subject(explanation%place)
+            i = findloc(report%values%belief, explanation%place, 1)
+            if (i > 0) subject = report%values(i)%subject       ! torquers are no rods
+            call say_value(subject, explanation%place, explanation%value, explanation%sigma, text)
         case (OF_ALTERATION)
             text = trim(ALTERATIONS(explanation%place))
         case default
