@@ -138,8 +138,9 @@ contains
         call preprocess(observations, options, data, error)
         if (allocated(error)) return
         if (.not. any(abs(data%torque) > 0)) then
-            call fail(error, 'the torque rods are off all the time: nothing turns the satellite so that '// &
-                      'the offset could be seen; give a manoeuvre in groups &rod')
+            call fail(error, 'the '//trim(merge('torquers   ', 'torque rods', observations%knowledge%rods%direct))//' are off '// &
+                      'all the time: nothing turns the satellite so that the offset could be seen; give a manoeuvre in '// &
+                      'groups '//trim(merge('&excitation', '&rod       ', observations%knowledge%rods%direct)))
         else if (.not. all(observations%knowledge%star_camera_sigma > 0)) then
             call fail(error, 'the star camera has no noise: a bound needs the noise of all instruments; '// &
                       'give catalogue_noise or measurement_noise')

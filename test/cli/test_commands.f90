@@ -283,11 +283,11 @@ contains
     end subroutine test_timing
 
     !> Folders that cannot be made or written: below a file, below /proc, or with a folder in the
-    !> way.
+    !> way. Of a simulation that gives way to that of another case is told.
     subroutine test_unwritable(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: UNWRITABLE = '/proc/gracecg: cannot be written'
-        character(:), allocatable :: output
+        character(:), allocatable :: output, messages
 
         call make_file('a-file', 'text')
         call refused(error, 'simulate front-1 --out '//FOLDER//'a-file/run', STATUS_FAILED, &
@@ -302,6 +302,11 @@ contains
         call refused(error, 'magnetometer-loss --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'trim --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         call refused(error, 'timing --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'replaced', output, messages)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'replaced --seed 2', output, messages)
+        call check(error, messages, '')
+        call succeeds(error, 'simulate front-3 --out '//FOLDER//'replaced', output, messages)
+        call check_says(error, messages, 'replaced held a simulation of case front-1, seed 2, run 1')
         call succeeds(error, 'verify back-2 --out '//FOLDER//'held/setup.nml', output)
         call refused(error, 'simulate front-1 --out '//FOLDER//'held', STATUS_FAILED, 'held/setup.nml: is a folder')
         call check(error, .not. file_exists(FOLDER//'held/truth.csv') .and. &

@@ -311,7 +311,7 @@ contains
         bad = good
         bad%magnetometer_time = good%magnetometer_time(2:)
         bad%field = good%field(:, 2:)
-        call survived(error, bad, NEARLY, '1 epochs from 1 s')
+        call survived(error, bad, NEARLY, '1 epoch from 1 s')
         bad = good
         bad%field(:, 20:) = spread(good%field(:, 20), 2, 41)
         call survived(error, bad, NEARLY, 'stuck at one value: 40 samples')

@@ -3,11 +3,11 @@
 module test_level1_estimate
     use vocabulary
     use calibrations
-    use gracecg_base_text, only: split_words
+    use gracecg_base_text, only: split_words, real_text
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
     use gracecg_level1_commands, only: level1_commands
-    use gracecg_files_file, only: file_exists
+    use gracecg_files_file, only: file_exists, output_file_t, text_file_t, read_text_file
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
@@ -41,6 +41,9 @@ contains
                     new_unittest('obc-tags', test_obc_tags), &
                     new_unittest('wrong-b-currents', test_wrong_b), &
                     new_unittest('no-angular-channels', test_no_angular), &
+                    new_unittest('what-no-data-show', test_unseen), &
+                    new_unittest('units-and-mass', test_units), &
+                    new_unittest('orbits-that-differ', test_orbits_apart), &
                     new_unittest('no-manoeuvre', test_no_manoeuvre), &
                     new_unittest('requirement-by-axis', test_requirement), &
                     new_unittest('observation-set', test_observation_set)]
@@ -205,6 +208,133 @@ contains
         if (failed(error, failure)) return
         call check(error, estimate%solutions(1)%separable .and. estimate%solutions(1)%leakage == 'a priori', 'as asked')
     end subroutine test_one_place
+
+    !> A scale factor common to all axes goes into d and no test sees it: it is counted. Products of inertia that the setup
+    !> leaves at 0 are estimated, and said.
+    subroutine test_unseen(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: FACTOR = 1.1_dp
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        setup = setup_said()
+        setup%inertia = setup%inertia*identity(3)
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup, calibration, estimate)) return
+        call check(error, says(estimate%remarks, 'products_of_inertia are 0 in the setup'), 'products of inertia')
+        call check_offsets(estimate, 2*MICROMETRE, error)
+        do i = 1, size(calibration%spans)
+            calibration%spans(i)%linear = FACTOR*calibration%spans(i)%linear
+        end do
+        call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        associate (first => estimate%solutions(1))
+            call check(error, maxval(abs(first%offset - FACTOR*OFFSET)) < MICROMETRE, 'd goes with it')
+            call check(error, all(abs(first%offset - OFFSET) < first%beliefs%undetected(.false.)), 'counted')
+            call check(error, all(first%beliefs%undetected(.true.) < 5e-5_dp), 'not where the setup holds')
+        end associate
+    end subroutine test_unseen
+
+    !> Angular accelerations of another unit, a mass of another satellite, leakage that the setup denies: by name; a lag of the
+    !> accelerometer that is nearly the clock correction is not taken for it.
+    subroutine test_units(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: CORRECTION = 0.016667_dp     ! s
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: calibration, spoiled
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
+        do i = 1, 2
+            estimate%accelerometer_delay = CORRECTION + (i - 1)*3e-3_dp
+            estimate%accelerometer_delay_sigma = 7e-4_dp
+            deallocate (estimate%findings)
+            allocate (estimate%findings(0))
+            call name_faults(calibration, estimate)
+            call check(error, says(estimate%findings, 'tags left in OBC time') .eqv. i == 1, 'OBC time')
+        end do
+        calibration%setup%leakage_prior = 0
+        estimate%solutions(1)%covariance = (60*MICROMETRE)**2*identity(3)
+        deallocate (estimate%findings)
+        allocate (estimate%findings(0))
+        call judge(calibration, estimate)
+        call check(error, index(estimate%solutions(1)%reason, 'leakage_prior') > 0, estimate%solutions(1)%reason)
+        setup = setup_said()
+        setup%mass = setup%mass/10
+        call estimate_level1(calibration, setup, 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, says(estimate%findings, 'radius of gyration of 2.6 m'), 'mass')
+        spoiled = calibration
+        do i = 1, size(spoiled%spans)
+            spoiled%spans(i)%angular = spoiled%spans(i)%angular/DEGREE
+        end do
+        call estimate_level1(spoiled, setup_said(), 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, says(estimate%findings, 'unit of the angular accelerations'), 'angular')
+    end subroutine test_units
+
+    !> An Earth-fixed orbit that is not the inertial one: 18 s later, which is named before what follows from it; with another
+    !> sign of y, which its velocities do not have.
+    subroutine test_orbits_apart(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        real(dp) :: none(2, 0)
+
+        call write_day('l1_apart', flaws_t(spans=1), path)
+        call spoil_orbit(18, 1.0_dp)
+        call gather_calibration([path], setup_said(), '', '', none, 'model', calibration, failure)
+        if (.not. allocated(failure)) call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        if (unmet(error, size(estimate%findings), 1, 'one cause')) return
+        call check_says(error, estimate%findings(1)%text, 'GNV1B and GNI1B do not belong together')
+        call spoil_orbit(-18, -1.0_dp)
+        call gather_calibration([path], setup_said(), '', '', none, 'model', calibration, failure)
+        call check_fails(error, failure, 'GNV1B ... positions and velocities along y')
+
+    contains
+
+        !> Writes GNV1B anew: tags later, and y times a factor.
+        subroutine spoil_orbit(later, factor)
+            integer, intent(in) :: later            ! s
+            real(dp), intent(in) :: factor
+            type(text_file_t) :: file
+            type(output_file_t) :: copy
+            type(string_t), allocatable :: words(:)
+            character(:), allocatable :: line
+            integer :: k, i, seconds
+            real(dp) :: y
+            logical :: is_header
+
+            call read_text_file(path//'/GNV1B_2020-02-01_C_04.txt', file, failure)
+            if (.not. allocated(failure)) call copy%open(path//'/GNV1B_2020-02-01_C_04.txt', failure)
+            if (allocated(failure)) return
+            is_header = .true.
+            do k = 1, file%line_count()
+                line = file%line(k)
+                if (.not. is_header) then
+                    words = split_words(line)
+                    read (words(1)%text, *) seconds
+                    read (words(5)%text, *) y
+                    words(1)%text = integer_text(seconds + later)
+                    words(5)%text = real_text(factor*y)
+                    line = ''
+                    do i = 1, size(words)
+                        line = line//words(i)%text//' '
+                    end do
+                end if
+                is_header = is_header .and. index(line, '# End') == 0
+                call copy%line(trim(line))
+            end do
+            call copy%commit(failure)
+        end subroutine spoil_orbit
+    end subroutine test_orbits_apart
 
     subroutine test_wrong_rod(error)
         type(error_type), allocatable, intent(out) :: error

@@ -333,8 +333,8 @@ contains
     !> right, and the offset with it.
     subroutine test_beliefs(error)
         type(error_type), allocatable, intent(out) :: error
-        character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of rod y is ', 'the gain of rod y is 0.9', &
-                                                'the direction of rod x about y is ']
+        character(40), parameter :: NAMED(3) = [character(40) :: 'the delay of torquer y is ', 'the gain of torquer y is 0.9', &
+                                                'the direction of torquer x about y is ']
         type(calibration_t) :: calibration
         type(observation_set_t) :: observations, wrong
         type(solution_t) :: solution

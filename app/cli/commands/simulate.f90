@@ -1,8 +1,8 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
     use gracecg_base_version, only: VERSION
-    use gracecg_files_file, only: file_exists, make_directory, remove_file
-    use gracecg_files_run_record, only: note_output
+    use gracecg_files_file, only: file_exists, make_directory, remove_file, text_file_t, read_text_file
+    use gracecg_files_run_record, only: note_file, note_output, UPDATED
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_arc_chain, only: USUAL_ARC
     use gracecg_estimation_plausibility, only: longest_arc
@@ -44,6 +44,7 @@ contains
         type(calibration_t) :: calibration
         type(simulation_order_t) :: order
         type(simulation_summary_t) :: summary
+        character(:), allocatable :: before
 
         call arguments%get('--out', order%folder, misuse)
         call arguments%get('--seed', order%seed, misuse)
@@ -54,12 +55,38 @@ contains
         call take_calibration(arguments, arguments%positional(1), calibration, error, may_rest=.true.)
         if (allocated(error)) return
         order%case = calibration%case
+        call find_earlier(order%folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), before)
         call write_run(order, calibration%options, summary, error)
         if (allocated(error)) return
         call warn_of_field(order%case%field_model, order%case%epoch, console)
         call console%warn_all(summary%warnings)
+        if (before /= '' .and. index(before, trim(order%case%name)//',') /= 1) call console%warn(order%folder//' held a '// &
+            'simulation of case '//before//', which this one has replaced')
         call report(order, summary, file_exists(arguments%positional(1)), console)
     end subroutine run_simulate
+
+    !> Which simulation a folder holds: name of its case, seed, run; empty: none.
+    subroutine find_earlier(setup, before)
+        character(*), intent(in) :: setup       !! Path, where it is
+        character(:), allocatable, intent(out) :: before
+
+        character(*), parameter :: MARK = '! case '
+        type(text_file_t) :: file
+        type(error_t), allocatable :: unreadable
+        integer :: i
+
+        before = ''
+        if (.not. file_exists(setup)) return
+        call note_file(setup, UPDATED)          ! looked at, and then replaced
+        call read_text_file(setup, file, unreadable)
+        if (allocated(unreadable)) return
+        do i = 1, file%line_count()
+            if (index(file%line(i), MARK) /= 1) cycle
+            before = file%line(i)
+            before = before(len(MARK) + 1:)
+            return
+        end do
+    end subroutine find_earlier
 
     !> Writes the truth, the observation set and the options; after a failure none of them.
     subroutine write_run(order, options, summary, error)
@@ -114,8 +141,8 @@ contains
             call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm '//trim(how)//' --options '// &
                               quoted_word(order%folder//'/'//OPTIONS_FILE))
         else
-            call console%warn('all torque rods are off: from these observations no CG offset can '// &
-                                 'be estimated')
+            call console%warn('all '//trim(merge('torquers   ', 'torque rods', order%case%satellite%rods%direct))// &
+                              ' are off: from these observations no CG offset can be estimated')
         end if
     end subroutine report
 end module gracecg_cli_simulate

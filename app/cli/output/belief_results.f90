@@ -1,6 +1,6 @@
 !> What the tests of the operator's beliefs have found: for people, and as JSON.
 module gracecg_cli_belief_results
-    use gracecg_observations_parameters, only: belief_subject, belief_unit, belief_size
+    use gracecg_observations_parameters, only: belief_unit, belief_size
     use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, say_contradiction
     use gracecg_cli_work
@@ -49,7 +49,7 @@ contains
         do i = 1, size(report%values)
             associate (t => report%values(i), unit => belief_size(report%values(i)%belief))
                 call results%begin(on_one_line=.true.)
-                call results%member('subject', trim(belief_subject(t%belief)))
+                call results%member('subject', trim(t%subject))
                 call results%member('state', trim(STATES(t%state)))
                 call results%member('score', t%score)
                 call results%member('value', t%value/unit)

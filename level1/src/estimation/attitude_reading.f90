@@ -1,5 +1,6 @@
 !> Attitude and orbit of the spans of a manoeuvre from Level-1 files, in GPS time and SRF, and the field, which depends on both.
 module gracecg_level1_attitude_reading
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_quaternion, only: rotation_matrix, rotation_between, quaternion_product, normalised
@@ -77,8 +78,9 @@ contains
 
             character(4), parameter :: STATE(6) = ['xpos', 'ypos', 'zpos', 'xvel', 'yvel', 'zvel']
             real(dp), parameter :: LOWEST = 6.4e6_dp        ! m
-            real(dp) :: wider(2, size(windows, 2)), nearest
-            integer :: i
+            real(dp), parameter :: LONGEST = 70, FAR = 0.05_dp      ! s; of the way, its curvature makes 5e-4
+            real(dp) :: wider(2, size(windows, 2)), nearest, off(3)
+            integer :: i, k, wrong(3)
 
             wider(1, :) = windows(1, :) - ORBIT_MARGIN
             wider(2, :) = windows(2, :) + ORBIT_MARGIN
@@ -89,6 +91,18 @@ contains
                 return
             end if
             nearest = minval([(norm2(orbit%values(i, :3)), i=1, orbit%count)])
+            wrong = 0
+            do i = 2, orbit%count
+                associate (first => orbit%values(i - 1, :), last => orbit%values(i, :), &
+                           step => orbit%seconds(i) - orbit%seconds(i - 1) + orbit%fraction(i) - orbit%fraction(i - 1))
+                    if (.not. step > 0 .or. step > LONGEST) cycle
+                    off = abs(last(:3) - first(:3) - step*(first(4:) + last(4:))/2)
+                    where (off > FAR*step*norm2(last(4:))) wrong = wrong + 1
+                end associate
+            end do
+            k = maxloc(wrong, 1)
+            if (wrong(k) > orbit%count/10) call fail(error, orbit%path//': positions and velocities along '//AXES(k)// &
+                ' do not belong together: sign, unit or order of these columns')
             if (nearest < LOWEST) call fail(error, orbit%path//': a position is '//trim(rounded_text(nearest, 4))//' m from '// &
                 'the Earth''s centre, at least '//trim(rounded_text(LOWEST, 3))//' m is allowed: is it in km?')
         end subroutine read_orbit
@@ -117,7 +131,7 @@ contains
 
             integer, allocatable :: wanted(:)
             real(dp), allocatable :: inertial_field(:, :)
-            real(dp) :: c(3, 3), r(3), v(3), rf(3), vf(3), b(3)
+            real(dp) :: c(3, 3), iau(3, 3), r(3), v(3), rf(3), vf(3), b(3)
             integer :: n, i, first, last
             integer(i8) :: second
 
@@ -161,6 +175,10 @@ contains
                 span%field_rate(:, i) = matmul(rotation_matrix(q(:, wanted(i))), inertial_field(:, last) - &
                                                inertial_field(:, first))/(span%attitude_time(last) - span%attitude_time(first))
             end do
+            if (has_fixed .and. has_inertial) then
+                iau = inertial_of_earth_fixed(utc_of_gps(calibration%epoch, 0.0_dp))
+                calibration%poles_apart = max(calibration%poles_apart, norm2(c(:, 3) - iau(:, 3)))
+            end if
             span%mean_field = sum(span%field, 2)/n
         end subroutine span_attitude
 

@@ -74,6 +74,7 @@ module gracecg_level1_calibration
                                                         !! opposite sign; 0: the files do not tell
         real(dp) :: light_seen(2, 3) = 0                !! Light as seen by each axis, by what it should be, with sigma
         real(dp) :: orbit_delay = 0                     !! Of the orbit's tags by the magnetometer, s; 0: not significant
+        real(dp) :: poles_apart = 0                     !! The Earth's by GNV1B with GNI1B, and where it is, rad
         logical :: has_angular = .false.                !! The accelerometer has angular channels
         logical :: zero_angular = .false.               !! It has them, and they are zero: transplanted data (ACT)
         logical :: has_gyros = .false.    !! There are IMU files

@@ -7,7 +7,7 @@ module gracecg_level1_estimation
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_kinds, only: dp
     use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
-    use gracecg_base_text, only: append, integer_text
+    use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
@@ -172,13 +172,15 @@ contains
             call append(estimate%remarks, 'currents are taken as smooth: without angular channels nothing tells')
         end if
         held = estimate%steps .and. .not. calibration%all_day       ! means of samples do not show steps
+        if (products_sigma(known) > 0) call append(estimate%remarks, 'products_of_inertia are 0 in the setup, or not said: '// &
+            'they are estimated, to '//trim(rounded_text(products_sigma(known), 2))//' kg m^2 beforehand')
         choice = chosen(known, estimate%rods%driven, calibration%has_angular, axes%known, held)
         if (held) known%accelerometer_delay = delay - known%torque_delay
         call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error, &
                            with_unsure=calibration%all_day, of_means=calibration%all_day)
         if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
         if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
-                                                       choice%own, fit, error, stated_sigmas(), without)
+                                                       choice%own, fit, error, stated_sigmas(known), without)
         if (allocated(error)) return
         call take_rods(known, choice, fit, estimate)
         if (held) then
@@ -273,7 +275,8 @@ contains
     end subroutine take_rods
 
     !> To which the setup is right where it says nothing, by place, SI units.
-    pure function stated_sigmas() result(sigmas)
+    pure function stated_sigmas(setup) result(sigmas)
+        type(level1_setup_t), intent(in) :: setup
         real(dp) :: sigmas(PARAMETERS)
 
         sigmas = 0
@@ -281,9 +284,21 @@ contains
         sigmas(ACCELEROMETER_TURN) = ALIGNED
         sigmas(MOUNTING_1) = ALIGNED
         sigmas(FIELD_TURN) = ALIGNED
+        sigmas(INERTIA(4:)) = products_sigma(setup)
         sigmas(ROD_DELAYS) = TOGETHER
         sigmas(ACCELEROMETER_DELAYS) = TOGETHER
     end function stated_sigmas
+
+    !> To which products of inertia are known that are said to be 0, which they are of no satellite: those of these are up to
+    !> that, kg m^2. 0: they are said.
+    pure real(dp) function products_sigma(setup) result(sigma)
+        type(level1_setup_t), intent(in) :: setup
+
+        real(dp), parameter :: USUAL = 0.01_dp      ! Of the largest moment: GRACE's are 3 and 4 kg m^2 of 380
+        associate (j => setup%inertia)
+            sigma = merge(0.0_dp, USUAL*maxval(j), any(abs([j(1, 2), j(2, 3), j(1, 3)]) > 0))
+        end associate
+    end function products_sigma
 
     !> What is estimated.
     function chosen(setup, driven, with_channels, with_gyros, held) result(choice)
@@ -305,6 +320,7 @@ contains
         choice%prior = [0.0_dp, 0.0_dp, 0.0_dp]
         call add(SCALE_FACTORS, setup%scale_sigma)
         call add(ROD_GAINS, setup%gain_sigma)
+        call add(INERTIA(4:), products_sigma(setup))
         call add([ALL_RODS_DELAY], ANY_DELAY)
         call add(LIFT, setup%lift_sigma)
         allocate (choice%leaks(0), choice%by_current(0))
@@ -432,12 +448,17 @@ contains
         integer, intent(in) :: span_of(:)           !! The span of each arc
         type(level1_solution_t), intent(inout) :: solution
 
+        real(dp), parameter :: SIGMAS = 3       ! As of conceivable_errors
+        real(dp), parameter :: ANY_SCALE = 0.1_dp       ! Chosen: air and light show no less than a factor of 3
         type(error_t), allocatable :: error     ! a span alone does not tell
         integer :: i, k, r, axis
 
         solution%offset = fit%value(:3)
         solution%covariance = fit%covariance(:3, :3)
         call move_alloc(fit%beliefs, solution%beliefs)
+        if (allocated(solution%beliefs)) call solution%beliefs%add_untested( &  ! d goes with the mean of the scale factors
+            SCALE_FACTORS(1), 'scale factor of all accelerometer axes', solution%offset, ANY_SCALE, &
+            SIGMAS*calibration%setup%scale_sigma/sqrt(3.0_dp))
         solution%chi_square = fit%chi_square
         solution%degrees = fit%degrees
         r = size(choice%rods)

@@ -1,7 +1,7 @@
 !> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
 module gracecg_level1_judgement
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE
+    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE, MILLIMETRE
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: append, integer_text, rounded_text
     use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
@@ -11,8 +11,10 @@ module gracecg_level1_judgement
     use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
     use gracecg_level1_held_currents, only: rod_acceleration
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
+    use gracecg_level1_setup, only: leakage_sigmas
     use gracecg_level1_time_shifts, only: say_shift
     use gracecg_observations_parameters, only: ROD_GAIN
+    use gracecg_spacecraft_rod_leakage, only: USUAL_LEAKAGE
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
@@ -54,14 +56,21 @@ contains
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
-        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
+        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 1e-3_dp, CERTAIN = 3e-3_dp      ! s
         real(dp), parameter :: HARDLY = 0.3_dp
+        real(dp), parameter :: LEAST_TURN = 0.3_dp*DEGREE       ! Of a pole: of date and of 2000 are 0.2 deg apart until 2036
         character(:), allocatable :: shifted
         integer :: k, before
 
         call say_shift(estimate%arcs, calibration%has_angular, shifted)
         if (shifted /= '') then     ! what follows would blame signs, axes, gains
             call append(estimate%findings, shifted)
+            return
+        end if
+        if (calibration%poles_apart > LEAST_TURN) then
+            call append(estimate%findings, 'GNV1B and GNI1B do not belong together: by them the pole of the Earth is '// &
+                        trim(rounded_text(calibration%poles_apart/DEGREE, 2))//' deg from where it is; tags that are 18 s '// &
+                        'apart make 1.2 deg, a sign or a column more')
             return
         end if
         do k = 1, 3
@@ -197,7 +206,7 @@ contains
         scatter = sqrt(median_of(squares))
     end function scatter
 
-    !> Signs and unit of the linear accelerations, and the tags of the orbit.
+    !> Signs and unit of the linear accelerations, the mass by which light acts on them, and the tags of the orbit.
     subroutine look_along_orbit(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
@@ -205,8 +214,17 @@ contains
         real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
         real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
         real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Chosen: light is seen at all
+        real(dp), parameter :: GYRATION(2) = [0.4_dp, 2.0_dp]       ! Least and greatest radius of these satellites, m
+        real(dp) :: radius
         integer :: k
 
+        radius = sqrt(maxval(calibration%setup%inertia)/calibration%setup%mass)
+        if (radius < GYRATION(1) .or. radius > GYRATION(2)) then
+            call append(estimate%findings, 'mass ('//trim(rounded_text(calibration%setup%mass, 4))//' kg) and moments of '// &
+                        'inertia are not of one such satellite: a radius of gyration of '//trim(rounded_text(radius, 2))// &
+                        ' m, some 0.9 m is usual')
+            return      ! the unit of what light does is by the mass
+        end if
         do k = 1, 3
             if (calibration%follows(k) < 0) call append(estimate%findings, 'sign of accelerometer '//AXES(k)//': along the '// &
                 'orbit it follows air and light with the opposite sign; check accelerometer_axes, or the sign of its column')
@@ -287,13 +305,13 @@ contains
         end if
     end function offset_remark
 
-    !> Whether the angular channels follow the torque in the axes that the setup says.
+    !> Whether the angular channels follow the torque in the axes that the setup says, and in their unit.
     subroutine check_axes(said, estimate)
         integer, intent(in) :: said(3)      !! accelerometer_axes of the setup
         type(level1_estimate_t), intent(inout) :: estimate
 
         integer, parameter :: PERMUTATIONS(3, 6) = reshape([1, 2, 3, 2, 3, 1, 3, 1, 2, 1, 3, 2, 2, 1, 3, 3, 2, 1], [3, 6])
-        real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp
+        real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp, MOST = 3
         type(torque_rods_t) :: rods
         real(dp) :: correlation(3, 3), product(3, 3), seen(3), acted(3), best, given, score
         real(dp), allocatable :: angular(:, :), torque(:, :)
@@ -345,6 +363,12 @@ contains
             call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
                         'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
                         trim(axes_text(said)))
+        else
+            seen = [(product(k, k)/max(acted(k), tiny(1.0_dp)), k=1, 3)]
+            k = maxloc(abs(seen), 1)
+            if (seen(k) > MOST .or. seen(k) < 1/MOST) call append(estimate%findings, 'unit of the angular accelerations: '// &
+                'about '//AXES(k)//' they are '//trim(rounded_text(seen(k), 3))//' times what the rods make in rad/s^2 (in '// &
+                'deg/s^2 it would be 57 times)')
         end if
     end subroutine check_axes
 
@@ -384,6 +408,9 @@ contains
                 if (mixed) call lower(1, 'leakage and d are not separable')
                 if (maxval(sigma) > POOR_SIGMA) then
                     call lower(2, 'sigma above 50 um')
+                    if (any(leakage_sigmas(calibration%setup) < USUAL_LEAKAGE/10)) call lower(2, 'sigma above 50 um: '// &
+                        'leakage_prior of the setup says that rods hardly leak, and the samples do not agree (usual are '// &
+                        '1e-12 m/s^2/mA and 3e-11 m/s^2/(mA/s))')
                     if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
                 end if
                 if (is_contradicted(solution)) call lower(1, 'the data contradict the setup')

@@ -84,6 +84,7 @@ contains
         end associate
         call test_values(problem%model%estimated, n, information, rhs, covariance, sigma, conceivable_errors(knowledge), &
                          fitted%state%value(estimated), report)
+        if (knowledge%rods%direct) call name_torquers(report%values%subject)
         call test_noise(fitted, residuals, report)
         call test_spectra(knowledge%rods, fitted, residuals, report)
         associate (scores => side_scores(knowledge, fitted%data))
@@ -96,6 +97,16 @@ contains
         report%head_turn = fitted%data%stars%head_turn
         call finish_report(report)
     end subroutine test_beliefs
+
+    !> A satellite that torquers turn has no rods.
+    elemental subroutine name_torquers(subject)
+        character(*), intent(inout) :: subject
+
+        integer :: i
+
+        i = index(subject, 'rod')
+        if (i > 0) subject = subject(:i - 1)//'torquer'//subject(i + 3:)
+    end subroutine name_torquers
 
     !> The beliefs with a value. The first n of the parameters are estimated: an a-priori value that the data
     !> contradict is a wrong belief, too.

@@ -55,7 +55,7 @@ contains
         text = text//'; they fit if '
         do i = 1, size(report%explanations)
             if (i > 1) text = text//', or if '
-            call say_explanation(report%explanations(i), part)
+            call say_explanation(report, report%explanations(i), part)
             text = text//part
         end do
         if (.not. report%explanations(1)%complete) text = text//'; even then something is contradicted'
@@ -136,7 +136,7 @@ contains
 
             if (text /= '') text = text//', '
             associate (test => report%values(place))
-                text = text//trim(belief_subject(test%belief))//' ('// &
+                text = text//trim(test%subject)//' ('// &
                     rounded_text(maxval(abs(test%within))/MILLIMETRE, 2)//' mm)'
             end associate
         end subroutine add_one
@@ -152,7 +152,7 @@ contains
         of_values = maxval(abs([0.0_dp, report%values%fair]))
         of_noises = maxval(abs([0.0_dp, report%noises%score]))
         if (of_values >= of_noises) then
-            text = trim(belief_subject(report%values(maxloc(abs(report%values%fair), 1))%belief))
+            text = trim(report%values(maxloc(abs(report%values%fair), 1))%subject)
         else
             text = trim(NOISE_SUBJECTS(report%noises(maxloc(abs(report%noises%score), 1))%subject))
         end if
@@ -160,16 +160,21 @@ contains
     end subroutine say_worst
 
     !> An explanation, with what the offset would be.
-    subroutine say_explanation(explanation, text)
+    subroutine say_explanation(report, explanation, text)
+        type(belief_report_t), intent(in) :: report
         type(explanation_t), intent(in) :: explanation
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         real(dp), parameter :: FAR_LESS = 0.3_dp    ! No instrument is so much better than its operator says
-        integer :: axis
+        character(48) :: subject
+        integer :: i, axis
 
         select case (explanation%kind)
         case (OF_VALUE)
-            call say_value(explanation%place, explanation%value, explanation%sigma, text)
+            subject = belief_subject(explanation%place)
+            i = findloc(report%values%belief, explanation%place, 1)
+            if (i > 0) subject = report%values(i)%subject       ! torquers are no rods
+            call say_value(subject, explanation%place, explanation%value, explanation%sigma, text)
         case (OF_ALTERATION)
             text = trim(ALTERATIONS(explanation%place))
         case default
@@ -190,12 +195,13 @@ contains
 
     !> 'the gain of rod y is 0.52 +/- 0.04 of that of the setup', 'the delay of rod y is 0.1 +/- 0.02 s more than
     !> the setup says'.
-    subroutine say_value(belief, value, sigma, text)
+    subroutine say_value(subject, belief, value, sigma, text)
+        character(*), intent(in) :: subject     !! Of the belief, in words
         integer, intent(in) :: belief           !! The parameter's place
         real(dp), intent(in) :: value, sigma    !! SI units
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
-        text = 'the '//trim(belief_subject(belief))//' is '
+        text = 'the '//trim(subject)//' is '
         if (belief == ROD_GAIN .or. any(ROD_GAINS == belief)) then
             text = text//rounded_text(1 + value, 3)//' +/- '//rounded_text(sigma, 2)//' of that of the setup'
         else
@@ -222,7 +228,7 @@ contains
             if (text /= '') text = text//', '
             associate (test => report%values(place))
                 effect = abs(merge(test%within(axis), test%effect(axis), within))
-                text = text//AXES(axis)//' '//rounded_text(effect/MILLIMETRE, 2)//' mm ('//trim(belief_subject(test%belief))//')'
+                text = text//AXES(axis)//' '//rounded_text(effect/MILLIMETRE, 2)//' mm ('//trim(test%subject)//')'
             end associate
         end do
     end subroutine say_undetected

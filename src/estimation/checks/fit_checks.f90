@@ -18,10 +18,6 @@ module gracecg_estimation_fit_checks
     public :: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
     public :: judge_noise
 
-    !> Said when the manoeuvre has no moment at all
-    character(*), parameter :: RODS_OFF = &
-        'the torque rods are off all the time: the offset is hardly observable'
-
     !> A factor farther from 1 is warned of, farther still refused, if it is significant
     real(dp), parameter :: DOUBTFUL = 0.05_dp, WRONG = 0.5_dp
     real(dp), parameter :: SIGNIFICANT = 4      !! In standard deviations
@@ -123,7 +119,8 @@ contains
         logical :: counted(size(data%stars%time))
 
         if (.not. any(abs(data%torque) > 0)) then
-            call append(warnings, RODS_OFF)
+            call append(warnings, 'the '//trim(merge('torquers   ', 'torque rods', knowledge%rods%direct))// &
+                        ' are off all the time: the offset is hardly observable')
             return
         end if
         counted = .true.
@@ -144,6 +141,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! Where they are kept
 
+        character(8) :: means
         character(:), allocatable :: found, doubt
 
         if (present(record)) then
@@ -152,19 +150,20 @@ contains
             record%torque_sigma = sigma
             record%attitude_misfit = misfit
         end if
+        means = merge('torquers', 'rods    ', direct)
         doubt = ''
         if (misfit > MISFITTING) then
             doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
-                    ' times their noise: faulty samples, or rods that fired otherwise than the setup says'
+                    ' times their noise: faulty samples, or '//trim(means)//' that fired otherwise than the setup says'
             call append(warnings, doubt)
             doubt = '; '//doubt
         end if
         if (abs(factor - 1) <= max(DOUBTFUL, SIGNIFICANT*sigma)) return
-        found = 'the satellite turned as if the torque of the '//trim(merge('torquers', 'rods    ', direct))//' were '// &
+        found = 'the satellite turned as if the torque of the '//trim(means)//' were '// &
             number_text(factor)//' (sigma '//number_text(sigma)//') times that of setup and '// &
             trim(merge('command       ', 'magnetic field', direct))
         if (abs(factor - 1) > WRONG) then
-            call fail(error, found//': did the '//trim(merge('torquers', 'rods    ', direct))//' fire as the setup says?'//doubt)
+            call fail(error, found//': did the '//trim(means)//' fire as the setup says?'//doubt)
         else
             call append(warnings, found//'; the offset may be off by as much')
         end if

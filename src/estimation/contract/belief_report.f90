@@ -3,7 +3,7 @@ module gracecg_estimation_belief_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_observations_parameters, only: KIND_OF, OF_FIELD_BIAS, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, &
-        OF_FIELD_DELAY, OF_FIELD_TURN, OF_MOUNTING_1, OF_MOUNTING_2
+        OF_FIELD_DELAY, OF_FIELD_TURN, OF_MOUNTING_1, OF_MOUNTING_2, belief_subject
     implicit none
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
@@ -41,6 +41,7 @@ module gracecg_estimation_belief_report
     !> The test of a belief with a value.
     type :: value_test_t
         integer :: belief = 0               !! The parameter's place
+        character(48) :: subject = ''       !! What it is of, in words
         real(dp) :: value = 0               !! That fits the data best, SI units
         real(dp) :: sigma = 0               !! Its standard deviation by the data; 0: they do not determine it
         real(dp) :: score = 0               !! T: standard normal if the belief is right, and all others are exact
@@ -110,6 +111,7 @@ module gracecg_estimation_belief_report
         procedure :: how_many       !! Tests, or those with a result
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
         procedure :: take_score     !! Another score for a value
+        procedure :: add_untested   !! What no test can see
         procedure :: power_at       !! Of a test whose score has an expectation
         procedure :: noise_factor   !! By which noise is larger than believed, where that is seen; else 1
     end type belief_report_t
@@ -149,6 +151,7 @@ contains
         type(value_test_t) :: test
 
         test%belief = belief
+        test%subject = belief_subject(belief)
         test%largest = largest
         test%stated = conceivable
         test%all_or_nothing = all_or_nothing
@@ -297,6 +300,27 @@ contains
         end associate
         call weigh_values(self)
     end subroutine take_score
+
+    !> Adds to a finished report an error that no test can see, with no number of tests more.
+    pure subroutine add_untested(self, like, subject, by_one, largest, conceivable)
+        class(belief_report_t), intent(inout) :: self
+        integer, intent(in) :: like         !! Place of a parameter of its kind
+        character(*), intent(in) :: subject !! What it is of, in words
+        real(dp), intent(in) :: by_one(3)   !! What an error of 1 does to the offset, m
+        real(dp), intent(in) :: largest     !! Conceivable error, SI units
+        real(dp), intent(in) :: conceivable !! The same within what the operator states
+
+        type(value_test_t) :: test
+
+        test%belief = like
+        test%subject = subject
+        test%largest = largest
+        test%unseen = largest
+        test%stated = min(conceivable, largest)
+        test%effect = by_one*largest
+        self%values = [self%values, test]
+        call weigh_values(self)
+    end subroutine add_untested
 
     !> The probability that a test contradicts a belief, from the expectation of its score.
     elemental real(dp) function power_at(self, score) result(probability)

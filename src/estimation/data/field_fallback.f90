@@ -84,7 +84,7 @@ contains
         end do
         call merge_series(missing, missing_field, times, field)
         call append(warnings, 'magnetometer: no samples for '//integer_text(size(missing))// &
-                    ' epochs from '//number_text(missing(1))//' s to '// &
+                    trim(merge(' epoch ', ' epochs', size(missing) == 1))//' from '//number_text(missing(1))//' s to '// &
                     number_text(missing(size(missing)))//' s; '//trim(observations%knowledge%field_model)//' stands in'// &
                     trim(offset_text(offset, common))//'; the sigmas leave out the error of the model')
     end subroutine complete_field

@@ -56,7 +56,7 @@ contains
                 solution%angular_velocity = knowledge%angular_velocity
                 solution%converged = .true.
                 call append(solution%warnings, 'the angular velocity at the epoch is that of the setup, from other means: '// &
-                            'no star camera was used, and nothing tells whether the satellite turned as the torque rods '// &
+                            'no star camera was used, and nothing tells whether the satellite turned as the setup '// &
                             'should have made it')
             else
                 call problem%choose(attitude=.true., offset=.false.)

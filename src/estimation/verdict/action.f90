@@ -4,7 +4,6 @@ module gracecg_estimation_action
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: rounded_text, join, pick_text
-    use gracecg_observations_parameters, only: belief_subject
     use gracecg_estimation_belief_report, only: belief_report_t
     implicit none
     private
@@ -58,7 +57,7 @@ contains
             if (size(report%values) == 0) exit
             associate (test => report%values(report%largest_within(i)))
                 known%unseen(i) = abs(test%within(i))
-                known%hidden(i) = belief_subject(test%belief)
+                known%hidden(i) = test%subject
             end associate
         end do
         known%tolerated = report%wanted

@@ -4,7 +4,6 @@ module gracecg_estimation_joint_action
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, integer_text, rounded_text
-    use gracecg_observations_parameters, only: belief_subject
     use gracecg_estimation_action, only: action_t, known_offset_t, decide, refuse_offset
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, estimate_jointly
@@ -69,7 +68,7 @@ contains
                     associate (test => report%values(report%largest_within(axis)))
                         part = weight(i)*abs(test%within(axis))
                         known%unseen(axis) = known%unseen(axis) + part
-                        if (part > largest) known%hidden(axis) = belief_subject(test%belief)
+                        if (part > largest) known%hidden(axis) = test%subject
                         largest = max(largest, part)
                     end associate
                 end associate

@@ -193,7 +193,7 @@ contains
             return
         end if
         text = 'the satellite turned as by '//rounded_text(record%torque_factor, 3)//' times (sigma '// &
-            rounded_text(record%torque_sigma, 2)//') the torque of rods and magnetic field'
+            rounded_text(record%torque_sigma, 2)//') the torque that the setup says'
         if (abs(record%torque_factor - 1) <= NOT_ZERO*record%torque_sigma) then
             call add(verdict, GRADE_GOOD, 'Torque', text)
         else
