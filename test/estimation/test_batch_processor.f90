@@ -39,7 +39,6 @@ contains
                     new_unittest('linear-problem-in-one-iteration', test_linear), &
                     new_unittest('iterations-agree', test_same), &
                     new_unittest('partials-are-kept', test_kept), &
-                    new_unittest('history-has-every-step', test_history), &
                     new_unittest('not-converged-is-said', test_not_converged), &
                     new_unittest('singular-names-the-parameter', test_singular), &
                     new_unittest('too-few-observations', test_too_few), &
@@ -201,27 +200,6 @@ contains
         call check(error, abs(rough%a - problem%a) < 0.02_dp*sqrt(solution%inverse(1, 1)) .and. &
                    abs(rough%b - problem%b) < 0.02_dp*sqrt(solution%inverse(2, 2)), 'near enough')
     end subroutine test_kept
-
-    !> The corrections lead from the first guess to the estimate, one of them for each iteration.
-    subroutine test_history(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem
-        type(batch_solution_t) :: solution
-        type(error_t), allocatable :: failure
-        real(dp) :: way(2)
-        integer :: i
-
-        problem = example()
-        call simplified_newton(problem, newton_settings_t(history='decay'), solution, failure)
-        if (unmet(error, size(solution%history), solution%iterations)) return
-        way = [1, 0]
-        do i = 1, size(solution%history)
-            way = way + solution%history(i)%correction
-            call check(error, solution%history(i)%number == i .and. solution%history(i)%fit == 'decay' .and. &
-                       all(abs(way - solution%history(i)%state) < 1e-14_dp))
-        end do
-        call check(error, solution%history(1)%residual_rms(1) > 10*solution%history(i - 1)%residual_rms(1))
-    end subroutine test_history
 
     !> Each of the two in turn.
     subroutine solve(newton, problem, solution, failure, most_iterations)
