@@ -19,6 +19,8 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('phi-22-against-differences', test_phi_22), &
+                    new_unittest('phi-11-and-12-against-differences', test_phi_quaternion), &
                     new_unittest('phi-11-and-12-as-printed', test_phi_printed), &
                     new_unittest('angular-momentum-conserved', test_momentum), &
                     new_unittest('order-four', test_order), &
@@ -40,6 +42,50 @@ contains
         end do
         fit = new_attitude_fit(INERTIA, interval, torque)
     end function example_fit
+
+    !> Phi_22 of (4-55), (4-67). Central differences err by (60 s STEP)^2/6, 6e-12.
+    subroutine test_phi_22(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        type(fitted_rotation_t) :: nominal, plus, minus
+        real(dp), parameter :: STEP = 1e-7_dp
+        real(dp) :: change(3), differences(3)
+        integer :: i
+
+        fit = example_fit(600, 1e-3_dp)
+        call fit%integrate(Q_0, OMEGA_0, nominal)
+        do i = 1, 3
+            change = 0
+            change(i) = STEP
+            call fit%integrate(Q_0, OMEGA_0 + change, plus)
+            call fit%integrate(Q_0, OMEGA_0 - change, minus)
+            differences = (plus%omega(:, 600) - minus%omega(:, 600))/(2*STEP)
+            call check(error, maxval(abs(differences - nominal%phi_22(:, i, 600))) < 1e-9_dp)
+        end do
+    end subroutine test_phi_22
+
+    !> (4-50)-(4-56): the transition matrix (4-47), with A (4-48) of (4-12), (4-13), (4-15).
+    subroutine test_phi_quaternion(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        type(fitted_rotation_t) :: nominal, plus, minus
+        real(dp), parameter :: STEP = 1e-5_dp
+        real(dp) :: change(7), differences(4), found(4), transition(4, 7)
+        integer :: i
+
+        fit = example_fit(600, 1e-3_dp)
+        call fit%integrate(Q_0, OMEGA_0, nominal)
+        transition = nominal%quaternion_transition(600)
+        do i = 1, 7
+            change = 0
+            change(i) = STEP
+            call fit%integrate(Q_0 + change(1:4), OMEGA_0 + change(5:7), plus)
+            call fit%integrate(Q_0 - change(1:4), OMEGA_0 - change(5:7), minus)
+            differences = (plus%q(:, 600) - minus%q(:, 600))/(2*STEP)
+            found = transition(:, i)
+            call check(error, maxval(abs(differences - found)) < 1e-6_dp*max(1.0_dp, maxval(abs(found))))
+        end do
+    end subroutine test_phi_quaternion
 
     !> (4-53), (4-54), (4-87), (4-88) integrated as printed: the closed forms in their place are the same in every step
     !> of Runge and Kutta.

@@ -3,7 +3,7 @@ module test_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
     use gracecg_simulation_magnetometer, only: magnetometer_t
-    use statistics, only: variance
+    use statistics, only: Z_999, mean, variance, correlation
     implicit none
     private
     public :: collect_magnetometer
@@ -17,6 +17,7 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('bias-and-noise', test_noise), &
                     new_unittest('range-limit', test_range), &
                     new_unittest('resolution', test_resolution), &
                     new_unittest('rejects-bad-settings', test_settings), &
@@ -87,6 +88,24 @@ contains
         call magnetometer%measure(spread(FIELD, 2, N), stream, measured, failure)
         if (allocated(failure)) measured = ieee_value(measured, ieee_quiet_nan)
     end subroutine take_samples
+
+    !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 eq. (3-23), section 5.2.
+    subroutine test_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: BIAS(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp], NOISE = 3e-9_dp
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: measured(3, N)
+        integer :: i
+
+        call take_samples(magnetometer, measured)
+        do i = 1, 3
+            call check(error, mean(measured(i, :)) - FIELD(i), BIAS(i), &
+                       thr=Z_999*NOISE/sqrt(real(N, dp)))
+            call check(error, variance(measured(i, :))/NOISE**2, 1.0_dp, thr=Z_999*sqrt(2.0_dp/N))
+            call check(error, abs(correlation(measured(i, :), measured(1 + mod(i, 3), :))) &
+                       < Z_999/sqrt(real(N, dp)))
+        end do
+    end subroutine test_noise
 
     subroutine test_range(error)
         type(error_type), allocatable, intent(out) :: error

@@ -20,6 +20,7 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
+                    new_unittest('exact-directions', test_exact), &
                     new_unittest('agrees-for-random-attitudes', test_random_attitudes), &
                     new_unittest('agrees-near-180-deg', test_half_turns), &
                     new_unittest('agrees-for-two-stars', test_two_stars), &
@@ -160,6 +161,26 @@ contains
 
         distance = min(norm2(p - q), norm2(p + q))
     end function distance
+
+    !> Directions without noise are met: (3-11).
+    subroutine test_exact(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: observed(3, 20), reference(3, 20), deviation(20), q(4), q_found(4)
+        real(dp) :: covariance(3, 3), loss
+        integer :: i
+
+        stream = new_stream(61, 0, 0, 0, 0)
+        deviation = NOISE
+        do i = 1, 200
+            q = random_attitude(stream)
+            call make_stars(stream, q, 12*DEGREE, 0.0_dp, observed, reference)
+            call quest(observed, reference, deviation, q_found, covariance, loss, failure)
+            call check(error, distance(q, q_found), 0.0_dp, thr=2e-14_dp)
+            call check(error, loss, 0.0_dp, thr=4e-15_dp)
+        end do
+    end subroutine test_exact
 
     !> The eigenvector (3-14) of (3-15)-(3-18), against quadruple precision.
     subroutine test_random_attitudes(error)
