@@ -16,7 +16,6 @@ contains
         testsuite = [ &
                     new_unittest('published-vectors', test_known_answers), &
                     new_unittest('first-uniform-numbers', test_first_uniform), &
-                    new_unittest('same-name-same-numbers', test_reproducible), &
                     new_unittest('every-part-of-the-name-counts', test_names), &
                     new_unittest('seeds-of-64-bits', test_long_seeds), &
                     new_unittest('numbers-passed-over', test_skip), &
@@ -127,26 +126,6 @@ contains
         call check(error, first == shiftr(int(z'6627E8D5E169C58D', i8), 11)*LAST_BIT)
         call check(error, second == int(z'BC57AC4C9B00D', i8)*2*LAST_BIT + LAST_BIT)
     end subroutine test_first_uniform
-
-    !> Two streams drawn by turns give what each gives alone.
-    subroutine test_reproducible(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(random_stream_t) :: a, b
-        real(dp) :: alone(2, 50), by_turns(2, 50)
-        integer :: i
-
-        a = new_stream(7, 1, 2, 3, 4)
-        b = new_stream(7, 1, 2, 4, 4)
-        call a%normals(alone(1, :))
-        call b%normals(alone(2, :))
-        a = new_stream(7, 1, 2, 3, 4)
-        b = new_stream(7, 1, 2, 4, 4)
-        do i = 1, 50
-            by_turns(2, i) = b%normal()
-            by_turns(1, i) = a%normal()
-        end do
-        call check(error, all(alone == by_turns))
-    end subroutine test_reproducible
 
     !> No two of the names made of 0, 1, 2, -1 share a number among their first.
     subroutine test_names(error)

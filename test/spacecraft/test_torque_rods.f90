@@ -27,7 +27,6 @@ contains
                     new_unittest('pattern-makes-torques-add', test_torques_add), &
                     new_unittest('general-rule', test_general_rule), &
                     new_unittest('zero-and-undefined-field', test_zero_field), &
-                    new_unittest('harmonic-moment', test_harmonic), &
                     new_unittest('several-activations', test_several), &
                     new_unittest('all-times-at-once', test_all_times), &
                     new_unittest('edges-in-turn', test_rod_edges), &
@@ -154,23 +153,6 @@ contains
         call check(error, next_rod_edge(rods, -3.0_dp), 0.0_dp)
         call check(error, next_rod_edge(rods, 4.5_dp) >= huge(t))
     end subroutine test_rod_edges
-
-    !> m = [0 1 -1] 30 sin(2 pi 0.1 t) for 60 s.
-    subroutine test_harmonic(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(torque_rods_t) :: rods
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call new_harmonic_manoeuvre(rods, [0, 1, -1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
-        if (failed(error, failure)) return
-        do i = 0, 600
-            call check(error, maxval(abs(dipole_moment(rods, i/10.0_dp) - [0, 1, -1]*30*sin(2*PI*0.1_dp*i/10))) < 1e-12_dp)
-        end do
-        call check(error, maxval(abs(dipole_moment(rods, 2.5_dp) - [0, 30, -30])) < 1e-13_dp)
-        call check(error, maxval(abs(dipole_moment(rods, -0.1_dp))), 0.0_dp)
-        call check(error, maxval(abs(dipole_moment(rods, 62.5_dp))), 0.0_dp)
-    end subroutine test_harmonic
 
     !> Activations of one rod add up; phase and start count; frequency 0 with phase pi/2 is
     !> constant.

@@ -2,8 +2,7 @@
 module test_star_camera
     use vocabulary
     use test_quest, only: random_attitude
-    use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
-        normalised, rotation_angle_between
+    use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, normalised
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
@@ -24,7 +23,6 @@ contains
         testsuite = [ &
                     new_unittest('mounting', test_mounting), &
                     new_unittest('stars-inside-the-field', test_field), &
-                    new_unittest('no-noise-no-error', test_noiseless), &
                     new_unittest('errors-match-their-covariance', test_covariance), &
                     new_unittest('rejects-bad-settings', test_settings), &
                     new_unittest('best-stars', test_best)]
@@ -129,31 +127,6 @@ contains
             end associate
         end do
     end subroutine test_field
-
-    subroutine test_noiseless(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(star_camera_t) :: camera
-        type(star_frame_t) :: frame
-        type(star_catalogue_t) :: catalogue
-        type(random_stream_t) :: stream
-        type(error_t), allocatable :: failure
-        real(dp) :: q(4), q_observed(4), covariance(3, 3)
-        integer :: i, head
-
-        catalogue = builtin_star_catalogue()
-        camera%catalogue_noise = 0
-        camera%measurement_noise = 0
-        stream = new_stream(72, 0, 0, 0, 0)
-        do i = 1, 50
-            q = random_attitude(stream)
-            head = 1 + mod(i, HEADS)
-            call camera%see(catalogue, q, head, frame, failure)
-            call frame%draw(stream, q_observed, covariance, failure)
-            call check(error, rotation_angle_between(q_observed, quaternion_product(camera%mounting(head), q)), 0.0_dp, &
-                       thr=1e-13_dp)
-            call check(error, all(covariance == 0))
-        end do
-    end subroutine test_noiseless
 
     !> Chi-square of the errors of many attitudes: the noise is 1" and 3" in quadrature.
     subroutine test_covariance(error)
