@@ -30,8 +30,9 @@ help:
 	@echo
 	@echo 'All of them first install what this machine lacks to do their work (tools/setup.sh).'
 
-# fpm with the flags for this machine. Each set of flags has a build tree of its own.
-READY = fpm="$$(tools/setup.sh)" && tools/commit.sh build/commit && export FPM_FFLAGS="$$(tools/flags.sh)"
+# fpm with the flags for this machine, and for each file (tools/compiler). Each set of flags has a build tree of its own.
+READY = fpm="$$(tools/setup.sh)" && tools/commit.sh build/commit && export FPM_FFLAGS="$$(tools/flags.sh)" \
+	FPM_FC="$${FPM_FC:-$$PWD/tools/compiler/gfortran}"
 FPM = $(READY) && "$$fpm"
 
 # fpm does not link a program anew when another of its commands has rebuilt the library since: the
@@ -42,7 +43,7 @@ run:
 
 test:
 	@rm -f build/gfortran_*/test/tester
-	@$(READY) && FPM_FC="$${FPM_FC:-$$PWD/tools/compiler/gfortran}" "$$fpm" test --profile release
+	@$(FPM) test --profile release
 
 build:
 	@rm -f build/gfortran_*/app/gracecg

@@ -138,7 +138,8 @@ EOF
 build_libraries() {
     local archive objects
     tools/commit.sh build/commit
-    FPM_FFLAGS=$3 "$fpm" install --profile release --prefix "$1" >build/install.log 2>&1 || {
+    FPM_FFLAGS=$3 FPM_FC=${FPM_FC:-$PWD/tools/compiler/gfortran} "$fpm" install --profile release --prefix "$1" \
+        >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }

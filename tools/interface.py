@@ -352,7 +352,7 @@ def exported():
     """The module of every public name of the interfaces."""
     umbrella = (ROOT / "src/gracecg.f90").read_text(encoding="utf-8")
     found = {name: "gracecg" for line in re.findall(r"^    public :: (.*)$", umbrella, flags=re.M) for name in re.findall(r"\w+", line)}
-    found["i8"] = "gracecg_base_kinds"
+    found.update(dp="gracecg_base_kinds", i8="gracecg_base_kinds")
     for folder in FOLDERS.values():
         for path in sorted(folder.glob("*.f90")):
             text = re.sub(r"&\s*\n\s*", "", re.sub(r"!.*", "", path.read_text(encoding="utf-8")))

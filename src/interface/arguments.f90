@@ -4,10 +4,10 @@
 !> refusal.
 module gracecg_interface_arguments
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_intptr_t, c_null_char, c_size_t
-    use gracecg, only: dp, error_t, utc_t, check_utc_in_range
-    use gracecg_base_error, only: number_text
-    use gracecg_base_kinds, only: i8
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, number_text
     use gracecg_base_text, only: integer_text, pick_text
+    use gracecg_environment_time, only: utc_t, check_utc_in_range
     use gracecg_interface_outcome, only: outcome_t, STATUS_NULL_POINTER, STATUS_BAD_SIZE, STATUS_BAD_VALUE
     implicit none
     private

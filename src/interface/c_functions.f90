@@ -3,8 +3,8 @@
 !> the same name.
 module gracecg_interface_c_functions
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: build_dynamics, conical_shadow, dp, error_t, gmst_1982, parse_utc, utc_t
-    use gracecg_base_kinds, only: i8
+    use gracecg, only: build_dynamics, conical_shadow, error_t, gmst_1982, parse_utc, utc_t
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_interface_arguments, only: c_utc_t, check_attitudes, check_count, check_integer, check_number, &
         check_numbers, check_positions, check_result, check_results, check_state_vector, give_numbers, give_text, &
         LONGEST_NAME, LONGEST_TEXT, need, start_handle, take_text, take_time

@@ -6,7 +6,7 @@
 !> Numbers of an object by the name of the item, or of several, blanks between them.
 subroutine gcget(ih, item, nmax, n, x, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_handle, fetch, fetch_count, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
@@ -35,7 +35,7 @@ end subroutine gcget
 !> Epoch, duration and interval of a case, initial state, true offset.
 subroutine gccini(icas, mjd, sec, dur, dt, x, d, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
@@ -81,7 +81,7 @@ end subroutine gccini
 !> Samples of accelerometer, star camera, magnetometer, orbit.
 subroutine gcobsn(iobs, n, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
@@ -106,7 +106,7 @@ end subroutine gcobsn
 !> The planner's settings for a case, to be changed.
 subroutine gcdsgd(icas, opt, iopt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
@@ -172,7 +172,7 @@ end subroutine gclivn
 !> waveform.
 subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_handle, fetch, fetch_count, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
@@ -229,7 +229,7 @@ end subroutine gcgett
 !> Reads '1989-01-02T00:00:00'.
 subroutine gcutc(text, mjd, sec, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_utc_parse
     use gracecg_interface_f77_support, only: c_text, finish
@@ -258,7 +258,7 @@ end subroutine gcutc
 !> Greenwich mean sidereal time, rad; DUT1 = UT1-UTC, s.
 subroutine gcgmst(mjd, sec, dut1, theta, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_sidereal_angle
     use gracecg_interface_f77_support, only: finish
@@ -285,7 +285,7 @@ end subroutine gcgmst
 !> UT1-UTC (s) and pole (rad) from a file of the IERS.
 subroutine gceops(file, mjd, sec, dut1, pole, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_earth_parameters
     use gracecg_interface_f77_support, only: c_text, finish
@@ -315,7 +315,7 @@ end subroutine gceops
 !> times a column.
 subroutine gcornt(mjd, sec, dut1, pole, t, rot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_earth_orientation
     use gracecg_interface_f77_support, only: finish
@@ -378,7 +378,7 @@ end subroutine gcgrvo
 !> Acceleration m/s^2 and potential m^2/s^2, Earth-fixed.
 subroutine gcgrav(igrv, xfix, a, u, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_gravity_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -408,7 +408,7 @@ end subroutine gcgrav
 !> The same at N places, in less time for each.
 subroutine gcgrvn(igrv, n, xfix, a, u, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_gravity_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -437,7 +437,7 @@ end subroutine gcgrvn
 !> Second derivatives of the potential, 1/s^2.
 subroutine gcgrad(igrv, xfix, g, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_gravity_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -461,7 +461,7 @@ end subroutine gcgrad
 !> Field: 'igrf95', 'igrf14' or an SHC file, at a date.
 subroutine gcfldo(name, mjd, sec, ifld, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_field_open
     use gracecg_interface_f77_support, only: c_text, finish
@@ -491,7 +491,7 @@ end subroutine gcfldo
 !> Flux density, T, Earth-fixed.
 subroutine gcfeld(ifld, xfix, b, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_field_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -515,7 +515,7 @@ end subroutine gcfeld
 !> DTM-77, solar flux and Kp of the date from the table.
 subroutine gcdeno(mjd, sec, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
@@ -543,7 +543,7 @@ end subroutine gcdeno
 !> DTM-77, given indices: F10.7 of the day before, 81-day mean (sfu), Kp three hours before.
 subroutine gcdeni(f107, f107a, xkp, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -572,7 +572,7 @@ end subroutine gcdeni
 !> A thermosphere by name ('dtm77', 'dtm78', 'dtm94', 'exponential'), as GCDENO.
 subroutine gcdenm(name, mjd, sec, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
@@ -602,7 +602,7 @@ end subroutine gcdenm
 !> The same, given indices.
 subroutine gcdnmi(name, f107, f107a, xkp, iden, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_density_open
     use gracecg_interface_f77_support, only: c_text, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -633,7 +633,7 @@ end subroutine gcdnmi
 !> Kg/m^3, K, number densities of He, O, N2 in 1/m^3.
 subroutine gcdens(iden, mjd, sec, xfix, rho, temp, xn, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_density_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -697,7 +697,7 @@ end subroutine gcwndo
 !> M/s.
 subroutine gcwind(iwnd, mjd, sec, xfix, weast, wnorth, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_wind_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -733,7 +733,7 @@ end subroutine gcwind
 !> The Sun, inertial, m.
 subroutine gcsun(mjd, sec, xsun, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_sun_position
     use gracecg_interface_f77_support, only: finish
@@ -758,7 +758,7 @@ end subroutine gcsun
 !> Free part of the Sun's disc, 0 to 1.
 subroutine gcshad(x, xsun, xnu, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_sun_illumination
     use gracecg_interface_f77_support, only: finish
     use gracecg_interface_outcome, only: c_error_t
@@ -785,7 +785,7 @@ end subroutine gcshad
 !> Earth radiation: 'report', 'knocke', 'constant-emissivity'; 0 to 7 rings; E0 in W/m^2.
 subroutine gcerdo(name, nrings, e0, ierd, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_earth_radiation_open
     use gracecg_interface_f77_support, only: c_text, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -815,7 +815,7 @@ end subroutine gcerdo
 !> Net flux, W/m^2, inertial.
 subroutine gcerad(ierd, mjd, sec, xinr, flux, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_arguments, only: c_utc_t
     use gracecg_interface_c_functions, only: c_earth_radiation_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
@@ -893,7 +893,7 @@ end subroutine gcfrco
 !> Accelerations T seconds after the case's epoch, m/s^2, inertial, and their sum.
 subroutine gcforc(ifrc, t, x, v, q, agrv, adrg, asun, aerd, atot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_force_model_evaluate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -932,7 +932,7 @@ end subroutine gcforc
 !> Torques of air, sunlight, gravity gradient, rods in N m, and flux density in T; body axes.
 subroutine gcload(ifrc, t, x, torq, b, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_force_model_loads
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -960,7 +960,7 @@ end subroutine gcload
 !> Derivative of the state.
 subroutine gcrate(ifrc, t, x, xdot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_force_model_loads
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -986,7 +986,7 @@ end subroutine gcrate
 !> Propagates orbit and attitude over N steps of DT; nothing controls the attitude.
 subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_force_model_propagate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1016,7 +1016,7 @@ end subroutine gcprop
 !> velocity count.
 subroutine gcprna(ifrc, x, ipnt, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_force_model_propagate
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1123,7 +1123,7 @@ end subroutine gcsetr
 !> A setup with measured moments of the rods, A m^2.
 subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_setup_from
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1155,7 +1155,7 @@ end subroutine gcsetm
 !> Observation set from arrays.
 subroutine gcobsc(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_observations_create
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1307,7 +1307,7 @@ end subroutine gcesto
 !> Offset, m, accelerometer residuals, m/s^2. MSG holds warnings.
 subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate
     use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1360,7 +1360,7 @@ end subroutine gcestm
 !> Residuals of an estimate, m/s^2.
 subroutine gcresd(algo, iobs, nmax, n, t, res, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate
     use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_count, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1396,7 +1396,7 @@ end subroutine gcresd
 !> The offset as 'sequential' has it on the way, m.
 subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate
     use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_count, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1434,7 +1434,7 @@ end subroutine gcrunn
 !> calibrated again. MSG holds the line that says so.
 subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate
     use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1473,7 +1473,7 @@ end subroutine gcact
 !> contradicted, not testable. MSG holds contradictions.
 subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate
     use gracecg_interface_f77_support, only: c_handle, c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1524,7 +1524,7 @@ end subroutine gcblf
 !> One offset of N observation sets; ICONS = 1: they agree.
 subroutine gcjnt(n, iobs, d, cov, chi, ndeg, prob, icons, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate_joint
     use gracecg_interface_f77_support, only: c_handle, discard, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1579,7 +1579,7 @@ end subroutine gcjnt
 !> One offset of a long observation set in arcs of ARC seconds. MSG holds warnings.
 subroutine gcchn(iobs, arc, nthr, d, cov, chi, ndeg, prob, icons, narc, njoin, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_estimate_chain
     use gracecg_interface_f77_support, only: c_handle, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1730,7 +1730,7 @@ end subroutine gcliva
 !> directions as columns; standard deviations with what is known only within limits.
 subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_case_bound
     use gracecg_interface_f77_support, only: c_handle, discard, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1770,7 +1770,7 @@ end subroutine gcbnd
 !> greatest rate and turn, rad/s, rad.
 subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_int32_t, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_design
     use gracecg_interface_f77_support, only: c_handle, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1812,7 +1812,7 @@ end subroutine gcdsgn
 !> The same along NREV revolutions: IPLACE 2 at the best start T, 3 one for all places.
 subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_design
     use gracecg_interface_f77_support, only: c_handle, fetch, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1865,7 +1865,7 @@ end subroutine gcdsga
 !> direction's and its unit vector.
 subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_map
     use gracecg_interface_f77_support, only: c_handle, discard, fetch, finish
     use gracecg_interface_outcome, only: c_error_t

@@ -4,7 +4,7 @@
 !> converge is asked nevertheless.
 module gracecg_interface_f77_support
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, MESSAGE_SIZE, STATUS_OK, STATUS_NOT_CONVERGED
     use gracecg_interface_general, only: c_free
     use gracecg_interface_c_functions, only: c_get, c_get_text

@@ -1,9 +1,11 @@
 !> The C interface: version and names, the items of objects; what the shells do with handles.
 module gracecg_interface_general
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_intptr_t, c_loc, c_null_char, c_null_ptr, c_ptr
-    use gracecg, only: dp, LIBRARY_VERSION, ESTIMATOR_NAMES, CASE_NAMES
-    use gracecg_base_kinds, only: i8
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_text, only: integer_text
+    use gracecg_base_version, only: LIBRARY_VERSION => VERSION
+    use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_interface_handles, only: object_t, store, remove, MAX_OBJECTS
     use gracecg_interface_outcome, only: outcome_t, c_error_t, reported, STATUS_OK, STATUS_BAD_HANDLE, STATUS_NOT_CONVERGED, &
         STATUS_NO_MEMORY

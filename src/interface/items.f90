@@ -2,8 +2,9 @@
 !>
 !> An object tells all of its items, one `put` or `say` each. Those that are wanted are kept; all are listed.
 module gracecg_interface_items
-    use gracecg, only: dp, error_t, string_t
-    use gracecg_base_text, only: integer_text, split_words
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: string_t, integer_text, split_words
     use gracecg_files_value, only: did_you_mean
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_FAILED
     implicit none

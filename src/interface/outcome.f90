@@ -4,7 +4,7 @@
 !> checks can stand one after another.
 module gracecg_interface_outcome
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_null_char
-    use gracecg, only: error_t
+    use gracecg_base_error, only: error_t
     implicit none
     private
     public :: STATUS_OK, STATUS_NULL_POINTER, STATUS_BAD_HANDLE, STATUS_BAD_SIZE, STATUS_BAD_VALUE

@@ -76,7 +76,6 @@ contains
         testsuite = [ &
                     new_unittest('exact-to-degree-eight', test_exact), &
                     new_unittest('order-between-the-steps', test_order), &
-                    new_unittest('values-and-slopes-at-the-nodes', test_nodes), &
                     new_unittest('control-meets-tolerance', test_control), &
                     new_unittest('a-driving-term-is-seen', test_driven), &
                     new_unittest('edges', test_edge), &
@@ -149,32 +148,6 @@ contains
             end do
         end function panel_error
     end subroutine test_order
-
-    !> A panel goes through the four steps, with the slopes that the equations have there; the next one begins where it ends.
-    subroutine test_nodes(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: H = 0.2_dp, BIT = 1e-4_dp
-        type(kepler_t) :: system
-        type(controlled_steps_t) :: steps
-        type(error_t), allocatable :: failure
-        real(dp) :: y(4), next(4), slope(4), about(4)
-        integer :: k
-
-        y = [0.7_dp, 0.1_dp, -0.2_dp, 1.2_dp]
-        call begin_steps(0.0_dp, y, ANY, [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], H, steps)
-        call steps%advance(system, H, failure)
-        do k = 1, 3
-            call rkf78_step(system, 0.0_dp, y, H/4, next)
-            y = next
-            call system%rate(0.0_dp, y, slope)
-            about = (steps%state_at(k*H/4 + BIT) - steps%state_at(k*H/4 - BIT))/(2*BIT)
-            call check(error, maxval(abs(steps%state_at(k*H/4) - y)), 0.0_dp, 'value', thr=1e-15_dp)
-            call check(error, maxval(abs(about - slope)), 0.0_dp, 'slope', thr=1e-6_dp)
-        end do
-        y = steps%state_at(H)
-        call steps%advance(system, 3*H, failure)
-        call check(error, steps%from == H .and. maxval(abs(steps%state_at(H) - y)) <= 0, 'the next panel')
-    end subroutine test_nodes
 
     !> An orbit with e = 0.9, whose steps must vary: it closes, and the energy is that of the start at any time.
     subroutine test_control(error)

@@ -17,8 +17,6 @@ contains
         testsuite = [ &
                     new_unittest('like-the-run-time-library', test_random), &
                     new_unittest('between-two-numbers', test_halfway), &
-                    new_unittest('forms', test_forms), &
-                    new_unittest('refused', test_refused), &
                     new_unittest('integers', test_integers), &
                     new_unittest('digits-of-samples', test_samples), &
                     new_unittest('digits-of-short-decimals', test_short), &
@@ -78,34 +76,6 @@ contains
             call check_same(error, trim(HARD(i)))
         end do
     end subroutine test_halfway
-
-    subroutine test_forms(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(24), parameter :: FORMS(12) = [character(24) :: '0', '-0.0', '+7', '7.', '.5', '1e+33', '1D-3', &
-                                                 '000000000000000000000001', '0.000000000000000000001', '1e-320', &
-                                                 '65000', '-137.4900054931641']
-        integer :: i
-
-        do i = 1, size(FORMS)
-            call check_same(error, trim(FORMS(i)))
-        end do
-    end subroutine test_forms
-
-    subroutine test_refused(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(12), parameter :: WRONG(10) = [character(12) :: '.', '-', 'e5', '1e', '1.2.3', '1,5', 'nan', '1e400', &
-                                                 '12x', '--1']
-        real(dp) :: value
-        integer :: i, at
-        logical :: ok
-
-        do i = 1, size(WRONG)
-            at = 1
-            call scan_real(trim(WRONG(i))//' ', at, value, ok)
-            call check(error, .not. ok, WRONG(i))
-            call check(error, at, len_trim(WRONG(i)) + 1, WRONG(i))
-        end do
-    end subroutine test_refused
 
     subroutine test_integers(error)
         type(error_type), allocatable, intent(out) :: error

@@ -14,7 +14,6 @@ contains
         testsuite = [ &
                     new_unittest('covariance-is-stationary', test_stationary), &
                     new_unittest('autocovariance-of-the-oscillator', test_autocovariance), &
-                    new_unittest('two-steps-are-one-of-twice-the-length', test_semigroup), &
                     new_unittest('tiny-noise-of-slow-processes', test_slow), &
                     new_unittest('superposition', test_superposition)]
     end subroutine collect_gauss_markov
@@ -63,19 +62,6 @@ contains
             end do
         end do
     end subroutine test_autocovariance
-
-    subroutine test_semigroup(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(gauss_markov_t) :: one, two
-        real(dp) :: noise(2, 2)
-
-        one = second_order_process(1.5_dp, 0.8_dp, 0.3_dp, 0.4_dp)
-        two = second_order_process(1.5_dp, 0.8_dp, 0.3_dp, 0.8_dp)
-        call check(error, maxval(abs(matmul(one%transition, one%transition) - two%transition)) < 1e-14_dp, 'Phi')
-        noise = matmul(one%noise_root, transpose(one%noise_root))
-        noise = noise + matmul(one%transition, matmul(noise, transpose(one%transition)))
-        call check(error, maxval(abs(noise - matmul(two%noise_root, transpose(two%noise_root)))) < 1e-12_dp, 'Q')
-    end subroutine test_semigroup
 
     !> Q_11 = 4 zeta (w h)^3 sigma^2/3 for a small w h: far below the rounding of P - Phi P Phi^T.
     subroutine test_slow(error)

@@ -2,7 +2,7 @@
 module test_lanes
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use vocabulary
-    use gracecg_base_lanes, only: LANES, lanes_of, lanes_filter, lanes_carry, lanes_sines_cosines, total_of
+    use gracecg_base_lanes, only: LANES, lanes_of, lanes_filter, lanes_sines_cosines, total_of
     implicit none
     private
     public :: collect_lanes
@@ -19,7 +19,6 @@ contains
                     new_unittest('filter-of-separate-states', test_filter), &
                     new_unittest('filter-of-paired-states', test_pairs), &
                     new_unittest('filter-without-states', test_no_states), &
-                    new_unittest('carried-columns', test_carry), &
                     new_unittest('sines-and-cosines', test_sines), &
                     new_unittest('sum-in-pairs', test_total)]
     end subroutine collect_lanes
@@ -153,51 +152,6 @@ contains
         call lanes_filter([1, 2, 3], KEPT, .false., output, gain, inverse_deviation, on, series)
         call check(error, close_to(pack(series, .true.), pack(plain, .true.)))
     end subroutine test_no_states
-
-    subroutine test_carry(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: STEPS = 7, PAIRS = 2*LANES
-        real(dp), parameter :: INTERVAL = 0.1_dp
-        real(dp) :: omega(3, 0:2*STEPS), a(3, 3, 0:2*STEPS), b(3, 3, 0:2*STEPS), f(PAIRS, 3, 0:2*STEPS)
-        real(dp) :: columns(PAIRS, 9, 0:STEPS), plain(PAIRS, 9, 0:STEPS)
-        real(dp) :: x(6), slope(6, 4)
-        integer :: lane, k
-
-        omega = reshape(numbers(size(omega), 31), shape(omega))
-        a = reshape(numbers(size(a), 32), shape(a))
-        b = reshape(numbers(size(b), 33), shape(b))
-        f = reshape(numbers(size(f), 34), shape(f))
-        columns = 0
-        columns(:, :6, 0) = reshape(numbers(6*PAIRS, 35), [PAIRS, 6])
-        plain = columns
-        do lane = 1, PAIRS
-            x = plain(lane, :6, 0)
-            do k = 0, STEPS
-                slope(:, 1) = slope_of(x, 2*k)
-                plain(lane, :6, k) = x
-                plain(lane, 7:, k) = slope(4:, 1)
-                if (k == STEPS) exit
-                slope(:, 2) = slope_of(x + INTERVAL/2*slope(:, 1), 2*k + 1)
-                slope(:, 3) = slope_of(x + INTERVAL/2*slope(:, 2), 2*k + 1)
-                slope(:, 4) = slope_of(x + INTERVAL*slope(:, 3), 2*k + 2)
-                x = x + INTERVAL/6*matmul(slope, [1.0_dp, 2.0_dp, 2.0_dp, 1.0_dp])
-            end do
-        end do
-        call lanes_carry(PAIRS, STEPS, INTERVAL, omega, a, b, f, columns)
-        call check(error, close_to(pack(columns, .true.), pack(plain, .true.)))
-
-    contains
-
-        function slope_of(x, half) result(slope)
-            real(dp), intent(in) :: x(6)
-            integer, intent(in) :: half
-            real(dp) :: slope(6)
-
-            slope(:3) = x(4:) - [omega(2, half)*x(3) - omega(3, half)*x(2), omega(3, half)*x(1) - omega(1, half)*x(3), &
-                                 omega(1, half)*x(2) - omega(2, half)*x(1)]
-            slope(4:) = matmul(a(:, :, half), x(:3)) + matmul(b(:, :, half), x(4:)) + f(lane, :, half)
-        end function slope_of
-    end subroutine test_carry
 
     !> Against the intrinsic functions of the angle less its whole turns, one by one; NaN stays NaN, and beside it nothing
     !> changes.

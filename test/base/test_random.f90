@@ -3,7 +3,7 @@ module test_random
     use vocabulary
     use gracecg_base_lanes, only: LANES
     use gracecg_base_random, only: philox_4x32
-    use statistics, only: Z_999, mean, correlation, chi_square_limits, ljung_box
+    use statistics, only: Z_999, mean, chi_square_limits, ljung_box
     implicit none
     private
     public :: collect_random
@@ -16,16 +16,12 @@ contains
         testsuite = [ &
                     new_unittest('published-vectors', test_known_answers), &
                     new_unittest('first-uniform-numbers', test_first_uniform), &
-                    new_unittest('same-name-same-numbers', test_reproducible), &
                     new_unittest('every-part-of-the-name-counts', test_names), &
                     new_unittest('seeds-of-64-bits', test_long_seeds), &
-                    new_unittest('streams-are-uncorrelated', test_streams), &
-                    new_unittest('array-equals-single-draws', test_array), &
                     new_unittest('numbers-passed-over', test_skip), &
                     new_unittest('normal-numbers-of-uniform-ones', test_box_muller), &
                     new_unittest('blocks-side-by-side', test_blocks), &
                     new_unittest('uniform-distribution', test_uniform), &
-                    new_unittest('normal-moments', test_moments), &
                     new_unittest('normal-distribution', test_normal), &
                     new_unittest('normal-whiteness', test_whiteness)]
     end subroutine collect_random
@@ -131,26 +127,6 @@ contains
         call check(error, second == int(z'BC57AC4C9B00D', i8)*2*LAST_BIT + LAST_BIT)
     end subroutine test_first_uniform
 
-    !> Two streams drawn by turns give what each gives alone.
-    subroutine test_reproducible(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(random_stream_t) :: a, b
-        real(dp) :: alone(2, 50), by_turns(2, 50)
-        integer :: i
-
-        a = new_stream(7, 1, 2, 3, 4)
-        b = new_stream(7, 1, 2, 4, 4)
-        call a%normals(alone(1, :))
-        call b%normals(alone(2, :))
-        a = new_stream(7, 1, 2, 3, 4)
-        b = new_stream(7, 1, 2, 4, 4)
-        do i = 1, 50
-            by_turns(2, i) = b%normal()
-            by_turns(1, i) = a%normal()
-        end do
-        call check(error, all(alone == by_turns))
-    end subroutine test_reproducible
-
     !> No two of the names made of 0, 1, 2, -1 share a number among their first.
     subroutine test_names(error)
         type(error_type), allocatable, intent(out) :: error
@@ -202,46 +178,6 @@ contains
         call check(error, a%uniform(), real(word(1, 1), dp)*2.0_dp**(-32), thr=1e-9_dp)
     end subroutine test_long_seeds
 
-    !> Streams that differ by one in one part of the name.
-    subroutine test_streams(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: N = 20000
-        type(random_stream_t) :: streams(6)
-        real(dp) :: x(N, 6)
-        integer :: i, j
-
-        streams = [new_stream(1, 1, 1, 1, 1), new_stream(2, 1, 1, 1, 1), &
-                   new_stream(1, 2, 1, 1, 1), new_stream(1, 1, 2, 1, 1), &
-                   new_stream(1, 1, 1, 2, 1), new_stream(1, 1, 1, 1, 2)]
-        do i = 1, 6
-            call streams(i)%normals(x(:, i))
-            do j = 1, i - 1
-                call check(error, abs(correlation(x(:, i), x(:, j))) < 4.0_dp/sqrt(real(N, dp)), &
-                           'correlation beyond the 99.9 % limit of the greatest of 15')
-            end do
-        end do
-    end subroutine test_streams
-
-    subroutine test_array(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(random_stream_t) :: a, b
-        real(dp) :: x(12), y(12)
-        integer :: i
-
-        a = new_stream(3, 0, 0, 0, 0)
-        b = a
-        call a%normals(x(1:3))
-        call a%normals(x(4:3))
-        call a%normals(x(4:4))
-        call a%normals(x(5:9))
-        call a%normals(x(10:12))
-        do i = 1, 12
-            y(i) = b%normal()
-        end do
-        call check(error, all(x == y))
-        call check(error, a%normal() == b%normal())
-    end subroutine test_array
-
     !> Chi-square of 100 equal bins, range and mean.
     subroutine test_uniform(error)
         type(error_type), allocatable, intent(out) :: error
@@ -263,24 +199,6 @@ contains
         limits = chi_square_limits(BINS - 1)
         call check(error, statistic > limits(1) .and. statistic < limits(2))
     end subroutine test_uniform
-
-    subroutine test_moments(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: N = 1000000
-        type(random_stream_t) :: stream
-        real(dp), allocatable :: x(:)
-
-        allocate (x(N))
-        stream = new_stream(12, 0, 0, 0, 0)
-        call stream%normals(x)
-        call check(error, mean(x), 0.0_dp, thr=Z_999*sqrt(1.0_dp/N))
-        call check(error, mean(x**2), 1.0_dp, thr=Z_999*sqrt(2.0_dp/N))
-        call check(error, mean(x**3), 0.0_dp, thr=Z_999*sqrt(15.0_dp/N))
-        call check(error, mean(x**4), 3.0_dp, thr=Z_999*sqrt(96.0_dp/N))
-        ! P(|x| > 3) = 2.699796e-3
-        call check(error, count(abs(x) > 3)/real(N, dp), 2.699796e-3_dp, &
-                   thr=Z_999*sqrt(2.699796e-3_dp/N))
-    end subroutine test_moments
 
     !> Chi-square of 100 bins of equal probability.
     subroutine test_normal(error)

@@ -3,7 +3,7 @@ module test_runge_kutta
     use vocabulary
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_base_table_rkf78
-    use controlled_systems, only: power_t, kepler_t
+    use controlled_systems, only: kepler_t
     implicit none
     private
     public :: collect_runge_kutta
@@ -15,7 +15,6 @@ contains
 
         testsuite = [ &
                     new_unittest('tableau-conditions', test_tableau), &
-                    new_unittest('exact-to-degree-eight', test_exact), &
                     new_unittest('order-eight-on-kepler', test_order), &
                     new_unittest('error-estimate-is-order-seven', test_estimate)]
     end subroutine collect_runge_kutta
@@ -34,23 +33,6 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_tableau
-
-    !> t^8 is integrated exactly, t^10 is not.
-    subroutine test_exact(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(power_t) :: system
-        real(dp) :: y(1)
-        integer :: p
-
-        do p = 1, 8
-            system%p = p
-            call rkf78_step(system, 1.0_dp, [1.0_dp], 1.0_dp, y)
-            call check(error, y(1), 2.0_dp**p, thr=1e-14_dp, rel=.true.)
-        end do
-        system%p = 10
-        call rkf78_step(system, 1.0_dp, [1.0_dp], 1.0_dp, y)
-        call check(error, abs(y(1) - 1024) > 1e-6_dp, 'degree 10 cannot be exact')
-    end subroutine test_exact
 
     !> Global error after one revolution of an orbit with e = 0.3.
     real(dp) function orbit_error(steps) result(distance)

@@ -24,7 +24,6 @@ contains
                     new_unittest('integer-accepted', test_integer_accepted), &
                     new_unittest('integer-refused', test_integer_refused), &
                     new_unittest('real-text-is-short', test_short), &
-                    new_unittest('real-text-reads-back', test_reads_back), &
                     new_unittest('integer-text', test_integer_text)]
     end subroutine collect_text
 
@@ -180,32 +179,6 @@ contains
         end do
         call check(error, real_text(ieee_value(value, ieee_quiet_nan)), 'NaN')
     end subroutine test_short
-
-    !> Numbers of all magnitudes, read back by the compiler's own reader and by ours.
-    subroutine test_reads_back(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp) :: r(3), value, again, ours
-        integer :: i, n
-        integer, allocatable :: seed(:)
-        character(:), allocatable :: text
-        logical :: ok
-
-        call random_seed(size=n)
-        seed = [(4711 + 31*i, i=1, n)]
-        call random_seed(put=seed)
-        do i = 1, 20000
-            call random_number(r)
-            value = sign(scale(1 + r(1), int(2090*r(2)) - 1068), r(3) - 0.5_dp)
-            if (mod(i, 2) == 0) value = r(1)*10.0_dp**int(40*r(2) - 20)
-            text = real_text(value)
-            read (text, *) again
-            call parse_real(text, ours, ok)
-            if (ok .and. abs(again - value) <= 0 .and. abs(ours - value) <= 0 .and. &
-                len(text) <= 24) cycle
-            call test_failed(error, 'does not read back: '//text)
-            return
-        end do
-    end subroutine test_reads_back
 
     subroutine test_integer_text(error)
         type(error_type), allocatable, intent(out) :: error

@@ -37,8 +37,6 @@ contains
         testsuite = [ &
                     new_unittest('values-from-the-definition', test_definition), &
                     new_unittest('values-of-ppigrf', test_ppigrf), &
-                    new_unittest('dipole-in-closed-form', test_dipole), &
-                    new_unittest('free-of-sources-and-currents', test_divergence_and_curl), &
                     new_unittest('poles-are-ordinary-places', test_poles), &
                     new_unittest('linear-between-epochs', test_linear), &
                     new_unittest('generations', test_generations), &
@@ -118,49 +116,6 @@ contains
             call check(error, norm2(found/NANOTESLA - expected), 0.0_dp, thr=1e-8_dp)
         end subroutine compare
     end subroutine test_ppigrf
-
-    !> B = (a/r)^3 (3 (m.u) u - m) with m = (g11, h11, g10) and u the direction of the place.
-    subroutine test_dipole(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: G10 = -29000, G11 = -1700, H11 = 5300
-        type(igrf_t) :: model
-        type(error_t), allocatable :: failure
-        real(dp) :: u(3), m(3), r
-        integer :: i
-
-        m = [G11, H11, G10]
-        call new_igrf('dipole', EARTH_RADIUS_IGRF, 1, [G10, G11, H11], model, failure)
-        call check_passes(error, failure)
-        do i = 1, size(PLACES, 2)
-            r = norm2(PLACES(:, i))
-            u = PLACES(:, i)/r
-            call check_field(model, PLACES(:, i), &
-                             (EARTH_RADIUS_IGRF/r)**3*(3*dot_product(m, u)*u - m), error)
-        end do
-    end subroutine test_dipole
-
-    subroutine test_divergence_and_curl(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: STEP = 5000, TOLERANCE = 1e-19_dp     ! m, T/m
-        type(igrf_t) :: model
-        real(dp) :: gradient(3, 3), b(3, -2:2), place(3)
-        integer :: i, axis, k
-
-        call make('igrf14', 2017.4_dp, model)
-        do i = 1, size(PLACES, 2)
-            do axis = 1, 3
-                do k = -2, 2
-                    place = PLACES(:, i)
-                    place(axis) = place(axis) + k*STEP
-                    call model%evaluate(place, b(:, k))
-                end do
-                gradient(:, axis) = (8*(b(:, 1) - b(:, -1)) - (b(:, 2) - b(:, -2)))/(12*STEP)
-            end do
-            call check(error, gradient(1, 1) + gradient(2, 2) + gradient(3, 3), 0.0_dp, &
-                       thr=TOLERANCE)
-            call check(error, maxval(abs(gradient - transpose(gradient))), 0.0_dp, thr=TOLERANCE)
-        end do
-    end subroutine test_divergence_and_curl
 
     !> The field changes by less than 0.03 nT/m, so hardly over a centimetre across the axis.
     subroutine test_poles(error)

@@ -2,7 +2,6 @@
 module test_geopotential
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use vocabulary
-    use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc
     use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function
@@ -32,17 +31,13 @@ contains
         testsuite = [ &
                     new_unittest('degree-0-is-a-point-mass', test_point_mass), &
                     new_unittest('independent-values', test_independent_values), &
-                    new_unittest('oblateness-in-closed-form', test_oblateness), &
                     new_unittest('highest-degree-in-closed-form', test_highest_degree), &
-                    new_unittest('acceleration-is-gradient-of-potential', test_gradient), &
                     new_unittest('tensor-is-gradient-of-acceleration', test_tensor), &
-                    new_unittest('tensor-is-trace-free', test_trace), &
                     new_unittest('all-derivatives-are-those-of-each', test_all_derivatives), &
                     new_unittest('many-places-give-what-each-gives', test_many_places), &
                     new_unittest('all-sums-of-lively-coefficients-agree', test_lively), &
                     new_unittest('no-number-in-no-number-out', test_no_number), &
                     new_unittest('poles-are-ordinary-places', test_poles), &
-                    new_unittest('turned-coefficients-turn-the-field', test_rotation), &
                     new_unittest('order-cuts-the-sum', test_order), &
                     new_unittest('far-away-a-point-mass', test_far_away), &
                     new_unittest('bad-arguments-are-refused', test_bad_arguments), &
@@ -97,29 +92,6 @@ contains
         call check(error, norm2(a - acceleration), 0.0_dp, thr=1e-14_dp*norm2(acceleration))
     end subroutine check_value
 
-    !> The acceleration of a point mass and J2, as in every textbook.
-    subroutine test_oblateness(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: MU = 3.986e14_dp, RADIUS = 6.378e6_dp, J2 = 1.0826e-3_dp
-        type(geopotential_t) :: model
-        type(error_t), allocatable :: failure
-        real(dp) :: c(0:2, 0:0), s(0:2, 0:0), a(3), expected(3), r, ratio
-        integer :: i
-
-        c(:, 0) = [1.0_dp, 0.0_dp, -J2/sqrt(5.0_dp)]
-        s = 0
-        call new_geopotential('oblate', MU, RADIUS, c, s, 2, 0, model, failure)
-        call check_passes(error, failure)
-        do i = 1, size(PLACES, 2)
-            r = norm2(PLACES(:, i))
-            ratio = (PLACES(3, i)/r)**2
-            expected = -MU/r**3*PLACES(:, i)* &
-                       (1 + 1.5_dp*J2*(RADIUS/r)**2*([1, 1, 3] - 5*ratio))
-            call model%acceleration(PLACES(:, i), a)
-            call check(error, norm2(a - expected), 0.0_dp, thr=1e-14_dp*norm2(expected))
-        end do
-    end subroutine test_oblateness
-
     !> Pbar_n0(1) = sqrt(2n + 1), and Pbar_nn(0)^2 = 2 (2n + 1)!!/(2n)!!, for n = 360.
     subroutine test_highest_degree(error)
         type(error_type), allocatable, intent(out) :: error
@@ -148,39 +120,6 @@ contains
         call check(error, u, MU/R*(RADIUS/R)**N*s(N, N)*sectorial*sin(N*LONGITUDE), &
                    thr=1e-12_dp, rel=.true.)
     end subroutine test_highest_degree
-
-    !> The Cartesian sums of (2-3) are the gradient of those of (2-2).
-    subroutine test_gradient(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: STEP = 4000
-        type(geopotential_t) :: model
-        type(point_mass_gravity_t) :: point
-        integer :: i
-
-        call make_egm96(70, 70, model)
-        do i = 1, size(PLACES, 2)
-            if (.not. allocated(error)) call check_gradient(model, PLACES(:, i), error)
-            if (.not. allocated(error)) call check_gradient(point, PLACES(:, i), error)
-        end do
-
-    contains
-
-        subroutine check_gradient(model, place, error)
-            class(gravity_model_t), intent(in) :: model
-            real(dp), intent(in) :: place(3)
-            type(error_type), allocatable, intent(inout) :: error
-            real(dp) :: a(3), u(-2:2)
-            integer :: axis, k
-
-            call model%acceleration(place, a)
-            do axis = 1, 3
-                do k = -2, 2
-                    call model%potential(moved(place, axis, k*STEP), u(k))
-                end do
-                call check(error, a(axis), slope(u, STEP), thr=2e-10_dp)
-            end do
-        end subroutine check_gradient
-    end subroutine test_gradient
 
     subroutine test_tensor(error)
         type(error_type), allocatable, intent(out) :: error
@@ -216,21 +155,6 @@ contains
             end do
         end subroutine check_tensor
     end subroutine test_tensor
-
-    subroutine test_trace(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(geopotential_t) :: model
-        real(dp) :: tensor(3, 3)
-        integer :: i
-
-        call make_egm96(70, 70, model)
-        do i = 1, size(PLACES, 2)
-            call model%gradient_tensor(PLACES(:, i), tensor)
-            call check(error, tensor(1, 1) + tensor(2, 2) + tensor(3, 3), 0.0_dp, &
-                       thr=1e-14_dp*maxval(abs(tensor)))
-            call check(error, all(abs(tensor - transpose(tensor)) <= 0), 'not symmetric')
-        end do
-    end subroutine test_trace
 
     !> One recursion for all, and each by itself but for rounding (a compiler may fuse other products with sums); of a
     !> model that has the one by the others, too.
@@ -378,34 +302,6 @@ contains
             end do
         end do
     end subroutine test_poles
-
-    !> A body turned eastwards by an angle: C' = C cos - S sin, S' = S cos + C sin of m times it.
-    subroutine test_rotation(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: N = 9
-        real(dp), parameter :: MU = 4e14_dp, RADIUS = 6.4e6_dp, ANGLE = 0.77_dp
-        type(geopotential_t) :: model, turned
-        type(error_t), allocatable :: failure
-        real(dp), dimension(0:N, 0:N) :: c, s, c_turned, s_turned
-        real(dp) :: back(3, 3), a(3), a_turned(3)
-        integer :: i, m
-
-        call lively_coefficients(c, s)
-        do m = 0, N
-            c_turned(:, m) = c(:, m)*cos(m*ANGLE) - s(:, m)*sin(m*ANGLE)
-            s_turned(:, m) = s(:, m)*cos(m*ANGLE) + c(:, m)*sin(m*ANGLE)
-        end do
-        call new_geopotential('a', MU, RADIUS, c, s, N, N, model, failure)
-        if (failed(error, failure)) return
-        call new_geopotential('b', MU, RADIUS, c_turned, s_turned, N, N, turned, failure)
-        call check_passes(error, failure)
-        back = rotation_z(ANGLE)
-        do i = 1, size(PLACES, 2)
-            call model%acceleration(matmul(back, PLACES(:, i)), a)
-            call turned%acceleration(PLACES(:, i), a_turned)
-            call check(error, norm2(matmul(back, a_turned) - a), 0.0_dp, thr=1e-13_dp*norm2(a))
-        end do
-    end subroutine test_rotation
 
     subroutine test_order(error)
         type(error_type), allocatable, intent(out) :: error

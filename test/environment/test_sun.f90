@@ -18,7 +18,6 @@ contains
         testsuite = [ &
                     new_unittest('position-1989', test_1989), &
                     new_unittest('position-2000', test_2000), &
-                    new_unittest('yearly-motion', test_yearly_motion), &
                     new_unittest('day-and-night', test_day_and_night), &
                     new_unittest('penumbra-monotone-and-continuous', test_penumbra), &
                     new_unittest('penumbra-area', test_area), &
@@ -54,24 +53,6 @@ contains
         call check(error, angle/ARCSECOND, error_arcseconds, thr=0.06_dp)
         call check(error, norm2(position) - norm2(expected), error_distance, thr=1e3_dp)
     end subroutine check_position
-
-    !> After a sidereal year the Sun is back within the formula's error and the planets' pull; half
-    !> a year later it is opposite, and the distance lies between perihelion and aphelion.
-    subroutine test_yearly_motion(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: SIDEREAL_YEAR = 365.25636_dp/36525
-        real(dp) :: now(3), later(3)
-        integer :: i
-
-        do i = 0, 11
-            now = sun_position(-0.11_dp + i*SIDEREAL_YEAR/12)
-            later = sun_position(-0.11_dp + (i + 12)*SIDEREAL_YEAR/12)
-            call check(error, norm2(later - now)/norm2(now) < 60*ARCSECOND)
-            call check(error, abs(norm2(now)/ASTRONOMICAL_UNIT - 1) < 0.0169_dp)
-            later = sun_position(-0.11_dp + (i + 6)*SIDEREAL_YEAR/12)
-            call check(error, dot_product(now, later)/(norm2(now)*norm2(later)) < -0.997_dp)
-        end do
-    end subroutine test_yearly_motion
 
     subroutine test_day_and_night(error)
         type(error_type), allocatable, intent(out) :: error

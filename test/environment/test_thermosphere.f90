@@ -20,9 +20,7 @@ contains
 
         testsuite = [ &
                     new_unittest('dtm77-points-of-the-listing', test_listing), &
-                    new_unittest('dtm77-mass-density-is-the-sum', test_mass), &
                     new_unittest('dtm77-diffusive-equilibrium', test_equilibrium), &
-                    new_unittest('dtm77-scale-height', test_scale_height), &
                     new_unittest('dtm77-cyclic-in-local-time', test_cyclic), &
                     new_unittest('dtm77-period-of-a-year', test_year), &
                     new_unittest('dtm77-smooth-over-the-poles', test_poles), &
@@ -259,21 +257,6 @@ contains
         call check_fails(error, failure, 'dtm94')
     end subroutine test_dtm94_kp
 
-    subroutine test_mass(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: ATOMIC_MASS_UNIT = 1.6605e-27_dp     ! kg; the model's is 1.6603
-        type(dtm_t) :: model
-        type(atmosphere_state_t) :: s
-        integer :: i
-
-        model = epoch_model()
-        do i = 120, 1000, 20
-            s = state_at(model, i*1e3_dp, 0.4_dp, 14.0_dp, 1.0_dp)
-            call check(error, ATOMIC_MASS_UNIT*(4*s%n_he + 16*s%n_o + 28*s%n_n2 + 32*s%n_o2), &
-                       s%density, thr=2e-4_dp, rel=.true.)
-        end do
-    end subroutine test_mass
-
     !> Each gas rests in its own weight, d ln n/dz + (1 + alpha) d ln T/dz + M g/(R T) = 0 with
     !> gravity falling as 1/r^2: the equation whose solution the model's profile is. Central
     !> differences.
@@ -301,26 +284,6 @@ contains
             call check(error, all(abs(balance/weight) < 1e-6_dp))
         end do
     end subroutine test_equilibrium
-
-    !> The density falls with height, at 466 km in some 70 km by a factor e (at high solar activity,
-    !> atomic oxygen at 1300 K: R T/(M g) = 79 km; with the others between 50 and 80 km).
-    subroutine test_scale_height(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(dtm_t) :: model
-        real(dp) :: scale_height, previous, density
-        integer :: i
-
-        model = epoch_model()
-        scale_height = 2e3_dp/log(density_at(model, 465e3_dp, 0.0_dp, 17.25_dp, 1.0_dp)/ &
-                                  density_at(model, 467e3_dp, 0.0_dp, 17.25_dp, 1.0_dp))
-        call check(error, scale_height > 50e3_dp .and. scale_height < 80e3_dp)
-        previous = huge(previous)
-        do i = 120, 1500, 5
-            density = density_at(model, i*1e3_dp, 0.0_dp, 17.25_dp, 1.0_dp)
-            call check(error, density < previous)
-            previous = density
-        end do
-    end subroutine test_scale_height
 
     subroutine test_cyclic(error)
         type(error_type), allocatable, intent(out) :: error

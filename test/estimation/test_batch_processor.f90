@@ -17,7 +17,6 @@ module test_batch_processor
         real(dp) :: slope = 0               !! Of the weights
         logical :: blind = .false.          !! Its partials do not depend on b
         logical :: poison = .false.
-        integer :: linearised = 0           !! So often it was
     contains
         procedure :: linearise => linearise_decay
         procedure :: compare => compare_decay
@@ -38,8 +37,6 @@ contains
                     new_unittest('optimality-and-covariance', test_optimality), &
                     new_unittest('linear-problem-in-one-iteration', test_linear), &
                     new_unittest('iterations-agree', test_same), &
-                    new_unittest('partials-are-kept', test_kept), &
-                    new_unittest('history-has-every-step', test_history), &
                     new_unittest('not-converged-is-said', test_not_converged), &
                     new_unittest('singular-names-the-parameter', test_singular), &
                     new_unittest('too-few-observations', test_too_few), &
@@ -73,7 +70,6 @@ contains
         end do
         if (self%blind) partials(2, :) = 0
         call self%compare(residuals)
-        self%linearised = self%linearised + 1
     end subroutine linearise_decay
 
     subroutine compare_decay(self, residuals)
@@ -181,47 +177,6 @@ contains
         call check(error, maxval(abs(solution%residuals - expected%residuals)) < 1e-6_dp, 'residuals')
         call check(error, maxval(abs(solution%gain - expected%gain)) < 1e-5_dp*maxval(abs(expected%gain)), 'gain')
     end subroutine test_same
-
-    !> Not every step takes new partials, and a rough fit takes fewer.
-    subroutine test_kept(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem, rough
-        type(batch_solution_t) :: solution
-        type(newton_settings_t) :: settings
-        type(error_t), allocatable :: failure
-
-        problem = example()
-        call simplified_newton(problem, settings, solution, failure)
-        call check(error, problem%linearised < solution%iterations, 'kept')
-        settings%rough = .true.
-        settings%tolerance = 0.01_dp
-        rough = example()
-        call simplified_newton(rough, settings, solution, failure)
-        call check(error, solution%converged .and. rough%linearised < problem%linearised, 'rough')
-        call check(error, abs(rough%a - problem%a) < 0.02_dp*sqrt(solution%inverse(1, 1)) .and. &
-                   abs(rough%b - problem%b) < 0.02_dp*sqrt(solution%inverse(2, 2)), 'near enough')
-    end subroutine test_kept
-
-    !> The corrections lead from the first guess to the estimate, one of them for each iteration.
-    subroutine test_history(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem
-        type(batch_solution_t) :: solution
-        type(error_t), allocatable :: failure
-        real(dp) :: way(2)
-        integer :: i
-
-        problem = example()
-        call simplified_newton(problem, newton_settings_t(history='decay'), solution, failure)
-        if (unmet(error, size(solution%history), solution%iterations)) return
-        way = [1, 0]
-        do i = 1, size(solution%history)
-            way = way + solution%history(i)%correction
-            call check(error, solution%history(i)%number == i .and. solution%history(i)%fit == 'decay' .and. &
-                       all(abs(way - solution%history(i)%state) < 1e-14_dp))
-        end do
-        call check(error, solution%history(1)%residual_rms(1) > 10*solution%history(i - 1)%residual_rms(1))
-    end subroutine test_history
 
     !> Each of the two in turn.
     subroutine solve(newton, problem, solution, failure, most_iterations)

@@ -8,7 +8,6 @@ module test_noise_whitening
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
-    use statistics, only: variance, ljung_box, chi_square_limits
     implicit none
     private
     public :: collect_noise_whitening
@@ -24,7 +23,6 @@ contains
         testsuite = [ &
                     new_unittest('whitened-covariance-is-identity', test_identity), &
                     new_unittest('whitening-is-the-inverse-of-choleskys-factor', test_cholesky), &
-                    new_unittest('whitened-noise-is-white', test_white), &
                     new_unittest('offset-information-against-normal-matrix', test_information), &
                     new_unittest('gravity-gradient-is-traceless', test_gradient), &
                     new_unittest('refuses-what-cannot-be-whitened', test_refused)]
@@ -142,29 +140,6 @@ contains
                    thr=1e-9_dp)
         call check(error, whitener%kept, n)
     end subroutine test_cholesky
-
-    !> Ten minutes of generated noise: unit variance, no correlation.
-    subroutine test_white(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: N = 6000, LAGS = 50
-        type(whitener_t) :: whitener
-        type(coloured_noise_t) :: noise
-        type(random_stream_t) :: stream
-        type(error_t), allocatable :: failure
-        real(dp) :: series(N), limits(2)
-        integer :: k
-
-        noise = noise_of(LEVEL, CORNER)
-        stream = new_stream(2, 1, 1, 1, 1)
-        call noise%generate(stream, series)
-        limits = chi_square_limits(LAGS)
-        call check(error, ljung_box(series, LAGS) > limits(2), 'before')
-        call new_whitener(noise, [(k, k=1, N)], whitener, failure)
-        call whitener%whiten_series(series)
-        call check(error, ljung_box(series, LAGS) < limits(2), 'after')
-        limits = chi_square_limits(N - 1)
-        call check(error, variance(series)*(N - 1) > limits(1) .and. variance(series)*(N - 1) < limits(2))
-    end subroutine test_white
 
     !> The information is the inverse of the offset's block of the inverse normal matrix of all nine
     !> parameters.

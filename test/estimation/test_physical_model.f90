@@ -4,7 +4,7 @@ module test_physical_model
     use vocabulary
     use calibrations
     use gracecg_base_vectors, only: cross_matrix
-    use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
+    use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments
@@ -29,7 +29,6 @@ contains
         testsuite = [ &
                     new_unittest('partials-of-every-parameter-against-differences', test_partials), &
                     new_unittest('gravity-gradient-torque-is-that-of-the-dynamics', test_gravity_torque), &
-                    new_unittest('angular-momentum-is-conserved', test_momentum), &
                     new_unittest('turns-and-rotation-vectors-are-inverse', test_turns), &
                     new_unittest('no-orbit-no-gravity-gradient', test_no_orbit), &
                     new_unittest('rates-of-moments-at-any-interval', test_moment_rates)]
@@ -192,29 +191,6 @@ contains
         call check(error, norm2(expected) > 1e-5_dp)
         call check(error, norm2(torque - expected) < 1e-12_dp*norm2(expected))
     end subroutine test_gravity_torque
-
-    !> Without torque R^T J omega does not change.
-    subroutine test_momentum(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(physical_model_t) :: model
-        type(model_state_t) :: state
-        type(model_trajectory_t) :: trajectory
-        type(fitting_data_t) :: data
-        real(dp) :: first(3), last(3)
-
-        call prepare(model, data, .false.)
-        model%magnetic_torque = 0
-        state%quaternion = normalised(Q_0)
-        state%value(RATE) = [0.03_dp, -0.02_dp, 0.05_dp]
-        call integrate_trajectory(model, state, trajectory)
-        associate (n => model%steps)
-            first = matmul(matmul(model%inertia, trajectory%omega(:, 0)), rotation_matrix(trajectory%q(:, 0)))
-            last = matmul(matmul(model%inertia, trajectory%omega(:, n)), rotation_matrix(trajectory%q(:, n)))
-            call check(error, rotation_angle_between(trajectory%q(:, 0), trajectory%q(:, n)) > 1)
-        end associate
-        if (allocated(error)) return
-        call check(error, norm2(first - last) < 1e-10_dp*norm2(first))
-    end subroutine test_momentum
 
     subroutine test_turns(error)
         type(error_type), allocatable, intent(out) :: error

@@ -24,14 +24,10 @@ contains
         testsuite = [ &
                     new_unittest('quaternions-as-printed', test_quaternions), &
                     new_unittest('torque-as-printed', test_torque), &
-                    new_unittest('accelerations-go-through', test_accelerations), &
                     new_unittest('mounting-is-undone', test_mounting), &
-                    new_unittest('sign-flips-change-nothing', test_sign_flips), &
-                    new_unittest('other-head-is-left-out', test_other_head), &
                     new_unittest('one-lost-frame-is-bridged', test_bridge), &
                     new_unittest('star-camera-gap-is-not-bridged', test_gap), &
                     new_unittest('star-camera-stops-early', test_early_end), &
-                    new_unittest('missing-accelerometer-samples', test_missing_samples), &
                     new_unittest('times-are-refused', test_times), &
                     new_unittest('values-are-refused', test_values), &
                     new_unittest('too-few-samples-are-refused', test_too_few), &
@@ -144,19 +140,6 @@ contains
         end do
     end subroutine test_torque
 
-    subroutine test_accelerations(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: observations
-        type(fitting_data_t) :: data
-        integer :: i
-
-        call example(observations)
-        if (preprocess_fails(error, observations, data)) return
-        call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
-        call check(error, all(data%accelerometer_epoch == [(i, i=1, 600)]))
-        call check(error, maxval(abs(data%acceleration - observations%acceleration)), 0.0_dp)
-    end subroutine test_accelerations
-
     !> Quaternions in body axes (4-33), of unit length (4-37).
     subroutine test_mounting(error)
         type(error_type), allocatable, intent(out) :: error
@@ -171,44 +154,6 @@ contains
         if (preprocess_fails(error, observations, data)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
     end subroutine test_mounting
-
-    subroutine test_sign_flips(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: observations
-        type(fitting_data_t) :: clean, flipped
-        integer :: i
-
-        call example(observations)
-        if (preprocess_fails(error, observations, clean)) return
-        do i = 1, 120
-            if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
-        end do
-        if (preprocess_fails(error, observations, flipped)) return
-        call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
-        observations%quaternion = -observations%quaternion
-        if (preprocess_fails(error, observations, flipped)) return
-        call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
-    end subroutine test_sign_flips
-
-    !> Samples of head 2, of another attitude and between those of head 1, change nothing.
-    subroutine test_other_head(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: observations, both
-        type(fitting_data_t) :: alone, data
-        integer :: i
-
-        call example(observations)
-        if (preprocess_fails(error, observations, alone)) return
-        both = observations
-        both%star_camera_time = [(0.25_dp*i, i=1, 240)]
-        both%star_camera_head = [(1 + mod(i, 2), i=1, 240)]     ! heads 2, 1, 2, 1, ...
-        deallocate (both%quaternion)
-        allocate (both%quaternion(4, 240))
-        both%quaternion(:, 1::2) = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, 120)
-        both%quaternion(:, 2::2) = observations%quaternion
-        if (preprocess_fails(error, both, data)) return
-        call check(error, maxval(abs(data%quaternion - alone%quaternion)), 0.0_dp)
-    end subroutine test_other_head
 
     !> Without some star-camera samples.
     subroutine drop_stars(observations, keep)
@@ -274,19 +219,6 @@ contains
         call check(error, maxval(data%attitude_epoch), 505)
         call check(error, maxval(abs(data%quaternion(:, 503) - q(:, 100))), 0.0_dp, thr=1e-15_dp)
     end subroutine test_early_end
-
-    subroutine test_missing_samples(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: observations
-        type(fitting_data_t) :: data
-
-        call example(observations)
-        observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
-        observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
-        if (preprocess_fails(error, observations, data)) return
-        call check(error, all(data%accelerometer_epoch == [1, 2, 5, 100, 600]))
-        call check(error, size(data%torque, 2), 1201)
-    end subroutine test_missing_samples
 
     subroutine test_times(error)
         type(error_type), allocatable, intent(out) :: error

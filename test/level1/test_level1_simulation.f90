@@ -29,7 +29,6 @@ contains
                     new_unittest('held-attitude', test_held), &
                     new_unittest('density-wave', test_wave), &
                     new_unittest('drift-alignment', test_drift_and_alignment), &
-                    new_unittest('same-again', test_same_again), &
                     new_unittest('settings', test_settings)]
     end subroutine collect_level1_simulation
 
@@ -250,25 +249,6 @@ contains
             call check(error, abs(largest/(part*maxval(abs(other%acting%drag))) - 1) < 0.05_dp, 'its amplitude')
         end associate
     end subroutine test_wave
-
-    !> The same seed and run give the same flight; another seed another.
-    subroutine test_same_again(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(level1_truth_t) :: one, same, other
-        type(level1_settings_t) :: settings
-        type(error_t), allocatable :: failure
-
-        settings%spans = 1
-        settings%first_start = START
-        settings%duration = 240
-        call fly(settings, one)
-        call fly(settings, same)
-        call new_level1_truth(one%case, settings, SEED + 1, RUN, other, failure)
-        if (failed(error, failure)) return
-        call check(error, all(abs(one%arc%state_at(200.3_dp) - same%arc%state_at(200.3_dp)) <= 0) .and. &
-                   all(abs(one%dynamics%gain - same%dynamics%gain) <= 0), 'the same again')
-        call check(error, all(abs(one%dynamics%gain - other%dynamics%gain) > 0), 'another seed')
-    end subroutine test_same_again
 
     !> Settings out of a file, and what is refused.
     subroutine test_settings(error)

@@ -4,11 +4,10 @@ module test_manoeuvre
     use vocabulary
     use calibrations
     use gracecg_spacecraft_torque_rods
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, OMEGA, ATTITUDE
-    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
+    use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
+    use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
     use gracecg_simulation_case, only: read_case, case_text
-    use gracecg_simulation_case_models, only: initial_state
     use gracecg_simulation_simulator, only: new_simulator
     use gracecg_simulation_limits
     implicit none
@@ -21,14 +20,12 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('truth-resolves-every-waveform', test_truth_converges), &
                     new_unittest('fit-resolves-every-waveform', test_fit_converges), &
                     new_unittest('taper-keeps-the-attitude', test_taper_in_flight), &
                     new_unittest('rate-limit', test_rate_limit), &
                     new_unittest('pointing-limit', test_pointing_limit), &
                     new_unittest('sampling-limit', test_sampling_limit), &
-                    new_unittest('case-file', test_case_file), &
-                    new_unittest('old-case-file', test_old_case_file)]
+                    new_unittest('case-file', test_case_file)]
     end subroutine collect_manoeuvre
 
     !> Front case 1 with all three rods at 5, 6 and 7 cycles a minute.
@@ -48,30 +45,6 @@ contains
         call new_torque_rods(activations, case%satellite%rods, failure)
         call need(failure)
     end subroutine example
-
-    !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: of the 3e-5 rad/s that the rods give, the
-    !> smooth waveforms agree to rounding and a square wave with edges of 1 s to 1e-7.
-    subroutine test_truth_converges(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
-        type(satellite_dynamics_t) :: dynamics
-        type(truth_arc_t) :: coarse, fine
-        type(error_t), allocatable :: failure
-        integer :: waveform
-
-        do waveform = SINE, SQUARE
-            call example(waveform, case)
-            case%density_model = 'none'
-            case%gravity_model = 'point-mass'
-            call make_dynamics(case, dynamics)
-            dynamics%with_earth_radiation = .false.
-            dynamics%with_solar_radiation = .false.
-            call propagate_arc(dynamics, initial_state(case), 0.1_dp, 200, coarse, failure)
-            call propagate_arc(dynamics, initial_state(case), 0.0125_dp, 1600, fine, failure)
-            call check(error, maxval(abs(coarse%state(OMEGA, :) - fine%state(OMEGA, ::8))) < &
-                       merge(2e-12_dp, 1e-16_dp, waveform == SQUARE), WAVEFORM_NAMES(waveform))
-        end do
-    end subroutine test_truth_converges
 
     !> The estimators' Runge-Kutta steps, of order 4, in a constant field: halving the step leaves
     !> less than a twelfth of the error for the smooth waveforms and less than a sixth for the square
@@ -238,37 +211,4 @@ contains
             call check_fails(error, failure, parts)
         end subroutine refused
     end subroutine test_case_file
-
-    !> A case file without any of the keys of this room reads as it always did.
-    subroutine test_old_case_file(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case, again
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: text, old
-        integer :: first, last
-        logical :: in_limits
-
-        call take_case('front-3', case)
-        call case_text(case, text, failure)
-        old = ''
-        first = 1
-        in_limits = .false.
-        do while (first <= len(text))
-            last = first + index(text(first:), new_line('a')) - 1
-            if (last < first) last = len(text)
-            associate (line => text(first:last))
-                if (index(line, '&limits') == 1) in_limits = .true.
-                if (.not. in_limits .and. index(line, 'waveform') == 0 .and. index(line, 'taper') == 0 .and. &
-                    index(line, 'rise_time') == 0) old = old//line
-                if (index(line, '/') == 1) in_limits = .false.
-            end associate
-            first = last + 1
-        end do
-        if (unmet(error, len(old) < len(text) - 200, 'nothing was left out')) return
-        call make_file('old.nml', old)
-        call read_case(FOLDER//'old.nml', again, failure)
-        if (failed(error, failure)) return
-        call case_text(again, old, failure)
-        call check(error, old == text)
-    end subroutine test_old_case_file
 end module test_manoeuvre

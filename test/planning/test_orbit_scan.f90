@@ -3,7 +3,7 @@
 module test_orbit_scan
     use vocabulary
     use calibrations
-    use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
+    use gracecg_base_quaternion, only: rotation_angle_between
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
@@ -25,15 +25,11 @@ contains
         testsuite = [ &
                     new_unittest('orbit-meets-cases-2-and-3', test_orbit), &
                     new_unittest('attitude-meets-cases-2-and-3', test_attitude), &
-                    new_unittest('places-of-the-figures', test_places), &
                     new_unittest('acceleration-is-that-of-the-true-arc', test_acceleration), &
                     new_unittest('sigma-is-that-of-the-simulation', test_sigma), &
                     new_unittest('axes-of-figures-6.1-and-6.4', test_figures), &
                     new_unittest('statements-of-section-6.2', test_statements), &
-                    new_unittest('turned-satellite-sees-the-same', test_turned), &
-                    new_unittest('sigma-grows-with-the-noise', test_noise), &
                     new_unittest('sigma-is-that-of-the-case''s-rods', test_own_rods), &
-                    new_unittest('threads', test_threads), &
                     new_unittest('failures', test_failures)]
     end subroutine collect_orbit_scan
 
@@ -122,16 +118,6 @@ contains
                                                      case%quaternion), 0.0_dp, thr=1e-3_dp)
         end do
     end subroutine test_attitude
-
-    !> 101 W, 0 N; 107 W, 89 N; 67 E, 10 N of the front satellite: printed without decimals.
-    subroutine test_places(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(orbit_place_t), allocatable :: places(:)
-
-        if (scan_cases_fails('front', places, error)) return
-        call check(error, all(int(places%latitude/DEGREE + 1e-3_dp) == [0, 89, 10]))
-        call check(error, all(int(places%longitude/DEGREE) == [-101, -107, 67]))
-    end subroutine test_places
 
     !> Half the change of d omega/dt between the first extremes of the manoeuvre, 2.5 and 7.5 s, along
     !> the true arcs of the six cases: the amplitude at 5 s. What else accelerates the satellite
@@ -238,49 +224,6 @@ contains
         end do
     end subroutine test_statements
 
-    !> A satellite that flies with its other end first, mass properties turned with it, meets B_x and
-    !> B_y with the other sign. The rule of the rods then gives the same torque, and the
-    !> calibration is as good, when the magnetometer's bias is out of the way.
-    subroutine test_turned(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: HALF_TURN_Z(4) = [0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp]
-        type(case_t) :: case
-        type(nominal_orbit_t) :: orbit
-        type(orbit_place_t), allocatable :: places(:), turned(:)
-        integer, parameter :: TIMES(4) = [0, 1400, 2680, 4000]
-        integer :: i
-
-        call fly('front', case, orbit)
-        case%satellite%magnetometer%bias = 0
-        if (scan_fails(case, orbit, TIMES, places, error)) return
-        case%quaternion = quaternion_product(HALF_TURN_Z, case%quaternion)
-        case%angular_velocity(1:2) = -case%angular_velocity(1:2)
-        case%satellite%inertia(1:2, 3) = -case%satellite%inertia(1:2, 3)
-        case%satellite%inertia(3, 1:2) = -case%satellite%inertia(3, 1:2)
-        call make_orbit(case, orbit)
-        if (scan_fails(case, orbit, TIMES, turned, error)) return
-        do i = 1, size(TIMES)
-            call check(error, norm2(turned(i)%field - [-1, -1, 1]*places(i)%field) < 1e-10_dp, 'field')
-            call check(error, maxval(abs(turned(i)%acceleration/places(i)%acceleration - 1)) < 1e-3_dp, &
-                       'acceleration')
-            call check(error, maxval(abs(turned(i)%sigma/places(i)%sigma - 1)) < 1e-3_dp, 'sigma')
-        end do
-    end subroutine test_turned
-
-    !> Four times the spectrum is twice the standard deviation.
-    subroutine test_noise(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
-        type(nominal_orbit_t) :: orbit
-        type(orbit_place_t), allocatable :: places(:), noisy(:)
-
-        call fly('back', case, orbit)
-        if (scan_fails(case, orbit, [2000], places, error)) return
-        case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
-        if (scan_fails(case, orbit, [2000], noisy, error)) return
-        call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)
-    end subroutine test_noise
-
     !> A tenth of the amplitude has a tenth of the acceleration and ten times the sigma; half of the time more than 1.4
     !> times the sigma; and the case's frequency is another sigma. A programme follows the rods, too.
     subroutine test_own_rods(error)
@@ -311,23 +254,6 @@ contains
         if (scan_fails(case, orbit, [2000], slow, error)) return
         if (.not. allocated(error)) call check(error, maxval(abs(slow(1)%sigma/weak(1)%sigma - 1)) > 0.1_dp)
     end subroutine test_own_rods
-
-    subroutine test_threads(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
-        type(nominal_orbit_t) :: orbit
-        type(orbit_place_t), allocatable :: two_threads(:), one_thread(:)
-        type(error_t), allocatable :: failure
-        integer, parameter :: TIMES(5) = [0, 1000, 2000, 3000, 4000]
-        integer :: i
-
-        call fly('front', case, orbit)
-        if (scan_fails(case, orbit, TIMES, two_threads, error)) return
-        call scan_orbit(case, estimation_options_t(), orbit, TIMES, 1, one_thread, failure)
-        do i = 1, size(TIMES)
-            call check(error, all(two_threads(i)%sigma == one_thread(i)%sigma))
-        end do
-    end subroutine test_threads
 
     !> A satellite that does not turn has no revolution; without weights nothing is determined.
     !> Nothing is known beyond the revolution.

@@ -11,8 +11,6 @@ module test_operator
     use gracecg_simulation_operator_errors
     use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_simulation_simulator, only: observe, tell_operator, operator_of_run
-    use gracecg_estimation_report_options, only: report_options
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
     implicit none
     private
     public :: collect_operator
@@ -30,7 +28,6 @@ contains
                     new_unittest('right-knowledge-is-the-truth', test_exact), &
                     new_unittest('draws-have-their-sigma', test_draws), &
                     new_unittest('draws-depend-on-nothing-else', test_streams), &
-                    new_unittest('draws-on-several-threads', test_draw_threads), &
                     new_unittest('wrong-inertia', test_inertia), &
                     new_unittest('wrong-orbit', test_orbit), &
                     new_unittest('rods-of-their-own', test_rods), &
@@ -178,24 +175,6 @@ contains
         b = drawn_operator(alone, SEED, 1, 2, 5)
         call check(error, .not. any(a%value(:3, ROD_GAIN) == b%value(:3, ROD_GAIN)), 'satellite')
     end subroutine test_streams
-
-    subroutine test_draw_threads(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(simulator_t) :: simulator
-        type(monte_carlo_t) :: one, two, exact
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call make_simulator('front-1', simulator)
-        call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, exact, failure)
-        simulator%case%operator%sigma(:3, ROD_GAIN) = 5e-3_dp
-        if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, one, failure)
-        if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 2, two, failure)
-        if (failed(error, failure)) return
-        call check(error, all(one%offset == two%offset) .and. any(one%offset /= exact%offset))
-    end subroutine test_draw_threads
 
     !> Principal moments and axes err as they say; elements in units of the smallest moment.
     subroutine test_inertia(error)

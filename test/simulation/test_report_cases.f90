@@ -10,7 +10,6 @@ module test_report_cases
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY
-    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use gracecg_simulation_report_cases, only: report_case, PRINTED_CASE_NAMES, published_name, find_case, &
@@ -32,7 +31,6 @@ contains
                     new_unittest('places', test_places), &
                     new_unittest('sidereal-angles', test_sidereal_angles), &
                     new_unittest('pair', test_pair), &
-                    new_unittest('cases-lie-on-one-orbit', test_one_orbit), &
                     new_unittest('written-and-read', test_round_trip), &
                     new_unittest('cards-as-printed', test_printed)]
     end subroutine collect_report_cases
@@ -187,48 +185,6 @@ contains
             call check(error, abs(dot_product(front%quaternion, back%quaternion)) < 0.05_dp)
         end do
     end subroutine test_pair
-
-    !> Case 1 propagated by 1400 s and 2658 s without a manoeuvre meets the printed states of cases
-    !> 2 and 3. (In case 2 of the front satellite the printed y, +50.38 m, has the wrong sign: the
-    !> orbit comes to -50.38 m, and x and z agree to a metre.)
-    subroutine test_one_orbit(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer :: i
-
-        do i = 0, 3, 3
-            call compare(REPORT_CASE_NAMES(i + 1), REPORT_CASE_NAMES(i + 2), 1400.0_dp)
-            call compare(REPORT_CASE_NAMES(i + 1), REPORT_CASE_NAMES(i + 3), 2658.0_dp)
-        end do
-
-    contains
-
-        subroutine compare(from, to, time)
-            character(*), intent(in) :: from, to
-            real(dp), intent(in) :: time        !! s
-            type(case_t) :: first, later
-            type(satellite_dynamics_t) :: dynamics
-            type(truth_arc_t) :: arc
-            type(error_t), allocatable :: failure
-            real(dp) :: expected(3)
-            integer :: steps
-
-            call take_case(from, first)
-            call take_case(to, later)
-            call build_dynamics(first, dynamics, failure)
-            if (failed(error, failure)) return
-            dynamics%with_rods = .false.
-            steps = nint(time/20)
-            call propagate_arc(dynamics, initial_state(first), time/steps, steps, arc, failure)
-            if (failed(error, failure)) return
-            expected = later%position
-            if (to == 'front-2') expected(2) = -expected(2)
-            call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
-                       ', position', &
-                       thr=10.0_dp)
-            call check(error, norm2(arc%state(VELOCITY, steps) - later%velocity), 0.0_dp, &
-                       to//', velocity', thr=0.02_dp)
-        end subroutine compare
-    end subroutine test_one_orbit
 
     !> Every case as a file and back: the same text again, and the same numbers to the last digit
     !> where the file has no unit of its own.

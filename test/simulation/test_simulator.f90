@@ -28,7 +28,6 @@ contains
 
         testsuite = [ &
                     new_unittest('epochs', test_epochs), &
-                    new_unittest('same-again', test_same_again), &
                     new_unittest('different-names-different-numbers', test_different), &
                     new_unittest('pieces-make-the-whole', test_pieces), &
                     new_unittest('files-are-those-of-the-whole', test_files), &
@@ -201,24 +200,6 @@ contains
         greatest = [maxval(abs(a%acceleration - b%acceleration)), &
                     maxval(abs(a%quaternion - b%quaternion)), maxval(abs(a%field - b%field))]
     end function differences
-
-    !> The same seed and run, whatever was drawn in between, and from another simulator of the case.
-    subroutine test_same_again(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(simulator_t) :: simulator, another
-        type(observation_set_t) :: first, between, again
-        type(error_t), allocatable :: failure
-
-        call make_simulator('front-1', simulator)
-        call make_simulator('front-1', another)
-        call observe(simulator, SEED, 7, first, failure)
-        if (failed(error, failure)) return
-        call observe(simulator, SEED, 3, between, failure)
-        call observe(simulator, SEED, 7, again, failure)
-        call check(error, maxval(differences(first, again)), 0.0_dp)
-        call observe(another, SEED, 7, again, failure)
-        call check(error, maxval(differences(first, again)), 0.0_dp)
-    end subroutine test_same_again
 
     !> Another run, seed, case number or satellite draws other numbers in every instrument. (The
     !> truth is the same simulator's, so that only the noise can differ.)

@@ -21,7 +21,6 @@ contains
                     new_unittest('edges-of-sides', test_edges), &
                     new_unittest('areas-along-axes', test_axes), &
                     new_unittest('sums-as-printed', test_printed), &
-                    new_unittest('mean-projected-area', test_mean_area), &
                     new_unittest('refuses-impossible', test_refuses)]
     end subroutine collect_plates
 
@@ -138,26 +137,6 @@ contains
             call check(error, printed, projected_area(surface, v), thr=1e-14_dp)
         end do
     end subroutine test_printed
-
-    !> Cauchy: the cross-section of a convex body, averaged over all directions, is a quarter of
-    !> its surface.
-    subroutine test_mean_area(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: DIRECTIONS = 4000
-        type(satellite_surface_t) :: surface
-        real(dp) :: mean, z, longitude
-        integer :: i
-
-        surface = grace()
-        mean = 0
-        do i = 1, DIRECTIONS
-            z = 2*(i - 0.5_dp)/DIRECTIONS - 1
-            longitude = PI*(3 - sqrt(5.0_dp))*i
-            mean = mean + projected_area(surface, [sqrt(1 - z**2)*cos(longitude), &
-                                                   sqrt(1 - z**2)*sin(longitude), z])/DIRECTIONS
-        end do
-        call check(error, mean, sum(surface%area)/4, thr=1e-3_dp)
-    end subroutine test_mean_area
 
     subroutine test_refuses(error)
         type(error_type), allocatable, intent(out) :: error

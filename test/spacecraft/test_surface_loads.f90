@@ -31,13 +31,11 @@ contains
                     new_unittest('black-plates-are-conventional', test_black), &
                     new_unittest('mirror', test_mirror), &
                     new_unittest('spheres-in-light', test_light_spheres), &
-                    new_unittest('hypersonic-plate', test_hypersonic), &
                     new_unittest('sphere-in-air', test_air_sphere), &
                     new_unittest('gas-at-rest', test_rest), &
                     new_unittest('plate-at-any-speed', test_speeds), &
                     new_unittest('any-number-of-plates', test_counts), &
                     new_unittest('forces-and-loads-together', test_together), &
-                    new_unittest('torque-of-moved-centre', test_moved_centre), &
                     new_unittest('mean-molar-mass', test_molar_mass), &
                     new_unittest('refuses-impossible-wall', test_wall)]
     end subroutine collect_surface_loads
@@ -201,28 +199,6 @@ contains
         coefficient = -force(1)*SPEED_OF_LIGHT/(IRRADIANCE*PI)
     end function sphere_coefficient
 
-    !> A plate across a fast flow of cold gas: C_d = 2 (all momentum stays) with a cold wall; with
-    !> nothing accommodated, diffuse re-emission at the mean thermal speed adds sqrt(pi/2); the
-    !> lee side feels nothing; along the flow only the thermal motion presses.
-    subroutine test_hypersonic(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: SPEED = 7600.0_dp
-        type(gas_t), parameter :: COLD_GAS = gas_t(4e-12_dp, 1e-3_dp, 16e-3_dp)
-        type(wall_t), parameter :: COLD = wall_t(0.0_dp, 1.0_dp)
-        type(wall_t), parameter :: BOUNCING = wall_t(300.0_dp, 0.0_dp)
-        real(dp) :: dynamic_pressure, f(3)
-
-        dynamic_pressure = 0.5_dp*COLD_GAS%density*SPEED**2
-        f = traction(COLD_GAS, COLD, SPEED*X, X)
-        call check(error, -f(1)/dynamic_pressure, 2.0_dp, thr=1e-6_dp)
-        f = traction(COLD_GAS, BOUNCING, SPEED*X, X)
-        call check(error, -f(1)/dynamic_pressure, 2 + sqrt(PI/2), thr=1e-6_dp)
-        f = traction(COLD_GAS, COLD, SPEED*X, -X)
-        call check(error, norm2(f), 0.0_dp, thr=1e-30_dp)
-        f = traction(COLD_GAS, COLD, SPEED*X, [0.0_dp, 1.0_dp, 0.0_dp])
-        call check(error, norm2(f)/dynamic_pressure < 1e-3_dp .and. f(1) < 0 .and. f(2) < 0)
-    end subroutine test_hypersonic
-
     !> Spheres of many elements against the closed form (e.g. S. A. Schaaf, P. L. Chambre, Flow of
     !> Rarefied Gases, 1961), for several speed ratios and accommodations.
     subroutine test_air_sphere(error)
@@ -343,28 +319,6 @@ contains
         expected = solar_radiation_acceleration(surface, MASS, 0.4_dp, IRRADIANCE, 0.7_dp, SUN)
         call check(error, maxval(abs(a - expected)) <= 1e-15_dp*norm2(expected))
     end subroutine test_together
-
-    !> Another centre of mass: the same force, and the torque (2-24) changed by its arm; none when head
-    !> wind and centre of pressure are in line.
-    subroutine test_moved_centre(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), parameter :: SHIFT(3) = [0.02_dp, -0.03_dp, 0.01_dp]
-        real(dp), parameter :: VELOCITY(3) = [7600.0_dp, 200.0_dp, -30.0_dp]
-        type(satellite_surface_t) :: surface
-        type(surface_load_t) :: first, second
-        real(dp) :: expected(3)
-
-        surface = grace(0.2_dp, 0.3_dp)
-        first = aerodynamic_load(surface, NO_OFFSET, GAS, wall_t(), VELOCITY)
-        second = aerodynamic_load(surface, SHIFT, GAS, wall_t(), VELOCITY)
-        expected = first%torque - cross(SHIFT, first%force)
-        call check(error, maxval(abs(second%force - first%force)), 0.0_dp)
-        call check(error, maxval(abs(second%torque - expected)) < 1e-13_dp*norm2(expected))
-        first = solar_radiation_load(surface, [0.0_dp, 0.0_dp, surface%centre(1, 3)], &
-                                     IRRADIANCE, 1.0_dp, ASTRONOMICAL_UNIT*X)
-        call check(error, norm2(first%torque) < 1e-15_dp*norm2(first%force) .and. &
-                   norm2(first%force) > 0)
-    end subroutine test_moved_centre
 
     subroutine test_molar_mass(error)
         type(error_type), allocatable, intent(out) :: error

@@ -17,8 +17,6 @@ module test_torque_rods
                             24510.0_dp, 3640.0_dp, 4830.0_dp, &
                             -420.0_dp, -440.0_dp, 46430.0_dp, &
                             -30120.0_dp, 1140.0_dp, 5890.0_dp], [3, 6])
-    !> The patterns the report prints for them
-    integer, parameter :: PATTERN(3, 6) = reshape([0, 1, 1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0, 1, 1, 0, -1, 1], [3, 6])
 
 contains
 
@@ -26,11 +24,9 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('patterns-of-report', test_report_patterns), &
                     new_unittest('pattern-makes-torques-add', test_torques_add), &
                     new_unittest('general-rule', test_general_rule), &
                     new_unittest('zero-and-undefined-field', test_zero_field), &
-                    new_unittest('harmonic-moment', test_harmonic), &
                     new_unittest('several-activations', test_several), &
                     new_unittest('all-times-at-once', test_all_times), &
                     new_unittest('edges-in-turn', test_rod_edges), &
@@ -38,7 +34,6 @@ contains
                     new_unittest('limit-counts-what-is-active', test_limit), &
                     new_unittest('waveforms', test_waveforms), &
                     new_unittest('square-has-smooth-edges', test_edges), &
-                    new_unittest('taper-takes-the-mean-rate-away', test_taper), &
                     new_unittest('refuses-impossible-shapes', test_shapes), &
                     new_unittest('sampling-limit', test_sampling), &
                     new_unittest('rods-that-are-off', test_off), &
@@ -46,18 +41,6 @@ contains
                     new_unittest('held-moments', test_held_moments), &
                     new_unittest('refuses-impossible-measurements', test_refused_measurements)]
     end subroutine collect_torque_rods
-
-    !> Up to the common sign, which the report leaves open.
-    subroutine test_report_patterns(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer :: i, ours(3)
-
-        do i = 1, 6
-            ours = rod_pattern('y-z', FIELD(:, i))
-            call check(error, all(ours == PATTERN(:, i)) .or. all(ours == -PATTERN(:, i)))
-            call check(error, ours(3), 1)
-        end do
-    end subroutine test_report_patterns
 
     !> The torque m x B about x is |B_y| + |B_z|, the most that m_y, m_z = +-1 can give.
     subroutine test_torques_add(error)
@@ -171,23 +154,6 @@ contains
         call check(error, next_rod_edge(rods, -3.0_dp), 0.0_dp)
         call check(error, next_rod_edge(rods, 4.5_dp) >= huge(t))
     end subroutine test_rod_edges
-
-    !> m = [0 1 -1] 30 sin(2 pi 0.1 t) for 60 s.
-    subroutine test_harmonic(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(torque_rods_t) :: rods
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call new_harmonic_manoeuvre([0, 1, -1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, rods, failure)
-        if (failed(error, failure)) return
-        do i = 0, 600
-            call check(error, maxval(abs(dipole_moment(rods, i/10.0_dp) - [0, 1, -1]*30*sin(2*PI*0.1_dp*i/10))) < 1e-12_dp)
-        end do
-        call check(error, maxval(abs(dipole_moment(rods, 2.5_dp) - [0, 30, -30])) < 1e-13_dp)
-        call check(error, maxval(abs(dipole_moment(rods, -0.1_dp))), 0.0_dp)
-        call check(error, maxval(abs(dipole_moment(rods, 62.5_dp))), 0.0_dp)
-    end subroutine test_harmonic
 
     !> Activations of one rod add up; phase and start count; frequency 0 with phase pi/2 is
     !> constant.
@@ -331,36 +297,6 @@ contains
         end do
         call check(error, steepest, 60*15/8.0_dp, rel=.true., thr=1e-3_dp)
     end subroutine test_edges
-
-    !> The angular velocity is the integral of the moment. A sine that starts abruptly gives it the
-    !> mean amplitude/(2 pi frequency); with a taper of two periods less than a twenty-fifth of that is left.
-    subroutine test_taper(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(rod_activation_t) :: wave
-
-        wave = rod_activation_t(1, 1.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 100.0_dp)
-        call check(error, mean_rate(wave), 1/(2*PI*0.1_dp), rel=.true., thr=1e-5_dp)
-        wave%waveform = TAPERED
-        wave%taper = 20
-        call check(error, abs(mean_rate(wave)) < 0.04_dp/(2*PI*0.1_dp))
-
-    contains
-
-        !> Mean over the undisturbed periods, from 20 to 80 s, of the integral from 0 (trapezoids).
-        real(dp) function mean_rate(activation)
-            type(rod_activation_t), intent(in) :: activation
-            real(dp), parameter :: STEP = 0.01_dp
-            real(dp) :: rate
-            integer :: k
-
-            rate = 0
-            mean_rate = 0
-            do k = 1, 8000
-                rate = rate + STEP/2*(moment_of(activation, (k - 1)*STEP) + moment_of(activation, k*STEP))
-                if (k > 2000) mean_rate = mean_rate + rate/6000
-            end do
-        end function mean_rate
-    end subroutine test_taper
 
     subroutine test_shapes(error)
         type(error_type), allocatable, intent(out) :: error

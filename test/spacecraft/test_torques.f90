@@ -1,7 +1,6 @@
 !> The torque of the gravity gradient.
 module test_torques
     use vocabulary
-    use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     implicit none
     private
@@ -20,10 +19,7 @@ contains
 
         testsuite = [ &
                     new_unittest('rows-as-printed', test_printed_rows), &
-                    new_unittest('none-on-a-sphere', test_sphere), &
-                    new_unittest('none-along-principal-axes', test_principal_axes), &
-                    new_unittest('sum-over-point-masses', test_point_masses), &
-                    new_unittest('turns-with-the-frame', test_frame)]
+                    new_unittest('sum-over-point-masses', test_point_masses)]
     end subroutine collect_torques
 
     !> Directions in all octants.
@@ -57,32 +53,6 @@ contains
             end do
         end associate
     end subroutine test_printed_rows
-
-    subroutine test_sphere(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp) :: greatest
-        integer :: i
-
-        greatest = 3*EARTH_GM/RADIUS**3*200
-        do i = 1, 20
-            call check(error, norm2(gravity_gradient_torque(EARTH_GM, RADIUS, direction(i), &
-                       200*identity(3))), 0.0_dp, thr=1e-15_dp*greatest)
-        end do
-    end subroutine test_sphere
-
-    subroutine test_principal_axes(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp) :: axes(3, 3), tensor(3, 3), moments(3), torque(3)
-        integer :: i
-
-        axes = rotation_matrix(normalised([0.3_dp, -0.5_dp, 0.2_dp, 0.7_dp]))
-        moments = [70.0_dp, 345.0_dp, 389.0_dp]
-        tensor = matmul(axes*spread(moments, 1, 3), transpose(axes))
-        do i = 1, 3
-            torque = gravity_gradient_torque(EARTH_GM, RADIUS, axes(:, i), tensor)
-            call check(error, norm2(torque), 0.0_dp, thr=1e-14_dp*3*EARTH_GM/RADIUS**3*moments(i))
-        end do
-    end subroutine test_principal_axes
 
     !> (2-22), the sum of r x F, over three pairs of masses, each pair opposite about the centre of mass.
     !> What the formula leaves out is smaller by (r/R)^2: a fourth of it remains at twice the
@@ -124,16 +94,4 @@ contains
                              norm2(torque)
         end function relative_error
     end subroutine test_point_masses
-
-    !> In turned axes the torque is the turned torque.
-    subroutine test_frame(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp) :: turn(3, 3), torque(3), turned(3)
-
-        turn = rotation_matrix(normalised([0.1_dp, 0.6_dp, -0.4_dp, 0.5_dp]))
-        torque = gravity_gradient_torque(EARTH_GM, RADIUS, direction(3), INERTIA)
-        turned = gravity_gradient_torque(EARTH_GM, RADIUS, matmul(turn, direction(3)), &
-                                         matmul(turn, matmul(INERTIA, transpose(turn))))
-        call check(error, norm2(turned - matmul(turn, torque)), 0.0_dp, thr=1e-13_dp*norm2(torque))
-    end subroutine test_frame
 end module test_torques

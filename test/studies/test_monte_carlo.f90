@@ -18,8 +18,7 @@ contains
                     new_unittest('assest-rms-within-12-percent-of-prediction', test_rms), &
                     new_unittest('prediction-agrees-with-independent-analysis', test_independent), &
                     new_unittest('prediction-agrees-with-published-tables', test_published), &
-                    new_unittest('prediction-agrees-with-every-algorithm', test_every_algorithm), &
-                    new_unittest('runs-do-not-depend-on-threads-or-neighbours', test_reproducible)]
+                    new_unittest('prediction-agrees-with-every-algorithm', test_every_algorithm)]
     end subroutine collect_monte_carlo
 
     !> 300 runs: the RMS has a standard error of 4 %, so 12 % is three of them.
@@ -128,20 +127,4 @@ contains
                        REPORT_ESTIMATORS(a))
         end do
     end subroutine test_every_algorithm
-
-    subroutine test_reproducible(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(simulator_t) :: simulator
-        type(monte_carlo_t) :: one_thread, two_threads
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call make_simulator(REPORT_CASE_NAMES(4), simulator)
-        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [(i, i=1, 8)], 1, one_thread, &
-                             failure)
-        if (failed(error, failure)) return
-        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [2, 3, 7], 2, two_threads, failure)
-        call check(error, maxval(abs(one_thread%offset(:, [2, 3, 7]) - two_threads%offset)), 0.0_dp)
-        call check(error, norm2(one_thread%offset(:, 1) - one_thread%offset(:, 2)) > 1e-7_dp, 'runs differ')
-    end subroutine test_reproducible
 end module test_monte_carlo

@@ -5,17 +5,13 @@ module test_report_studies
     use calibrations
     use gracecg_base_progress, only: progress_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: new_simulator, error_switches_t, new_switched_simulator, switch_off
+    use gracecg_simulation_simulator, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case, first_runs
     use gracecg_studies_curves, only: window_check_t, window_counts_t, count_windows
     use gracecg_studies_designed_manoeuvre, only: designed_calibration_t, calibrate_with_design
-    use gracecg_studies_error_sources, only: error_study_t, study_errors, study_all_errors, STUDY_NAMES
     use gracecg_studies_limit, only: limit_study_t, study_limit, relative_error, at_the_bound
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, weakest_x, best_places
     implicit none
@@ -41,8 +37,6 @@ contains
                     new_unittest('revolution', test_revolution), &
                     new_unittest('sampling-error', test_sampling_error), &
                     new_unittest('limit', test_limit), &
-                    new_unittest('error-sources', test_error_sources), &
-                    new_unittest('magnetometer-loss', test_loss), &
                     new_unittest('designed-calibration', test_designed)]
     end subroutine collect_report_studies
 
@@ -167,43 +161,6 @@ contains
         call check(error, relative_error(study, ASCREST, 2), study%rms(2, ASCREST)/bound%sigma(2), thr=1e-15_dp)
         call check(error, listener%told >= size(ESTIMATOR_NAMES))
     end subroutine test_limit
-
-    subroutine test_error_sources(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(calibration_t) :: calibration
-        type(error_study_t) :: all_studies(size(STUDY_NAMES)), study
-        type(error_t), allocatable :: failure
-
-        call take_calibration('front-1', calibration)
-        call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
-        if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
-                                                          calibration%options, 2_i8, 2, 1, study, failure)
-        call check_passes(error, failure)
-        call check(error, all(abs(all_studies(3)%rms - study%rms) <= 0))
-        call check(error, all(all_studies(3)%predicted < all_studies(1)%predicted))
-    end subroutine test_error_sources
-
-    !> The order of the studies: case, algorithm, source of the field.
-    subroutine test_loss(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(field_study_t) :: studies(LOSS_STUDIES), study
-        type(case_t) :: case
-        type(simulator_t) :: simulator
-        type(error_t), allocatable :: failure
-        integer :: i
-
-        call study_magnetometer_loss('back', 100e-9_dp, 3_i8, 1, 1, studies, failure)
-        if (.not. allocated(failure)) call report_case('back-3', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) &
-            call study_field(simulator, 'ascrest', report_options('back-3'), .true., 100e-9_dp, 3_i8, 1, 1, study, failure)
-        if (failed(error, failure)) return
-        call check(error, all(studies%with_model .eqv. [(modulo(i, 2) == 0, i=1, LOSS_STUDIES)]))
-        call check(error, trim(studies(1)%case_name)//' '//trim(studies(1)%algorithm)//' '// &
-                                               trim(studies(3)%algorithm)//' '//trim(studies(8)%case_name), &
-                                               'back-2 ascfest ascrest back-3')
-        call check(error, all(abs(studies(8)%offset - study%offset) <= 0))
-    end subroutine test_loss
 
     !> With the case's own manoeuvre as the design: the bound is the case's.
     subroutine test_designed(error)

@@ -22,7 +22,6 @@ contains
 
         testsuite = [ &
                     new_unittest('windows', test_windows), &
-                    new_unittest('curves-add-up', test_sums), &
                     new_unittest('tick-marks', test_ticks), &
                     new_unittest('windows-of-the-report-end-at-ticks', test_printed_ticks), &
                     new_unittest('small-curves-miss-the-ticks', test_small), &
@@ -111,39 +110,6 @@ contains
         call check(error, met(1), 6)
         call check(error, met(2), 1)
     end subroutine test_earthlight
-
-    !> The curves that are sums of others.
-    subroutine test_sums(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(verification_t) :: verification
-
-        if (verify_fails('front-1', verification, error)) return
-        if (unmet(error, size(verification%time), 601)) return
-        call check(error, verification%time(600), 60.0_dp, thr=1e-12_dp)
-        call check_sum('non_gravitational', [character(20) :: 'drag', 'srp', 'erp'], 1e-20_dp)
-        if (allocated(error)) return
-        call check_sum('a_total', [character(20) :: 'a_vel', 'a_gg', 'a_acc'], 1e-22_dp)
-        if (allocated(error)) return
-        call check_sum('torque_total', [character(20) :: 'torque_aero', 'torque_solar', &
-                                        'torque_gravity', 'torque_magnetic'], 1e-17_dp)
-
-    contains
-
-        subroutine check_sum(total, parts, tolerance)
-            character(*), intent(in) :: total, parts(:)
-            real(dp), intent(in) :: tolerance
-            real(dp) :: difference(3, 601)
-            integer :: i
-
-            difference = verification%curve(:, findloc(CURVE_NAMES == total, .true., 1), :)
-            call check(error, maxval(abs(difference)) > 1e-10_dp)
-            do i = 1, size(parts)
-                difference = difference - &
-                             verification%curve(:, findloc(CURVE_NAMES == parts(i), .true., 1), :)
-            end do
-            call check(error, maxval(abs(difference)), 0.0_dp, total, thr=tolerance)
-        end subroutine check_sum
-    end subroutine test_sums
 
     !> A twentieth of a window's width beyond its edge is allowed, a tenth is not.
     subroutine test_shifted(error)

@@ -32,7 +32,7 @@ end subroutine gcl1op
 !> MSG says why the flag is not 0.
 subroutine gcl1es(dir, setup, sat, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     use gracecg_level1_c_functions, only: c_level1_estimate
@@ -81,7 +81,7 @@ end subroutine gcl1es
 !> The same of one day, as '2020-02-01'; blank: of all files.
 subroutine gcl1dy(dir, setup, sat, day, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_text, discard, fetch, fetch_message, finish
     use gracecg_interface_outcome, only: c_error_t
     use gracecg_level1_c_functions, only: c_level1_estimate

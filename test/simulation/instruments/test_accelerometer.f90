@@ -3,9 +3,7 @@ module test_accelerometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_from_axis_angle
-    use gracecg_base_coloured_noise, only: coloured_noise_t
     use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
-    use statistics, only: Z_999, mean, correlation
     implicit none
     private
     public :: collect_accelerometer
@@ -26,7 +24,6 @@ contains
                     new_unittest('rotation-by-numerical-derivative', test_rotation), &
                     new_unittest('gravity-gradient-by-difference', test_gravity_gradient), &
                     new_unittest('polynomial', test_polynomial), &
-                    new_unittest('noise-of-each-axis', test_noise), &
                     new_unittest('rejects-bad-settings', test_settings), &
                     new_unittest('full-scale-and-resolution', test_digits)]
     end subroutine collect_accelerometer
@@ -147,32 +144,6 @@ contains
             call check(error, output(3), 4.000736e-5_dp, thr=1e-18_dp)
         end associate
     end subroutine test_polynomial
-
-    !> Samples of many runs have the variance of the noise (3-2), and the axes are independent.
-    subroutine test_noise(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: RUNS = 4000
-        type(accelerometer_t) :: accelerometer
-        type(coloured_noise_t) :: noise
-        type(random_stream_t) :: stream
-        type(error_t), allocatable :: failure
-        real(dp) :: zero(3, 2), measured(3, 2), x(RUNS, 3), r(1)
-        integer :: i
-
-        zero = 0
-        do i = 1, RUNS
-            stream = new_stream(41, 0, 0, i, 0)
-            call accelerometer%measure(zero, stream, measured, failure)
-            x(i, :) = measured(:, 2) - accelerometer%bias
-        end do
-        do i = 1, 3
-            noise = accelerometer%noise_of_axis(i, failure)
-            r = noise%autocovariance([0])
-            call check(error, mean(x(:, i)**2)/r(1), 1.0_dp, thr=Z_999*sqrt(2.0_dp/RUNS))
-            call check(error, abs(correlation(x(:, i), x(:, 1 + mod(i, 3)))) &
-                       < Z_999/sqrt(real(RUNS, dp)))
-        end do
-    end subroutine test_noise
 
     subroutine test_settings(error)
         type(error_type), allocatable, intent(out) :: error

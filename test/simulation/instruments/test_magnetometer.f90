@@ -3,12 +3,12 @@ module test_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
     use gracecg_simulation_magnetometer, only: magnetometer_t
-    use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
+    use statistics, only: Z_999, mean, variance, correlation
     implicit none
     private
     public :: collect_magnetometer
 
-    integer, parameter :: N = 20000, LAGS = 20
+    integer, parameter :: N = 20000
     real(dp), parameter :: FIELD(3) = [28e-6_dp, -3e-6_dp, 12e-6_dp]    !! T
 
 contains
@@ -18,7 +18,6 @@ contains
 
         testsuite = [ &
                     new_unittest('bias-and-noise', test_noise), &
-                    new_unittest('whiteness', test_whiteness), &
                     new_unittest('range-limit', test_range), &
                     new_unittest('resolution', test_resolution), &
                     new_unittest('rejects-bad-settings', test_settings), &
@@ -107,19 +106,6 @@ contains
                        < Z_999/sqrt(real(N, dp)))
         end do
     end subroutine test_noise
-
-    subroutine test_whiteness(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(magnetometer_t) :: magnetometer
-        real(dp) :: measured(3, N), limits(2)
-        integer :: i
-
-        call take_samples(magnetometer, measured)
-        limits = chi_square_limits(LAGS)
-        do i = 1, 3
-            call check(error, ljung_box(measured(i, :), LAGS) < limits(2))
-        end do
-    end subroutine test_whiteness
 
     subroutine test_range(error)
         type(error_type), allocatable, intent(out) :: error

@@ -3,7 +3,6 @@ module test_star_catalogue
     use vocabulary
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use statistics, only: Z_999, mean, variance
     implicit none
     private
     public :: collect_star_catalogue
@@ -24,7 +23,6 @@ contains
                     new_unittest('builtin-stars', test_builtin), &
                     new_unittest('builtin-equals-its-source', test_source), &
                     new_unittest('field-of-view-by-angles', test_field), &
-                    new_unittest('mean-number-in-field', test_number), &
                     new_unittest('reads-a-file', test_file), &
                     new_unittest('corrupted-files', test_corrupted)]
     end subroutine collect_star_catalogue
@@ -90,26 +88,6 @@ contains
             if (unmet(error, n == min(7, size(expected)) .and. all(first(:n) == expected(:n)))) return
         end do
     end subroutine test_field
-
-    !> Over random cameras the mean number of stars is the catalogue's times the part of the sphere
-    !> that the pyramid of the field covers, 4 arcsin(sin(a/2) sin(b/2)).
-    subroutine test_number(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: TRIALS = 2000
-        type(star_catalogue_t) :: catalogue
-        type(random_stream_t) :: stream
-        real(dp) :: found(TRIALS), expected
-        integer :: indices(300), n, trial
-
-        catalogue = builtin_star_catalogue()
-        stream = new_stream(52, 0, 0, 0, 0)
-        do trial = 1, TRIALS
-            call catalogue%visible_stars(random_rotation(stream), FIELD, indices, n)
-            found(trial) = n
-        end do
-        expected = size(catalogue%magnitude)*asin(sin(FIELD(1)/2)*sin(FIELD(2)/2))/PI
-        call check(error, mean(found), expected, thr=Z_999*sqrt(variance(found)/TRIALS))
-    end subroutine test_number
 
     function random_rotation(stream) result(m)
         type(random_stream_t), intent(inout) :: stream
