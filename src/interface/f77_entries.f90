@@ -134,7 +134,7 @@ end subroutine gcdsgd
 !> The offset now, m, variance of the innovations (near 1), samples added and left out.
 subroutine gclivn(iliv, d, cov, var, n, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_f77_support, only: c_handle, fetch, finish, start_call
     use gracecg_interface_outcome, only: c_error_t
     implicit none
@@ -1650,7 +1650,7 @@ end subroutine gcchn
 !> frequency of a density wave (Hz; 0: none).
 subroutine gclivb(iset, q, w, frq, iliv, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_live_begin
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
@@ -1683,7 +1683,7 @@ end subroutine gclivb
 !> magnetometer, orbit, 0 to 2 of the star camera.
 subroutine gcliva(iliv, t, xm, na, a, nm, b, no, xo, ns, ts, ihead, q, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-    use gracecg, only: dp
+    use gracecg_base_kinds, only: dp
     use gracecg_interface_c_functions, only: c_live_add
     use gracecg_interface_f77_support, only: c_handle, finish
     use gracecg_interface_outcome, only: c_error_t
