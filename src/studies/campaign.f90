@@ -58,6 +58,7 @@ module gracecg_studies_campaign
         integer :: allowed = 0              !! That 15 runs allow if theory is right, 95 %
         logical :: misprint = .false.       !! The misprinted value is among them
         integer :: not_converged = 0        !! Estimates
+        integer :: refused = 0              !! Runs without an estimate
         real(dp) :: worst_difference = 0    !! Of an RMS from theory, relative
     end type campaign_agreement_t
 
@@ -187,6 +188,10 @@ contains
         do a = 1, size(campaign%algorithms)
             if (allocated(error)) return
             call run_entry(campaign, a, i, simulator, calibration%options, threads, error, progress)
+            if (allocated(error)) return
+            associate (refused => campaign%entries(a, i)%refused)
+                if (size(refused) > 0) call fail(error, refused(1)%text)
+            end associate
         end do
     end subroutine run_case
 
@@ -223,8 +228,8 @@ contains
         if (.not. allocated(error)) campaign%entries(a, i)%predicted = prediction%rms/MILLIMETRE
     end subroutine predict_entry
 
-    !> Theory, and the runs of the shard that are missing, of case i with algorithm a. Fails when a run fails, and
-    !> when the listener wants to stop; the entry has the runs that were done all the same.
+    !> Theory, and the runs of the shard that are missing, of case i with algorithm a; runs whose estimate fails are left out.
+    !> Fails when all fail, and when the listener wants to stop; the entry has the runs that were done all the same.
     subroutine run_entry(campaign, a, i, simulator, options, threads, error, progress, recorder)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: a, i                     !! Numbers of algorithm and case
@@ -242,7 +247,7 @@ contains
         if (allocated(error)) return
         call run_monte_carlo(simulator, trim(campaign%algorithms(a)), options, campaign%seed, &
                              missing_runs(campaign, a, i), threads, results, error, progress=progress, &
-                             recorder=recorder)
+                             recorder=recorder, leave_out=.true.)
         if (allocated(error) .and. .not. is_stopped(progress)) return
         results%offset = results%offset/MILLIMETRE
         call campaign%entries(a, i)%add(results)
@@ -273,6 +278,7 @@ contains
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
+                    agreement%refused = agreement%refused + size(entry%refused)
                     if (size(entry%run) == 0) cycle
                     agreement%published = agreement%published + count(entry%published > 0)
                     agreement%allowed = agreement%allowed + &

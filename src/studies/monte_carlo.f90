@@ -2,8 +2,8 @@
 module gracecg_studies_monte_carlo
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: PI
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: integer_text, string_t, append
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t
     use gracecg_base_vectors, only: inverse_3x3
@@ -26,6 +26,8 @@ module gracecg_studies_monte_carlo
         real(dp), allocatable :: normalised(:)
         !! Error squared in units of the estimate's own covariance: a chi-square with 3 degrees of freedom
         !! if that is honest. (runs); 0 where the algorithm gives no covariance with the estimate
+        type(string_t), allocatable :: refused(:)
+        !! Of runs without an estimate, which are none of the others: the number, and why
     contains
         procedure :: keep       !! Leaves some of the runs, in a given order
         procedure :: add        !! Takes others in, in the order of their numbers
@@ -96,6 +98,8 @@ module gracecg_studies_monte_carlo
         integer(i8) :: seed = 1
         type(monte_carlo_t) :: results
         logical, allocatable :: done(:)
+        logical :: leaves_out = .false.         !! Runs whose estimate fails
+        type(string_t), allocatable :: refusal(:)   !! (runs), then
     contains
         procedure :: do_one => do_run
     end type runs_t
@@ -106,9 +110,9 @@ contains
     !> but seed, case and its own number.
     !>
     !> Fails when a run fails: the error is that of the failed run with the lowest number; and when the listener
-    !> wants to stop. The results are those of the runs that were done.
+    !> wants to stop. The results are those of the runs that were done. With `leave_out` it fails only when all fail.
     subroutine run_monte_carlo(simulator, algorithm, options, seed, runs, threads, results, error, alteration, &
-                               progress, recorder)
+                               progress, recorder, leave_out)
         type(simulator_t), intent(in), target :: simulator
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options   !! The estimates are not judged, whatever they say
@@ -120,6 +124,7 @@ contains
         class(alteration_t), intent(in), optional, target :: alteration     !! Of every observation set
         class(progress_t), intent(inout), optional :: progress      !! Counts the runs
         class(run_recorder_t), intent(inout), optional, target :: recorder  !! Gets every run
+        logical, intent(in), optional :: leave_out  !! Runs whose estimate fails
 
         type(runs_t) :: work
         integer :: i
@@ -133,8 +138,15 @@ contains
         work%seed = seed
         work%results = some_runs(runs)
         allocate (work%done(size(runs)), source=.false.)
+        allocate (work%refusal(size(runs)))
+        if (present(leave_out)) work%leaves_out = leave_out
         call run_parallel(work, size(runs), threads, error, progress)
         results = work%results
+        do i = 1, size(runs)
+            if (allocated(work%refusal(i)%text)) call append(results%refused, work%refusal(i)%text)
+        end do
+        if (size(results%refused) == size(runs) .and. size(runs) > 0 .and. .not. allocated(error)) &
+            call fail(error, results%refused(1)%text)
         call results%keep(pack([(i, i=1, size(runs))], work%done))
     end subroutine run_monte_carlo
 
@@ -143,7 +155,7 @@ contains
         integer, intent(in) :: numbers(:)    !! Of the runs
 
         runs%run = numbers
-        allocate (runs%offset(3, size(numbers)), runs%converged(size(numbers)), runs%normalised(size(numbers)))
+        allocate (runs%offset(3, size(numbers)), runs%converged(size(numbers)), runs%normalised(size(numbers)), runs%refused(0))
     end function some_runs
 
     pure subroutine keep(self, places)
@@ -167,6 +179,9 @@ contains
         self%offset = reshape([self%offset, others%offset], [3, size(self%run)])
         self%converged = [self%converged, others%converged]
         self%normalised = [self%normalised, others%normalised]
+        do i = 1, size(others%refused)
+            call append(self%refused, others%refused(i)%text)
+        end do
         allocate (place_of(maxval([0, self%run])), source=0)
         place_of(self%run) = [(i, i=1, size(self%run))]
         call self%keep(pack(place_of, place_of > 0))
@@ -188,6 +203,11 @@ contains
                 call estimate_offset(self%algorithm, observations, self%options, solution, error)
             end if
             call add_context(error, 'run '//integer_text(run))
+            if (allocated(error) .and. self%leaves_out) then
+                self%refusal(i)%text = error%message
+                deallocate (error)
+                return
+            end if
             if (allocated(error)) return
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged

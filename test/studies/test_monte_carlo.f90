@@ -2,12 +2,18 @@
 module test_monte_carlo
     use vocabulary
     use calibrations
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, alteration_t, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_studies_published, only: published_rms, allowed_by_fifteen_runs
     implicit none
     private
     public :: collect_monte_carlo
+
+    type, extends(alteration_t) :: stuck_axis_t
+        integer :: every = 1        !! Run
+    contains
+        procedure :: alter => hold_z
+    end type stuck_axis_t
 
 contains
 
@@ -16,6 +22,7 @@ contains
 
         testsuite = [ &
                     new_unittest('assest-rms-within-12-percent-of-prediction', test_rms), &
+                    new_unittest('refused-runs-are-left-out', test_refused), &
                     new_unittest('prediction-agrees-with-independent-analysis', test_independent), &
                     new_unittest('prediction-agrees-with-published-tables', test_published), &
                     new_unittest('prediction-agrees-with-every-algorithm', test_every_algorithm)]
@@ -46,6 +53,42 @@ contains
                        REPORT_CASE_NAMES(i))
         end do
     end subroutine test_rms
+
+    !> An accelerometer whose z is stuck in some runs: the first such run fails, or with `leave_out` all are listed; when all
+    !> runs are refused there is no result.
+    subroutine test_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RUNS(6) = [1, 2, 3, 4, 5, 6]
+        type(simulator_t) :: simulator
+        type(monte_carlo_t) :: results
+        type(error_t), allocatable :: failure
+
+        call make_simulator('front-1', simulator)
+        call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 11_i8, RUNS, 2, results, failure, stuck_axis_t(2))
+        call check_fails(error, failure, 'run 2: ... accelerometer, axis z')
+        call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 11_i8, RUNS, 2, results, failure, stuck_axis_t(2), &
+                             leave_out=.true.)
+        if (failed(error, failure)) return
+        call check(error, size(results%run) == 3 .and. all(modulo(results%run, 2) == 1))
+        call check(error, size(results%refused), 3)
+        call check(error, index(results%refused(1)%text, 'run 2: '), 1)
+        call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 11_i8, RUNS, 2, results, failure, stuck_axis_t(1), &
+                             leave_out=.true.)
+        call check_fails(error, failure, 'run 1: ... accelerometer, axis z')
+    end subroutine test_refused
+
+    !> Holds the accelerometer's z in every so many runs.
+    subroutine hold_z(self, simulator, seed, run, observations)
+        class(stuck_axis_t), intent(in) :: self
+        type(simulator_t), intent(in) :: simulator
+        integer(i8), intent(in) :: seed
+        integer, intent(in) :: run
+        type(observation_set_t), intent(inout) :: observations
+
+        associate (not_used => simulator, nor => seed)
+        end associate
+        if (modulo(run, self%every) == 0) observations%acceleration(3, :) = observations%acceleration(3, 1)
+    end subroutine hold_z
 
     !> A covariance analysis made apart from this program (perfect angular velocity, two-sided coloured
     !> noise, the report's weights, bias of the accelerometer's scale factors, no density wave), mm.

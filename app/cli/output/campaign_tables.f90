@@ -48,6 +48,9 @@ contains
                                                ': mean of the errors squared in units of their own covariances '// &
                                                rounded_text(entry%mean_normalised, 3)//' (3 if honest, sigma '// &
                                                rounded_text(sqrt(6.0_dp/size(entry%run)), 2)//')')
+                    if (size(entry%refused) > 0) call console%warn(trim(campaign%cases(i)%name)//', '// &
+                        trim(campaign%algorithms(a))//': '//integer_text(size(entry%refused))//' runs are refused and left '// &
+                        'out, the first: '//entry%refused(1)%text)
                 end associate
             end do
         end do
@@ -164,6 +167,7 @@ contains
         call results%member('published', found%published)
         call results%member('allowed', found%allowed)
         call results%member('not_converged', found%not_converged)
+        call results%member('refused', found%refused)
         call results%member('worst_difference', found%worst_difference)
         call results%end()
     end subroutine put_agreement
