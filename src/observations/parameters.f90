@@ -20,12 +20,12 @@ module gracecg_observations_parameters
     public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, WAVE_GROWTH, INERTIA, TORQUE_CHANGE
     public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
     public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
-    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, LIFT, FORCE_JUMP, FIELD_SCALES, &
-        FIELD_SHEARS
+    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, LIFT, FORCE_JUMP, LIGHT, &
+        FIELD_SCALES, FIELD_SHEARS
     public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
     public :: OF_ATTITUDE_ANGLES, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS, OF_DRAG_CURVATURE
     public :: OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH, OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE
-    public :: OF_LIFT, OF_FORCE_JUMP, OF_TORQUE_BENDS, OF_HEAD_DRIFT, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT, OF_ROD_GAINS
+    public :: OF_LIFT, OF_FORCE_JUMP, OF_LIGHT, OF_TORQUE_BENDS, OF_HEAD_DRIFT, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT, OF_ROD_GAINS
     public :: OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
     public :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
     public :: OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS
@@ -49,7 +49,8 @@ module gracecg_observations_parameters
     enum, bind(c)
         enumerator :: OF_ATTITUDE_ANGLES = 1, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS
         enumerator :: OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH
-        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_LIFT, OF_FORCE_JUMP, OF_TORQUE_BENDS, OF_HEAD_DRIFT
+        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_LIFT, OF_FORCE_JUMP, OF_LIGHT, OF_TORQUE_BENDS
+        enumerator :: OF_HEAD_DRIFT
         enumerator :: OF_HEAD_DELAY, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT
         enumerator :: OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
         enumerator :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
@@ -101,6 +102,7 @@ module gracecg_observations_parameters
         parameter_kind_t(2, 'side_', 'y z', 'm/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &
         parameter_kind_t(2, 'lift_', 'y z', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-2_dp), &
         parameter_kind_t(3, 'jump_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(3, 'light_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(6, 'torque_', 'x2 x3 y2 y3 z2 z3', 'N m', ROTATION, 1e-5_dp, NO, 0.01_dp), &
         parameter_kind_t(3, 'head2_rate_', XYZ, 'rad/s', ATTITUDE, 1e-5_dp, NO, 1.0_dp), &
         parameter_kind_t(1, 'head2_delay', '-', 's', ATTITUDE, 1.0_dp, NO, 10.0_dp), &
@@ -193,6 +195,7 @@ module gracecg_observations_parameters
     integer, parameter :: LIFT(2) = pack(EVERY, KIND_OF == OF_LIFT)
     !! Of the force along y and z by the airflow's angle towards them
     integer, parameter :: FORCE_JUMP(3) = pack(EVERY, KIND_OF == OF_FORCE_JUMP)     !! Of the acceleration, from one sample on
+    integer, parameter :: LIGHT(3) = pack(EVERY, KIND_OF == OF_LIGHT)               !! Acceleration by the Sun's, as much as is seen
     integer, parameter :: ROD_GAINS(3) = pack(EVERY, KIND_OF == OF_ROD_GAINS)
     !! Of the rods along x, y, z: gain over that believed, minus 1
     integer, parameter :: ROD_GAIN = findloc(KIND_OF, OF_ROD_GAIN, 1)               !! g: the same of all rods

@@ -38,6 +38,7 @@ contains
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('quiet-accelerometers-are-sound', test_quiet), &
                     new_unittest('much-drag-is-sound', test_much_drag), &
+                    new_unittest('edge-of-shadow-is-sound', test_edge_of_shadow), &
                     new_unittest('bent-forces-are-no-scale-factor', test_bent_forces)]
     end subroutine collect_beliefs
 
@@ -426,6 +427,42 @@ contains
         limits = chi_square_limits(3*RUNS)
         call check(error, total < limits(2), 'normalised squares: '//number_text(total))
     end subroutine test_quiet
+
+    !> The Sun sets in the middle of two minutes, within ten seconds: the light that is seen is estimated. As a step its mean
+    !> normalised square was 192.
+    subroutine test_edge_of_shadow(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(1), parameter :: LF = new_line('a')
+        character(*), parameter :: SUNSET = "&calibration epoch = '2026-11-25T00:00:00', duration = 120 /"//LF// &
+            "&mass_properties mass = 200, moments_of_inertia = 30, 60, 70 /"//LF//"&rods largest_moment = 10 /"//LF// &
+            "&rod axis = 2, amplitude = 10, frequency = 0.1, stop = 120 /"//LF// &
+            "&rod axis = 3, amplitude = 10, frequency = 0.13, stop = 120 /"//LF// &
+            "&truth orbit = 'kepler', semi_major_axis_km = 6860, eccentricity = 0.001, inclination_deg = 89, node_deg = 241"//LF// &
+            "perigee_deg = 90, mean_anomaly_deg = 134, attitude = 'nadir' /"//LF// &
+            "&surface length = 1.2, height = 0.6, width_bottom = 0.7, width_top = 0.7 /"//LF// &
+            "&atmosphere space_weather = 'given', f107 = 150, f107_mean = 150, kp = 2 /"
+        integer, parameter :: RUNS = 4
+        type(calibration_t) :: calibration
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: off(3), total, limits(2)
+        integer :: run
+
+        call calibration_from_text(SUNSET, 'sunset', calibration, failure)
+        if (failed(error, failure)) return
+        calibration%options%covariance = .false.
+        total = 0
+        do run = 1, RUNS
+            call make_observations(calibration%case, 4711, run, observations)
+            if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
+            off = solution%offset - calibration%case%satellite%offset
+            total = total + dot_product(off, matmul(inverse_3x3(solution%covariance(:3, :3)), off))
+        end do
+        call check(error, any(solution%parameters%name == 'light_x'))
+        limits = chi_square_limits(3*RUNS)
+        call check(error, total < limits(2), 'normalised squares: '//number_text(total))
+    end subroutine test_edge_of_shadow
 
     !> Ten times the report's drag, 320 km up: forces that are no straight line are larger, too, by what the case says of them.
     !> Six places of the orbit, where they differ. With sizes of the report's cases the mean normalised square is 34. Then a

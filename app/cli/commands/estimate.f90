@@ -213,7 +213,7 @@ contains
             edge = edge_of_shadow(julian_centuries_tt(o%knowledge%epoch), o%orbit_time, o%orbit_position, duration)
             if (edge < 0) return
             call console%warn('the satellite passes the edge of the Earth''s shadow at '//rounded_text(edge, 3)//' s, where '// &
-                              'the forces change: optimal estimates such a step; for the other algorithms take another '// &
+                              'the forces change: optimal estimates that; for the other algorithms take another '// &
                               'time, or a part of the samples without it (duration and epoch of setup.nml)')
         end associate
     end subroutine warn_of_causes

@@ -153,6 +153,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: SHARE = 0.2_dp       ! Of the steps, that the channels have to show: 1 or 0, but for noise
+        real(dp), parameter :: EARLIEST = -0.15_dp  ! s: smooth currents look like held ones half an interval ahead, -0.25 s
         type(level1_setup_t) :: known               ! with the delay of held currents
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
@@ -167,7 +168,7 @@ contains
             call arcs_of_spans(calibration, known, axes, .false., estimate%arcs, estimate%span_of, error)
             if (allocated(error)) return
             call find_steps(estimate%arcs, seen, delay)
-            if (known%currents == 'auto') estimate%steps = seen > SHARE
+            if (known%currents == 'auto') estimate%steps = seen > SHARE .and. delay > EARLIEST
         else if (known%currents == 'auto') then
             call append(estimate%remarks, 'currents are taken as smooth: without angular channels nothing tells')
         end if
@@ -449,7 +450,7 @@ contains
         type(level1_solution_t), intent(inout) :: solution
 
         real(dp), parameter :: SIGMAS = 3       ! As of conceivable_errors
-        real(dp), parameter :: ANY_SCALE = 0.1_dp       ! Chosen: air and light show no less than a factor of 3
+        real(dp), parameter :: ANY_SCALE = 1        ! A factor of 2: air and light show no less than one of 3
         type(error_t), allocatable :: error     ! a span alone does not tell
         integer :: i, k, r, axis
 

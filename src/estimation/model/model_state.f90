@@ -31,6 +31,7 @@ module gracecg_estimation_model_state
         real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
         logical :: airflow_known = .false.              !! False: the body's x axis stands in
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
+        real(dp), allocatable :: light(:)               !! Part of the Sun that is seen, (0:n), where LIGHT is estimated
         integer :: jump = huge(1)                       !! From which interval on FORCE_JUMP acts; huge(1): never
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
         real(dp), allocatable :: shape(:, :, :)

@@ -20,7 +20,9 @@ module gracecg_estimation_physical_model
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_base_vectors, only: unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
-    use gracecg_observations_parameters, only: is_rotational
+    use gracecg_environment_sun, only: sun_position, conical_shadow
+    use gracecg_environment_time, only: julian_centuries_tt
+    use gracecg_observations_parameters, only: is_rotational, LIGHT
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -63,6 +65,12 @@ contains
         allocate (model%shape(3, 0:2*n, size(model%shaped)), source=0.0_dp)
         if (size(model%shaped) > 0) call take_torque_shapes(knowledge, data, model)
         call take_moments(knowledge, data, model)
+        if (.not. any(estimated == LIGHT(1))) return
+        allocate (model%light(0:n))
+        do j = 0, n
+            model%light(j) = conical_shadow(cubic_interpolated(data%orbit_time, data%orbit_position, j*model%interval), &
+                                            sun_position(julian_centuries_tt(knowledge%epoch)))
+        end do
     end subroutine prepare_model
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.

@@ -54,6 +54,7 @@ contains
             end if
             unscaled = transformed(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
             if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
+            if (allocated(model%light)) unscaled = unscaled + model%light(k)*state%value(LIGHT)
             shown = factor*unscaled
             if (side_forces) shown(1) = shown(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
             if (lifted) shown(2:) = shown(2:) + along(2:)*state%value(LIFT)
@@ -269,6 +270,8 @@ contains
                         partials(i, BEND_AXIS(MEMBER_OF(p))) = bends(MEMBER_OF(p))
                     case (OF_FORCE_JUMP)
                         if (k >= model%jump) partials(i, axis) = factor(axis)
+                    case (OF_LIGHT)
+                        partials(i, axis) = factor(axis)*model%light(k)
                     case (OF_SIDE_FORCE)
                         partials(i, 1) = along(1 + MEMBER_OF(p))
                     case (OF_LIFT)

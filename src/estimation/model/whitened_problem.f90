@@ -6,6 +6,8 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_error, only: error_t
     use gracecg_base_coloured_noise, only: noise_spectrum_t, are_alike
     use gracecg_base_lapack, only: grouped_normal_equations
+    use gracecg_environment_sun, only: edge_of_shadow
+    use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t, optimal_options_t, WAVE_GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -84,10 +86,11 @@ module gracecg_estimation_whitened_problem
 contains
 
     !> The parameters that `optimal` estimates: those that the options ask for, what is known only within limits, drag
-    !> that is no straight line, and with a quiet accelerometer the lift.
-    pure function estimated_parameters(asked, knowledge) result(estimated)
+    !> that is no straight line, with a quiet accelerometer the lift, and across the edge of the Earth's shadow the Sun's light.
+    pure function estimated_parameters(asked, knowledge, data) result(estimated)
         type(optimal_options_t), intent(in) :: asked
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(in), optional :: data      !! Their orbit tells whether the edge of the shadow is passed
         integer, allocatable :: estimated(:)
 
         type(optimal_options_t) :: all
@@ -102,6 +105,10 @@ contains
         more = FORCE_SHAPES
         if (knowledge%duration > STEADY) more = [more, TORQUE_CHANGE]
         if (feels_lift(knowledge)) more = [more, LIFT]
+        if (present(data)) then
+            if (edge_of_shadow(julian_centuries_tt(knowledge%epoch), data%orbit_time, data%orbit_position, &
+                               knowledge%duration) >= 0) more = [more, LIGHT]
+        end if
         estimated = [estimated, pack(more, [(.not. any(estimated == more(i)), i=1, size(more))])]
     end function estimated_parameters
 

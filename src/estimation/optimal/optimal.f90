@@ -144,7 +144,7 @@ contains
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
         call prepare_calibration(observations%knowledge, options, data, &
-                                 estimated_parameters(options%optimal, observations%knowledge), start)
+                                 estimated_parameters(options%optimal, observations%knowledge, data), start)
         solution%warnings = start%data%warnings
         call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
         if (allocated(error)) then      ! spikes may be so large that no fit tells them from the rest

@@ -89,7 +89,8 @@ module gracecg_estimation_live_estimate
         type(physical_model_t) :: model             !! Of the last interval
         type(model_state_t) :: state                !! Nominal, at its end
         type(model_trajectory_t) :: trajectory      !! Along it; its partials are by the constants
-        type(constants_t) :: constants, trial       !! Known so far; with what has just come
+        type(constants_t) :: constants              !! Known so far
+        real(dp) :: kept(N + 1, N) = 0, kept_squares = 0    !! Of them, while a sample is tried
         type(expectation_t) :: expectation(3)       !! By axis
         type(live_sample_t), allocatable :: first(:)    !! The first samples
         type(model_state_t) :: guess                !! About which they begin, moved along but for what is stated beforehand
@@ -159,7 +160,6 @@ contains
         if (frequency > 0) self%prior_sigma(OF_WAVE(3)) = WAVE_SIGMA*frequency
         allocate (self%first(max(1, nint(FIRST_SECONDS/self%model%interval))))
         self%constants = new_constants(N)
-        self%trial = self%constants
         call start(self)
     end subroutine begin_live_estimate
 
@@ -183,8 +183,6 @@ contains
             self%constants%array(i, i) = 1/self%prior_sigma(i)
         end do
         self%constants%squares = 0
-        self%trial%array(:, :) = self%constants%array
-        self%trial%squares = 0
         do axis = 1, 3
             associate (e => self%expectation(axis))
                 e%predicted = 0
@@ -437,18 +435,18 @@ contains
         integer :: i
 
         is_taken = .true.
+        self%kept(:, :) = self%constants%array
+        self%kept_squares = self%constants%squares
         do i = 1, size(rows, 2)
-            before = self%trial%squares
-            call self%trial%fold_in(rows(:, i))
-            is_taken = is_taken .and. self%trial%squares - before <= self%edit_sigma**2     ! false of NaN
+            before = self%constants%squares
+            call self%constants%fold_in(rows(:, i))
+            is_taken = is_taken .and. self%constants%squares - before <= self%edit_sigma**2     ! false of NaN
         end do
         if (is_taken) then
-            self%constants%array(:, :) = self%trial%array
-            self%constants%squares = self%trial%squares
             self%innovations = self%innovations + size(rows, 2)
         else
-            self%trial%array(:, :) = self%constants%array
-            self%trial%squares = self%constants%squares
+            self%constants%array(:, :) = self%kept
+            self%constants%squares = self%kept_squares
         end if
     end function is_taken
 
@@ -529,7 +527,6 @@ contains
             self%constants%array(N + 1, i) = self%constants%array(N + 1, i) - &
                                              dot_product(self%constants%array(i:N, i), correction(i:))
         end do
-        self%trial%array(N + 1, :) = self%constants%array(N + 1, :)
         do axis = 1, 3
             do p = 1, N_POLES
                 associate (predicted => self%expectation(axis)%predicted(:, p))
