@@ -35,6 +35,7 @@ contains
                     new_unittest('estimate-of-held-currents', test_held_currents), &
                     new_unittest('edge-of-the-shadow', test_shadow_edge), &
                     new_unittest('driven-all-day', test_all_day), &
+                    new_unittest('gaps-and-moved-masses', test_gaps_and_moved_masses), &
                     new_unittest('a-span-as-observation-set', test_preparation), &
                     new_unittest('in-phase', test_in_phase), &
                     new_unittest('wrong-inertia', test_wrong_inertia), &
@@ -221,6 +222,39 @@ contains
             end associate
         end do
     end subroutine test_all_day
+
+    !> Gaps and firings in two spans each hide no smooth currents, which look like held ones a quarter of a second ahead; spans
+    !> between which masses were moved by 0.2 mm are not used, though their common sigma grows by it.
+    subroutine test_gaps_and_moved_masses(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(level1_settings_t) :: settings
+        type(level1_truth_t) :: truth
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+
+        settings%gaps = 2
+        settings%gap = 5
+        settings%firings_inside = 2
+        call fly(settings, truth, 'front-2')
+        call write_files(truth, 'l1s_gaps', path)
+        call estimate_folder(path, calibration, estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, .not. estimate%steps, 'currents are smooth')
+        call check(error, all(abs(estimate%solutions(1)%offset - truth%case%satellite%offset) < &
+                              4*sigma_of(estimate%solutions(1)) + 3*MICROMETRE), 'd')
+        settings%gaps = 0
+        settings%firings_inside = 0
+        settings%moved_at = 2000
+        settings%moved = [2e-4_dp, 0.0_dp, 0.0_dp]
+        call fly(settings, truth)
+        call write_files(truth, 'l1s_moved', path)
+        call estimate_folder(path, calibration, estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, estimate%flag, 2)
+        call check(error, estimate%solutions(1)%reason, 'the spans disagree')
+    end subroutine test_gaps_and_moved_masses
 
     !> By all and without some instruments within 4 sigma + 3 um; gains within 0.5 % (what is said of the inertia goes with them),
     !> delays within 10 ms or what is said; nothing found wrong.
