@@ -237,7 +237,7 @@ contains
         settings%gaps = 2
         settings%gap = 5
         settings%firings_inside = 2
-        call fly(settings, truth, 'front-2')
+        call fly(settings, truth)
         call write_files(truth, 'l1s_gaps', path)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
