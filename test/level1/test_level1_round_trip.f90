@@ -223,7 +223,7 @@ contains
         end do
     end subroutine test_all_day
 
-    !> Gaps and firings in two spans each hide no smooth currents, which look like held ones a quarter of a second ahead; spans
+    !> Gaps and firings in two spans each make no held currents of smooth ones; spans
     !> between which masses were moved by 0.2 mm are not used, though their common sigma grows by it.
     subroutine test_gaps_and_moved_masses(error)
         type(error_type), allocatable, intent(out) :: error

@@ -152,8 +152,8 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate      !! Knows which rods are driven
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: SHARE = 0.2_dp       ! Of the steps, that the channels have to show: 1 or 0, but for noise
-        real(dp), parameter :: EARLIEST = -0.15_dp  ! s: smooth currents look like held ones half an interval ahead, -0.25 s
+        real(dp), parameter :: SHARE = 0.6_dp       ! Of the steps, that the channels have to show: 1 or 0, but for noise; with gaps
+        ! and firings 0.93 to 1.03, or up to 0.34
         type(level1_setup_t) :: known               ! with the delay of held currents
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
@@ -168,7 +168,7 @@ contains
             call arcs_of_spans(calibration, known, axes, .false., estimate%arcs, estimate%span_of, error)
             if (allocated(error)) return
             call find_steps(estimate%arcs, seen, delay)
-            if (known%currents == 'auto') estimate%steps = seen > SHARE .and. delay > EARLIEST
+            if (known%currents == 'auto') estimate%steps = seen > SHARE
         else if (known%currents == 'auto') then
             call append(estimate%remarks, 'currents are taken as smooth: without angular channels nothing tells')
         end if
