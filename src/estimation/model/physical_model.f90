@@ -66,7 +66,8 @@ contains
         if (size(model%shaped) > 0) call take_torque_shapes(knowledge, data, model)
         call take_moments(knowledge, data, model)
         if (.not. any(estimated == LIGHT(1))) return
-        allocate (model%light(0:n))
+        allocate (model%light(0:n), source=0.0_dp)
+        if (.not. model%airflow_known) return       ! no orbit
         do j = 0, n
             model%light(j) = conical_shadow(cubic_interpolated(data%orbit_time, data%orbit_position, j*model%interval), &
                                             sun_position(julian_centuries_tt(knowledge%epoch)))
