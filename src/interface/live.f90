@@ -63,7 +63,7 @@ contains
         if (positions > 0) sample%position = position(:, 1)
         do i = 1, stars
             associate (head => star_head(i))
-                if (all(head /= [1, HEADS]) .or. count(star_head == head) > 1) then
+                if (head < 1 .or. head > HEADS .or. count(star_head == head) > 1) then
                     call outcome%refuse(STATUS_BAD_VALUE, 'star_head '//integer_text(i)//' = '//integer_text(head)// &
                                         ' is not 1 or 2, or it is given twice')
                     return

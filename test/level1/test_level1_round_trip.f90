@@ -59,8 +59,7 @@ contains
         character(:), allocatable :: path
         integer :: i, status
 
-        call fly(settings, truth)
-        call write_files(truth, 'l1s_prepare', path)
+        call prepare(settings, 'l1s_prepare', truth, path)
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
         if (.not. allocated(failure)) call estimate_folder(path, calibration, estimate, failure)
         if (.not. allocated(failure)) call prepare_observations(calibration, estimate, 2, observations, failure)
@@ -187,8 +186,7 @@ contains
         do attempt = 1, 2
             if (attempt == 2) settings%moved_at = 1500
             settings%moved = [0.0_dp, JUMP, 0.0_dp]
-            call fly(settings, truth)
-            call write_files(truth, 'l1s_all_day', path)
+            call prepare(settings, 'l1s_all_day', truth, path)
             call estimate_folder(path, calibration, estimate, failure)
             call check(error, index(message_of(failure), 'no manoeuvre found') > 0, 'no manoeuvre')
             call estimate_folder(path, calibration, estimate, failure, every=EVERY)
@@ -223,8 +221,8 @@ contains
         end do
     end subroutine test_all_day
 
-    !> Gaps and firings in two spans each make no held currents of smooth ones; spans
-    !> between which masses were moved by 0.2 mm are not used, though their common sigma grows by it.
+    !> Gaps and firings in two spans each make no held currents of smooth ones; spans between which masses were moved by 0.2 mm
+    !> are not used, though their common sigma grows by it.
     subroutine test_gaps_and_moved_masses(error)
         type(error_type), allocatable, intent(out) :: error
         type(level1_settings_t) :: settings
@@ -237,8 +235,7 @@ contains
         settings%gaps = 2
         settings%gap = 5
         settings%firings_inside = 2
-        call fly(settings, truth)
-        call write_files(truth, 'l1s_gaps', path)
+        call prepare(settings, 'l1s_gaps', truth, path)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         call check(error, .not. estimate%steps, 'currents are smooth')
@@ -248,8 +245,7 @@ contains
         settings%firings_inside = 0
         settings%moved_at = 2000
         settings%moved = [2e-4_dp, 0.0_dp, 0.0_dp]
-        call fly(settings, truth)
-        call write_files(truth, 'l1s_moved', path)
+        call prepare(settings, 'l1s_moved', truth, path)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         call check(error, estimate%flag, 2)
@@ -310,8 +306,7 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
 
-        call fly(settings, truth)
-        call write_files(truth, 'l1s_inertia', path)
+        call prepare(settings, 'l1s_inertia', truth, path)
         call estimate_folder(path, calibration, estimate, failure, MORE)
         if (failed(error, failure)) return
         associate (last => estimate%solutions(1))
@@ -346,8 +341,7 @@ contains
         settings%leakage = 0
         settings%scale_error = 0
         settings%rod_gain_error = 0
-        call fly(settings, truth)
-        call write_files(truth, 'l1s_exact', path)
+        call prepare(settings, 'l1s_exact', truth, path)
         call estimate_folder(path, calibration, usual, failure)
         if (failed(error, failure)) return
         call estimate_folder(path, calibration, exact, failure, exact=.true.)
@@ -442,8 +436,7 @@ contains
         real(dp) :: sound(3)
         integer :: status, record
 
-        call fly(level1_settings_t(), truth)
-        call write_files(truth, 'l1s_unchanged', whole)
+        call prepare(level1_settings_t(), 'l1s_unchanged', truth, whole)
         path = whole(:len(whole) - len('unchanged'))//'changed'
         call again()
         call change('SCA1B', [5], 1.0_dp, 5e-3_dp, error, 330)

@@ -338,7 +338,7 @@ contains
         call show_campaign(whole, console)
         if (missing > 0) call console%warn(integer_text(missing)//' of '// &
                                               integer_text(whole%runs*size(whole%entries))// &
-                                              ' estimates are missing: '//trim(left_out(parts, whole)))
+                                              ' estimates are missing, or were refused: '//trim(left_out(parts, whole)))
         call publish_campaign(whole, MERGE_COMMAND, table_file, runs_file, console, error)
     end subroutine run_merge
 

@@ -49,8 +49,9 @@ contains
                                                rounded_text(entry%mean_normalised, 3)//' (3 if honest, sigma '// &
                                                rounded_text(sqrt(6.0_dp/size(entry%run)), 2)//')')
                     if (size(entry%refused) > 0) call console%warn(trim(campaign%cases(i)%name)//', '// &
-                        trim(campaign%algorithms(a))//': '//integer_text(size(entry%refused))//' runs are refused and left '// &
-                        'out, the first: '//entry%refused(1)%text)
+                        trim(campaign%algorithms(a))//': '//integer_text(size(entry%refused))//' of '// &
+                        integer_text(size(entry%run) + size(entry%refused))//' runs refused and left out, the first: '// &
+                        entry%refused(1)%text)
                 end associate
             end do
         end do

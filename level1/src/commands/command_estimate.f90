@@ -200,7 +200,7 @@ contains
             call console%line('what the setup says, tested by all spans together (source '// &
                               trim(estimate%solutions(i)%source)//'):')
             call show_beliefs(estimate%solutions(i)%beliefs, console)
-            call console%line('no test sees      a factor below 3 of all accelerometer axes, by which d is too large; the '// &
+            call console%line('no test sees      a factor below 3 of all accelerometer axes, by which d goes; the '// &
                               'mass, by which mass moments go; inertia and rod gains that are wrong alike: d does not go by them')
         end do
         call console%warn_all(estimate%findings, estimate%action%text)

@@ -152,8 +152,9 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate      !! Knows which rods are driven
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: SHARE = 0.6_dp       ! Of the steps, that the channels have to show: 1 or 0, but for noise; with gaps
-        ! and firings 0.93 to 1.03, or up to 0.34
+        ! Of the steps, that the channels have to show, chosen: held ones show 0.93 to 1.03, smooth ones up to 0.34, where spans have
+        ! gaps and firings (9 and 5 days)
+        real(dp), parameter :: SHARE = 0.6_dp
         type(level1_setup_t) :: known               ! with the delay of held currents
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
@@ -295,7 +296,7 @@ contains
     pure real(dp) function products_sigma(setup) result(sigma)
         type(level1_setup_t), intent(in) :: setup
 
-        real(dp), parameter :: USUAL = 0.01_dp      ! Of the largest moment: GRACE's are 3 and 4 kg m^2 of 380
+        real(dp), parameter :: USUAL = 0.01_dp      ! Of the largest moment, chosen: those of CSR-TM-00-01 are up to 3 kg m^2 of 389
         associate (j => setup%inertia)
             sigma = merge(0.0_dp, USUAL*maxval(j), any(abs([j(1, 2), j(2, 3), j(1, 3)]) > 0))
         end associate

@@ -214,7 +214,7 @@ contains
         real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
         real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
         real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Chosen: light is seen at all
-        real(dp), parameter :: GYRATION(2) = [0.15_dp, 2.0_dp]      ! Least and greatest radius of such satellites, m
+        real(dp), parameter :: GYRATION(2) = [0.15_dp, 2.0_dp]      ! Least and greatest radius, m, chosen: GRACE has 0.9
         real(dp) :: radius
         integer :: k
 
