@@ -152,7 +152,7 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate      !! Knows which rods are driven
         type(error_t), allocatable, intent(out) :: error
 
-        ! Of the steps, that the channels have to show, chosen: held ones show 0.93 to 1.03, smooth ones up to 0.34, where spans have
+        ! Of the steps, that the channels have to show, chosen: held ones show 0.93 to 1.03, smooth ones up to 0.34 where spans have
         ! gaps and firings (9 and 5 days)
         real(dp), parameter :: SHARE = 0.6_dp
         type(level1_setup_t) :: known               ! with the delay of held currents
