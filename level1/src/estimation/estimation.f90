@@ -89,10 +89,47 @@ contains
             end associate
         end do
         call name_faults(calibration, estimate)
+        if (.not. calibration%all_day) call try_exchanged_moments(calibration, axes, leakage, estimate)
         call judge(calibration, estimate)
         estimate%flag = estimate%solutions(1)%flag
         call take_action(calibration, estimate)
     end subroutine estimate_level1
+
+    !> Where something is wrong, the same with two moments of inertia of the setup exchanged: if nothing is then, that is why.
+    subroutine try_exchanged_moments(calibration, gyros, leakage, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(gyro_axes_t), intent(in) :: gyros      !! Their axes
+        character(*), intent(in) :: leakage         !! Of LEAKAGE_CHOICES
+        type(level1_estimate_t), intent(inout) :: estimate      !! Its findings
+
+        real(dp), parameter :: ALIKE = 0.03_dp      ! Relative: such moments are not told apart
+        type(level1_calibration_t) :: other
+        type(level1_estimate_t) :: tried
+        type(error_t), allocatable :: failure
+        integer :: i, k
+
+        if (size(estimate%findings) == 0 .or. .not. all(estimate%rods%driven)) return
+        do i = 1, 3
+            k = mod(i, 3) + 1
+            other = calibration
+            associate (here => other%setup%inertia, said => calibration%setup%inertia)
+                if (abs(said(i, i) - said(k, k)) < ALIKE*said(i, i)) cycle
+                here(i, i) = said(k, k)
+                here(k, k) = said(i, i)
+            end associate
+            tried = level1_estimate_t(rods=estimate%rods)
+            allocate (tried%findings(0), tried%remarks(0), tried%solutions(0))
+            call fit_spans(other, gyros, leakage, tried, failure)
+            if (allocated(failure)) cycle
+            call name_faults(other, tried)
+            if (size(tried%findings) > 0 .or. tried%solutions(1)%beliefs%has_contradiction()) cycle
+            deallocate (estimate%findings)
+            allocate (estimate%findings(0))
+            call append(estimate%findings, 'moments of inertia about '//AXES(i)//' and '//AXES(k)//' are exchanged in the '// &
+                        'setup: the other way round nothing is contradicted')
+            return
+        end do
+    end subroutine try_exchanged_moments
 
     !> Which rods some span drives.
     pure subroutine find_driven(calibration, driven)
