@@ -289,8 +289,9 @@ contains
         type(arcs_fit_t), intent(in) :: fit
         type(level1_estimate_t), intent(inout) :: estimate
 
-        integer :: k, rod
+        integer :: k, rod, row, column
 
+        estimate%inertia = known%inertia
         associate (rods => estimate%rods)
             rods%delay = known%torque_delay
             estimate%accelerometer_delay = known%accelerometer_delay
@@ -302,6 +303,12 @@ contains
                     else if (choice%shared(k) == SAMPLING_DELAY) then
                         estimate%accelerometer_delay = known%accelerometer_delay + value
                         estimate%accelerometer_delay_sigma = sigma
+                    end if
+                    if (KIND_OF(choice%shared(k)) == OF_INERTIA) then       ! xy, yz, zx
+                        row = MEMBER_OF(choice%shared(k)) - 3
+                        column = modulo(row, 3) + 1
+                        estimate%inertia(row, column) = estimate%inertia(row, column) + value
+                        estimate%inertia(column, row) = estimate%inertia(row, column)
                     end if
                     rod = findloc(ROD_GAINS, choice%shared(k), 1)
                     if (rod == 0) cycle

@@ -18,8 +18,11 @@ module gracecg_level1_judgement
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: name_faults, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
+    public :: name_faults, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT, UNSEEN
 
+    !> What no test of a calibration sees
+    character(*), parameter :: UNSEEN = 'a factor below 3 of all accelerometer axes, by which d goes; the mass, by which mass '// &
+        'moments go; inertia and rod gains that are wrong alike: d does not go by them'
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
     real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
@@ -229,9 +232,9 @@ contains
                         ' m; that of GRACE is 0.9 m')
             return      ! the unit of what light does is by the mass
         end if
-        if (all(calibration%follows(:2) < 0) .and. calibration%follows(3) >= 0) call append(estimate%findings, 'accelerometer x '// &
-            'and y follow air and light along the orbit with the opposite sign: ACC1A is of the other satellite, which flies the '// &
-            'other way round, or the setup or columns turn it by 180 deg about z')
+        if (all(calibration%follows(:2) < 0) .and. calibration%follows(3) >= 0) call append(estimate%findings, &
+            'accelerometer x and y follow air and light along the orbit with the opposite sign: ACC1A is of the other '// &
+            'satellite, which flies the other way round, or setup or columns turn it by 180 deg about z')
         do k = 1, 3
             if (calibration%follows(k) < 0) call append(estimate%findings, 'sign of accelerometer '//AXES(k)//': along the '// &
                 'orbit it follows air and light with the opposite sign; check accelerometer_axes, or the sign of its column')

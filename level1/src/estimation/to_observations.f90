@@ -321,6 +321,7 @@ contains
         associate (knowledge => observations%knowledge)
             knowledge%name = trim(knowledge%name)//' span '//integer_text(number)
             knowledge%camera = 1
+            knowledge%inertia = estimate%inertia
             knowledge%star_camera_sigma = estimate%head_sigma
             knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*max(QUIETEST, estimate%solutions(1)%rms)**2
             knowledge%accelerometer_delay = estimate%accelerometer_delay

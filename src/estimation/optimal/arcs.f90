@@ -23,6 +23,7 @@ module gracecg_estimation_arcs
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
+    use gracecg_estimation_belief, only: is_possible
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
         OF_VALUE
     use gracecg_estimation_belief_tests, only: test_values
@@ -323,10 +324,12 @@ contains
         call test_with(n, result%beliefs, error)
         if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
         associate (tests => result%beliefs%values)
-            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [(.not. any(result%shared == tests(k)%belief), &
-                                                                            k=1, size(tests))]
+            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [( &
+                .not. any(result%shared == tests(k)%belief) .and. &
+                is_possible(tests(k)%belief, tests(k)%value, sets(1)%knowledge), k=1, size(tests))]
             allocate (gain(size(tests)), source=0.0_dp)
             where (left) gain = (tests%value/tests%sigma)**2/2
+            left = left .and. 2*gain > result%beliefs%critical**2       ! what may as well be as believed explains nothing
         end associate
         do k = 1, min(MOST_TRIED, count(left))
             best = maxloc(gain, 1, left)
