@@ -230,7 +230,7 @@ contains
             wider%problem%model%jump = jump%epoch
             without_jump = fit%problem%state%value(OFFSET)
             call settle_wider(jump%found)
-            if (jump%found) call report_jump(knowledge, fit%problem, jump, without_jump, options%wanted_accuracy, solution%warnings)
+            if (jump%found) call report_jump(knowledge, fit%problem, fit%batch, jump, without_jump, solution%warnings)
         end if
         solution%converged = fit%converged
         if (fit%noise_estimated) &
