@@ -196,7 +196,8 @@ contains
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
         real(dp) :: seen, delay
-        logical :: held                             ! currents and samples show steps
+        logical :: held, seldom                     ! currents and samples show steps; these are few
+        real(dp), parameter :: BETWEEN = 0.14_dp    ! s: of what is anywhere between two tags, 0.5 s/sqrt 12
         integer :: i
 
         known = calibration%setup
@@ -214,9 +215,17 @@ contains
         if (products_sigma(known) > 0) call append(estimate%remarks, 'products_of_inertia are 0 in the setup, or not said: '// &
             'they are estimated, to '//trim(rounded_text(products_sigma(known), 2))//' kg m^2 beforehand')
         choice = chosen(known, estimate%rods%driven, calibration%has_angular, axes%known, held)
+        seldom = held
+        if (held) seldom = jump_seldom(calibration, estimate%rods%driven)
+        if (seldom) then
+            choice%shared = [choice%shared, ROD_DELAYS]
+            choice%prior = [choice%prior, BETWEEN, BETWEEN, BETWEEN]
+            call append(estimate%remarks, 'currents jump now and then (square waves), anywhere between two tags: samples '// &
+                        'there are left out, and the delay of each rod is estimated')
+        end if
         if (held) known%accelerometer_delay = delay - known%torque_delay
         call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error, &
-                           with_unsure=calibration%all_day, of_means=calibration%all_day)
+                           with_unsure=calibration%all_day, of_means=calibration%all_day, seldom=seldom)
         if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
         if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
                                                        choice%own, fit, error, stated_sigmas(known), without)
@@ -281,6 +290,28 @@ contains
             times = [(utc_plus(estimate%arcs(k)%knowledge%epoch, estimate%arcs(k)%knowledge%duration/2), k=1, size(times))]
         end function middles
     end subroutine fit_spans
+
+    !> Whether currents of the spans are the same from tag to tag nearly always: jumps of square waves, not the steps of a sine.
+    pure logical function jump_seldom(calibration, driven)
+        type(level1_calibration_t), intent(in) :: calibration
+        logical, intent(in) :: driven(3)            !! Rods
+
+        real(dp), parameter :: LEAST = 1            ! mA: a step that is one
+        integer, parameter :: SELDOM = 3            ! Tags of a rod to a jump
+        integer :: i, k, jumps, tags
+
+        jumps = 0
+        tags = 0
+        associate (time => calibration%current_time, current => calibration%current)
+            do i = 1, size(calibration%spans)
+                do k = last_not_after(time, calibration%spans(i)%start) + 1, last_not_after(time, calibration%spans(i)%stop) - 1
+                    jumps = jumps + count(abs(current(:, k + 1) - current(:, k)) > LEAST .and. driven)
+                    tags = tags + count(driven)
+                end do
+            end do
+        end associate
+        jump_seldom = SELDOM*jumps < tags
+    end function jump_seldom
 
     !> Gains and delays by a fit.
     pure subroutine take_rods(known, choice, fit, estimate)
