@@ -86,7 +86,8 @@ contains
 
         call observe_case(case, simulator, observations, error)
         if (.not. allocated(error)) &
-            call prepare_at_truth(simulator, observations, options, asked_parameters(options%optimal), problem, error)
+            call prepare_at_truth(simulator, observations, options, &
+                                  asked_parameters(options%optimal, observations%knowledge), problem, error)
         if (.not. allocated(error)) &
             call gather_information(observations%knowledge, options, problem, information, error)
         call add_context(error, 'case '//trim(case%name))
@@ -167,7 +168,7 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        estimated = asked_parameters(options%optimal)
+        estimated = asked_parameters(options%optimal, observations%knowledge)
         considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
         source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
         left = [(all(estimated /= considered(i)), i=1, size(considered))]
