@@ -16,7 +16,7 @@ module gracecg_level1_command_estimate
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
     use gracecg_level1_estimation, only: estimate_level1, LEAKAGE_CHOICES
     use gracecg_level1_gathering, only: gather_calibration
-    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
+    use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS, UNSEEN
     use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
     use gracecg_level1_results, only: find_origins, trim_command_t, trim_commands, write_vcm, write_event, write_offsets
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds, sigma_of
@@ -200,8 +200,7 @@ contains
             call console%line('what the setup says, tested by all spans together (source '// &
                               trim(estimate%solutions(i)%source)//'):')
             call show_beliefs(estimate%solutions(i)%beliefs, console)
-            call console%line('no test sees      a factor below 3 of all accelerometer axes, by which d goes; the '// &
-                              'mass, by which mass moments go; inertia and rod gains that are wrong alike: d does not go by them')
+            call console%line('no test sees      '//UNSEEN)
         end do
         call console%warn_all(estimate%findings, estimate%action%text)
         call console%line('')
@@ -514,6 +513,8 @@ contains
         if (.not. allocated(error)) call prepare_observations(calibration, estimate, number, observations, error)
         if (allocated(error)) return
         call console%warn_all([calibration%notes, estimate%findings])
+        if (any(abs(estimate%inertia - calibration%setup%inertia) > 0)) call console%warn('products_of_inertia of the set are '// &
+            'those that all spans together give, for the setup says none')
         if (estimate%solutions(1)%leakage /= 'estimated') call console%warn('the spans do not determine the leakage of the '// &
             'rods: it is in the accelerations, and the sigma of an estimate leaves it out')
         about(1) = 'gracecg '//VERSION//' level1 prepare'

@@ -1,13 +1,15 @@
 !> gracecg level1 simulate: a folder of Level-1 files of hours with several sub-manoeuvres.
 module gracecg_level1_command_simulate
     use gracecg_base_text, only: pick_text
-    use gracecg_files_file, only: directory_exists, file_exists, make_directory
+    use gracecg_files_csv, only: SIDE_ENDING
+    use gracecg_files_file, only: directory_exists, file_exists, make_directory, text_file_t, read_text_file
     use gracecg_files_path, only: files_in_folder
+    use gracecg_files_run_record, only: note_file, UPDATED
     use gracecg_observations_observation_files, only: OBSERVATION_FILES
     use gracecg_level1_header, only: name_of, product_of_file_name
     use gracecg_level1_time, only: gps_day
     use gracecg_level1_simulated_files, only: write_level1_folder
-    use gracecg_level1_simulated_folder, only: SETUP_NAME
+    use gracecg_level1_simulated_folder, only: SETUP_NAME, TRUTH_TABLE, TRUTH_NAMELIST
     use gracecg_level1_simulation_settings, only: level1_settings_t, read_level1_settings
     use gracecg_level1_simulated_truth, only: level1_truth_t, new_level1_truth
     use gracecg_cli_calibration_argument, only: take_calibration
@@ -45,7 +47,7 @@ contains
         type(level1_settings_t) :: settings
         type(level1_truth_t) :: truth
         type(string_t), allocatable :: written(:)
-        character(:), allocatable :: folder, settings_file
+        character(:), allocatable :: folder, settings_file, before, now
         integer(i8) :: seed
         integer :: run, i
 
@@ -65,9 +67,13 @@ contains
         if (allocated(truth%remark)) call console%warn(truth%remark)
         if (.not. allocated(error)) call warn_of_moments(truth, console)
         if (.not. allocated(error)) call refuse_other_files(folder, truth, error)
+        if (.not. allocated(error)) call find_scenario(folder, before)
         if (.not. allocated(error)) call make_directory(folder, error)
         if (.not. allocated(error)) call write_level1_folder(truth, folder, arguments%has('--binary'), written, error)
         if (allocated(error)) return
+        call find_scenario(folder, now)
+        if (before /= '' .and. before /= now) &
+            call console%warn(folder//' held a simulation of another scenario, which this one has replaced')
         call console%line('written to '//folder//': satellite '//truth%satellite//', '//trim(utc_text(truth%case%epoch))// &
                           ', '//integer_text(truth%duration)//' s, '//integer_text(size(truth%dynamics%spans))// &
                           ' sub-manoeuvres of the groups level1_span; the rods of the case are not flown')
@@ -77,6 +83,29 @@ contains
         call console%line('next: gracecg level1 estimate '//quoted_word(folder)//' --setup '// &
                           quoted_word(folder//'/'//SETUP_NAME)//pick_text(size(truth%dynamics%spans) > 0, '', ' --every 5640'))
     end subroutine run_level1_simulate
+
+    !> What a folder holds the simulation of: the case, and all groups of the simulation; empty: of nothing.
+    subroutine find_scenario(folder, scenario)
+        character(*), intent(in) :: folder
+        character(:), allocatable, intent(out) :: scenario
+
+        character(*), parameter :: CASE_LINE = '"case '
+        type(text_file_t) :: about, truth
+        type(error_t), allocatable :: unreadable
+        integer :: i
+
+        scenario = ''
+        if (.not. (file_exists(folder//'/'//TRUTH_TABLE//SIDE_ENDING) .and. file_exists(folder//'/'//TRUTH_NAMELIST))) return
+        call note_file(folder//'/'//TRUTH_TABLE//SIDE_ENDING, UPDATED)      ! looked at, and then replaced
+        call note_file(folder//'/'//TRUTH_NAMELIST, UPDATED)
+        call read_text_file(folder//'/'//TRUTH_TABLE//SIDE_ENDING, about, unreadable)
+        if (.not. allocated(unreadable)) call read_text_file(folder//'/'//TRUTH_NAMELIST, truth, unreadable)
+        if (allocated(unreadable)) return
+        do i = 1, about%line_count()
+            if (index(about%line(i), CASE_LINE) > 0) scenario = trim(about%line(i))
+        end do
+        scenario = scenario//truth%text(max(1, index(truth%text, '&level1_simulation')):)
+    end subroutine find_scenario
 
     !> Says that the currents of the spans make more than a rod of the case bears.
     subroutine warn_of_moments(truth, console)

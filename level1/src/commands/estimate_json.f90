@@ -5,7 +5,7 @@ module gracecg_level1_estimate_json
     use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
     use gracecg_level1_setup, only: origin_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
+    use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT, UNSEEN
     use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
     use gracecg_level1_results, only: find_origins, residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_level1_outcome, only: level1_estimate_t
@@ -47,6 +47,7 @@ contains
         call results%member('rod_gain_said', calibration%setup%rod_gain*calibration%setup%rod_sign)
         associate (first => estimate%solutions(1))
             call results%member('remark', trim(offset_remark(first%offset)))
+            if (allocated(first%beliefs)) call results%member('unseen', UNSEEN)
             call results%member('leakage', trim(first%leakage))
             call results%member('leakage_separable', first%separable)
             call results%member('leakage_sigma_m_s2_ma', first%leak_sigma)

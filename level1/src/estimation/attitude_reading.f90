@@ -1,11 +1,12 @@
 !> Attitude and orbit of the spans of a manoeuvre from Level-1 files, in GPS time and SRF, and the field, which depends on both.
 module gracecg_level1_attitude_reading
-    use gracecg_base_constants, only: AXES
+    use gracecg_base_constants, only: AXES, DEGREE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: rotation_matrix, rotation_between, quaternion_product, normalised
+    use gracecg_base_quaternion, only: rotation_matrix, rotation_between, quaternion_product, normalised, quaternion_of_matrix, &
+        rotation_angle_between
     use gracecg_base_text, only: string_t, integer_text, pick_text, rounded_text
-    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_base_vectors, only: inverse_3x3, cross
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
     use gracecg_environment_time, only: utc_of_gps, decimal_year
@@ -69,6 +70,7 @@ contains
                 call span_attitude(span)
             end associate
         end do
+        call check_pointing(calibration%spans, error)
 
     contains
 
@@ -283,6 +285,54 @@ contains
             call continuous_quaternions(q)
         end subroutine star_cameras
     end subroutine read_attitude
+
+    !> Fails where by the attitude the satellite does not fly as these do, z to the Earth and x along the flight or against it; with
+    !> the order and direction of quaternions by which it would.
+    subroutine check_pointing(spans, error)
+        type(level1_span_t), intent(in) :: spans(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: FARTHEST = 30*DEGREE     ! Chosen: they stay within some degrees
+        character(40), parameter :: READINGS(3) = [character(40) :: 'have the scalar last', &
+            'turn from SRF to inertial axes', 'turn from SRF, with the scalar last']
+        real(dp) :: turned(0:3), q(4), last(4)
+        integer :: i, k
+
+        turned = 0
+        do i = 1, size(spans)
+            if (.not. spans(i)%used) cycle
+            k = size(spans(i)%attitude_time)/2
+            q = spans(i)%quaternion(:, k)
+            last = q([4, 1, 2, 3])
+            associate (r => spans(i)%position(:, k), ahead => spans(i)%position(:, k + 1))
+                turned = max(turned, [off_the_flight(q, r, ahead), off_the_flight(last, r, ahead), &
+                                      off_the_flight([-q(:3), q(4)], r, ahead), off_the_flight([-last(:3), last(4)], r, ahead)])
+            end associate
+        end do
+        if (turned(0) < FARTHEST) return
+        k = minloc(turned(1:), 1)
+        call fail(error, 'attitude of the star cameras: z and x of the satellite are up to '// &
+                  integer_text(nint(turned(0)/DEGREE))//' deg off the Earth and its flight; '// &
+                  pick_text(turned(k) < FARTHEST, 'they are not if the quaternions '//trim(READINGS(k))//': the columns are '// &
+                            'quatangle, quaticoeff, quatjcoeff, quatkcoeff, from inertial axes to SRF', &
+                            'attitude or orbit are of another satellite, another time, or other axes'))
+    end subroutine check_pointing
+
+    !> By which angle SRF are turned from z to the Earth and x along the flight, or against it, rad.
+    pure real(dp) function off_the_flight(q, position, ahead) result(angle)
+        real(dp), intent(in) :: q(4)                !! Inertial to SRF, scalar last
+        real(dp), intent(in) :: position(3), ahead(3)       !! Inertial, now and a little later, m
+
+        real(dp), parameter :: BACKWARDS(4) = [0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp]
+        real(dp) :: x(3), y(3), z(3), along(4)
+
+        z = -position/norm2(position)
+        y = cross(z, ahead)
+        y = y/norm2(y)
+        x = cross(y, z)
+        along = quaternion_of_matrix(transpose(reshape([x, y, z], [3, 3])))
+        angle = min(rotation_angle_between(along, q), rotation_angle_between(quaternion_product(BACKWARDS, along), q))
+    end function off_the_flight
 
     !> Position and velocity between two records, by Hermite's cubic.
     pure subroutine state_at(orbit, epoch, time, r, v)

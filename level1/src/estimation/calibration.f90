@@ -14,7 +14,8 @@ module gracecg_level1_calibration
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t, SPAN_MARGIN, keep_samples, leave_out, note, &
-        middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, no_attitude
+        middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, &
+        no_attitude, check_satellite
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
@@ -74,6 +75,7 @@ module gracecg_level1_calibration
                                                         !! opposite sign; 0: the files do not tell
         real(dp) :: light_seen(2, 3) = 0                !! Light as seen by each axis, by what it should be, with sigma
         real(dp) :: orbit_delay = 0                     !! Of the orbit's tags by the magnetometer, s; 0: not significant
+        character(256) :: field_turned = ''             !! What the magnetometer says of the attitude, if that is wrong
         real(dp) :: poles_apart = 0                     !! The Earth's by GNV1B with GNI1B, and where it is, rad
         logical :: has_angular = .false.                !! The accelerometer has angular channels
         logical :: zero_angular = .false.               !! It has them, and they are zero: transplanted data (ACT)
@@ -187,11 +189,8 @@ contains
         if (allocated(error)) return
         call note_product(calibration, records%layout%product, paths)
         if (records%count == 0) return
-        if (records%satellite /= calibration%satellite) then
-            call fail(error, records%path//': its records are of satellite '//records%satellite//', not '// &
-                      calibration%satellite)
-            return
-        end if
+        call check_satellite(records, calibration%satellite, error)
+        if (allocated(error)) return
         if (records%layout%product(5:5) == 'A' .and. records%time_ref == 'G') call note(calibration, records%layout%product// &
             ': its tags say GPS time, a 1A product has those of the on-board computer: they may be tags left in OBC time')
         call to_gps_time(records, calibration%clock, extrapolated)
@@ -201,6 +200,16 @@ contains
             call note(calibration, records%layout%product//': '//records%warnings(i)%text)
         end do
     end subroutine read_product
+
+    !> Fails where records are of another satellite than their files' names say.
+    subroutine check_satellite(records, satellite, error)
+        type(level1_records_t), intent(in) :: records
+        character(1), intent(in) :: satellite               !! That is wanted
+        type(error_t), allocatable, intent(out) :: error
+
+        if (records%count > 0 .and. records%satellite /= satellite) &
+            call fail(error, records%path//': its records are of satellite '//records%satellite//', not '//satellite)
+    end subroutine check_satellite
 
     !> Notes that a product was read, from which files.
     subroutine note_product(calibration, product, paths)

@@ -89,10 +89,47 @@ contains
             end associate
         end do
         call name_faults(calibration, estimate)
+        if (.not. calibration%all_day) call try_exchanged_moments(calibration, axes, leakage, estimate)
         call judge(calibration, estimate)
         estimate%flag = estimate%solutions(1)%flag
         call take_action(calibration, estimate)
     end subroutine estimate_level1
+
+    !> Where something is wrong, the same with two moments of inertia of the setup exchanged: if nothing is then, that is why.
+    subroutine try_exchanged_moments(calibration, gyros, leakage, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(gyro_axes_t), intent(in) :: gyros      !! Their axes
+        character(*), intent(in) :: leakage         !! Of LEAKAGE_CHOICES
+        type(level1_estimate_t), intent(inout) :: estimate      !! Its findings
+
+        real(dp), parameter :: ALIKE = 0.03_dp      ! Relative: such moments are not told apart
+        type(level1_calibration_t) :: other
+        type(level1_estimate_t) :: tried
+        type(error_t), allocatable :: failure
+        integer :: i, k
+
+        if (size(estimate%findings) == 0 .or. .not. all(estimate%rods%driven)) return
+        do i = 1, 3
+            k = mod(i, 3) + 1
+            other = calibration
+            associate (here => other%setup%inertia, said => calibration%setup%inertia)
+                if (abs(said(i, i) - said(k, k)) < ALIKE*said(i, i)) cycle
+                here(i, i) = said(k, k)
+                here(k, k) = said(i, i)
+            end associate
+            tried = level1_estimate_t(rods=estimate%rods)
+            allocate (tried%findings(0), tried%remarks(0), tried%solutions(0))
+            call fit_spans(other, gyros, leakage, tried, failure)
+            if (allocated(failure)) cycle
+            call name_faults(other, tried)
+            if (size(tried%findings) > 0 .or. tried%solutions(1)%beliefs%has_contradiction()) cycle
+            deallocate (estimate%findings)
+            allocate (estimate%findings(0))
+            call append(estimate%findings, 'moments of inertia about '//AXES(i)//' and '//AXES(k)//' are exchanged in the '// &
+                        'setup: the other way round nothing is contradicted')
+            return
+        end do
+    end subroutine try_exchanged_moments
 
     !> Which rods some span drives.
     pure subroutine find_driven(calibration, driven)
@@ -159,7 +196,8 @@ contains
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
         real(dp) :: seen, delay
-        logical :: held                             ! currents and samples show steps
+        logical :: held, seldom                     ! currents and samples show steps; these are few
+        real(dp), parameter :: BETWEEN = 0.14_dp    ! s: of what is anywhere between two tags, 0.5 s/sqrt 12
         integer :: i
 
         known = calibration%setup
@@ -177,9 +215,17 @@ contains
         if (products_sigma(known) > 0) call append(estimate%remarks, 'products_of_inertia are 0 in the setup, or not said: '// &
             'they are estimated, to '//trim(rounded_text(products_sigma(known), 2))//' kg m^2 beforehand')
         choice = chosen(known, estimate%rods%driven, calibration%has_angular, axes%known, held)
+        seldom = held
+        if (held) seldom = jump_seldom(calibration, estimate%rods%driven)
+        if (seldom) then
+            choice%shared = [choice%shared, ROD_DELAYS]
+            choice%prior = [choice%prior, BETWEEN, BETWEEN, BETWEEN]
+            call append(estimate%remarks, 'currents jump now and then (square waves), anywhere between two tags: samples '// &
+                        'there are left out, and the delay of each rod is estimated')
+        end if
         if (held) known%accelerometer_delay = delay - known%torque_delay
         call arcs_of_spans(calibration, known, axes, estimate%steps, estimate%arcs, estimate%span_of, error, &
-                           with_unsure=calibration%all_day, of_means=calibration%all_day)
+                           with_unsure=calibration%all_day, of_means=calibration%all_day, seldom=seldom)
         if (.not. allocated(error) .and. size(estimate%span_of) == 0) call fail(error, 'no span is long enough')
         if (.not. allocated(error)) call estimate_arcs(estimate%arcs, estimation_options_t(), choice%shared, choice%prior, &
                                                        choice%own, fit, error, stated_sigmas(known), without)
@@ -245,6 +291,28 @@ contains
         end function middles
     end subroutine fit_spans
 
+    !> Whether currents of the spans are the same from tag to tag nearly always: jumps of square waves, not the steps of a sine.
+    pure logical function jump_seldom(calibration, driven)
+        type(level1_calibration_t), intent(in) :: calibration
+        logical, intent(in) :: driven(3)            !! Rods
+
+        real(dp), parameter :: LEAST = 1            ! mA: a step that is one
+        integer, parameter :: SELDOM = 3            ! Tags of a rod to a jump
+        integer :: i, k, jumps, tags
+
+        jumps = 0
+        tags = 0
+        associate (time => calibration%current_time, current => calibration%current)
+            do i = 1, size(calibration%spans)
+                do k = last_not_after(time, calibration%spans(i)%start) + 1, last_not_after(time, calibration%spans(i)%stop) - 1
+                    jumps = jumps + count(abs(current(:, k + 1) - current(:, k)) > LEAST .and. driven)
+                    tags = tags + count(driven)
+                end do
+            end do
+        end associate
+        jump_seldom = SELDOM*jumps < tags
+    end function jump_seldom
+
     !> Gains and delays by a fit.
     pure subroutine take_rods(known, choice, fit, estimate)
         type(level1_setup_t), intent(in) :: known    !! What is said; with the delays that the fit began with
@@ -252,8 +320,9 @@ contains
         type(arcs_fit_t), intent(in) :: fit
         type(level1_estimate_t), intent(inout) :: estimate
 
-        integer :: k, rod
+        integer :: k, rod, row, column
 
+        estimate%inertia = known%inertia
         associate (rods => estimate%rods)
             rods%delay = known%torque_delay
             estimate%accelerometer_delay = known%accelerometer_delay
@@ -265,6 +334,12 @@ contains
                     else if (choice%shared(k) == SAMPLING_DELAY) then
                         estimate%accelerometer_delay = known%accelerometer_delay + value
                         estimate%accelerometer_delay_sigma = sigma
+                    end if
+                    if (KIND_OF(choice%shared(k)) == OF_INERTIA) then       ! xy, yz, zx
+                        row = MEMBER_OF(choice%shared(k)) - 3
+                        column = modulo(row, 3) + 1
+                        estimate%inertia(row, column) = estimate%inertia(row, column) + value
+                        estimate%inertia(column, row) = estimate%inertia(row, column)
                     end if
                     rod = findloc(ROD_GAINS, choice%shared(k), 1)
                     if (rod == 0) cycle

@@ -1,12 +1,12 @@
 !> A calibration gathered from Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_level1_gathering
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: NANOTESLA
+    use gracecg_base_constants, only: AXES, NANOTESLA
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t, integer_text, rounded_text
+    use gracecg_base_text, only: string_t, integer_text, pick_text, rounded_text
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
@@ -15,7 +15,7 @@ module gracecg_level1_gathering
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: new_level1_clock, gps_day
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, middle_of, &
-        SPAN_MARGIN, find_files, note_product
+        SPAN_MARGIN, find_files, note_product, check_satellite
     use gracecg_level1_along_orbit, only: compare_along_orbit
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
@@ -135,11 +135,13 @@ contains
             return
         end if
         call read_level1(found, clk, error)
+        if (.not. allocated(error)) call check_satellite(clk, calibration%satellite, error)
         if (allocated(error)) return
         call note_product(calibration, 'CLK1B', found)
         if (size(others) > 0) then
             call note_product(calibration, 'TIM1B', others)
             call read_level1(others, tim, error)
+            if (.not. allocated(error)) call check_satellite(tim, calibration%satellite, error)
             if (.not. allocated(error)) call new_level1_clock(calibration%clock, error, clk, tim)
         else
             call note(calibration, 'no TIM1B: receiver time is taken as that of the on-board computer')
@@ -199,10 +201,15 @@ contains
             if (replace) call fail(error, 'the magnetometer has no new values within the spans: use the field of the model')
             return
         end if
+        call compare_fields(good(:, :n), good(:, :n) - transpose(differences(:n, :3)), replace, calibration, error)
+        if (allocated(error)) return
         allocate (kept(n), source=.true.)
         do
             do axis = 1, 3
                 call normal_equations(rows(:, pack([(k, k=1, n)], kept)), pack(differences(:n, axis), kept), normal, rhs)
+                do k = 2, COLUMNS
+                    if (.not. normal(k, k) > 0) normal(k, k) = 1        ! a rod that has no currents does nothing
+                end do
                 call solve_normal_equations(normal, rhs, x, covariance, condition, error)
                 if (allocated(error)) return
                 fit(:, axis) = x
@@ -250,6 +257,46 @@ contains
             end associate
         end do
     end subroutine fit_magnetometer
+
+    !> Looks whether the measured field has the size and the directions of the model's: nanotesla for microtesla, a satellite that
+    !> is turned round. Fails where a field of another unit is to be used.
+    subroutine compare_fields(measured, modelled, used, calibration, error)
+        real(dp), intent(in) :: measured(:, :), modelled(:, :)      !! (3, n), SRF, T
+        logical, intent(in) :: used                 !! The measured field stands in for the model's
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: MOST = 2             ! Times the model's, either way, chosen: biases and rods make some of 30 uT
+        real(dp), parameter :: CLEARLY = 4          ! Times the squares of what is left as it is
+        real(dp), parameter :: FAR = 10000*NANOTESLA
+        real(dp) :: factor, left(0:3), signs(3)
+        character(:), allocatable :: text
+        integer :: k
+
+        factor = norm2(measured)/norm2(modelled)
+        if (factor > MOST .or. factor < 1/MOST) then
+            text = 'magnetometer: its field is '//trim(rounded_text(factor, 3))//' times that of the model: its columns are '// &
+                   'in uT (in nT they would be 1000 times as much), in SRF'
+            if (used) then
+                call fail(error, text)
+            else
+                call note(calibration, text//'; the model''s is used')
+            end if
+            return
+        end if
+        left(0) = sum((measured - modelled)**2)
+        do k = 1, 3
+            signs = -1
+            signs(k) = 1
+            left(k) = sum((measured - spread(signs, 2, size(modelled, 2))*modelled)**2)
+        end do
+        k = minloc(left(1:), 1)
+        if (CLEARLY*left(k) < left(0) .and. left(0) > size(modelled, 2)*FAR**2) calibration%field_turned = 'the magnetometer '// &
+            'shows the field of a satellite that is turned by 180 deg about '//AXES(k)//': the attitude'// &
+            pick_text(k == 3, ' is of the other satellite, which flies the other way round, or its quaternions have another '// &
+                      'order, or the magnetometer''s file is of the other', &
+                      ' is turned, or two columns of the magnetometer have the wrong sign')
+    end subroutine compare_fields
 
     !> How late the tags of the orbit are: what the change of the field along it explains of what currents and biases leave.
     !> It counts where it explains most, and is more than the error of a model can look like.
@@ -382,6 +429,7 @@ contains
         call find_files(calibration, ['MAS1B', 'MAS1A'], found)
         if (size(found) > 0) then
             call read_level1(found, records, error)
+            if (.not. allocated(error)) call check_satellite(records, calibration%satellite, error)
             if (allocated(error)) return
             call note_product(calibration, records%layout%product, found)
             do i = 1, 2

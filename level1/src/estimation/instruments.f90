@@ -3,7 +3,7 @@
 module gracecg_level1_instruments
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: DEGREE, MICROMETRE
+    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_level1_frames, only: srf_of_accelerometer
@@ -82,8 +82,8 @@ contains
                                                   'torque3A', 'torque1B', 'torque2B', 'torque3B', 'qualflg']
         real(dp), parameter :: LEAST = 0.5_dp       ! mA: what has a sign
         type(level1_records_t) :: mag
-        logical :: grace_fo
-        integer :: negative_a, wrong_b
+        logical :: grace_fo, zero(3)                ! Of rods without any current
+        integer :: negative_a, wrong_b, k
 
         call read_product(found, calibration, FIELDS, mag, error, windows)
         if (allocated(error)) return
@@ -97,6 +97,17 @@ contains
         calibration%measured_field = transpose(mag%values(:, 1:3))*MICROMETRE
         calibration%current = transpose(abs(mag%values(:, 4:6)) - abs(mag%values(:, 7:9)))
         calibration%largest_current = max(calibration%largest_current, maxval(abs(calibration%current)))
+        zero = [(.not. any(abs(calibration%current(k, :)) > 0), k=1, 3)]
+        if (all(zero)) then
+            call fail(error, mag%path//': all currents of the torque rods are zero (columns torque1A to torque3B): take a file '// &
+                      'that has them, such as MAG1A, or another release')
+            return
+        end if
+        do k = 1, 3
+            if (zero(k)) call note(calibration, mag%layout%product//': all currents of rod '//AXES(k)//' are zero (columns '// &
+                                   'torque'//integer_text(k)//'A, torque'//integer_text(k)//'B): it is taken as off; if it was '// &
+                                   'driven, take another file')
+        end do
         grace_fo = any(calibration%satellite == ['C', 'D'])
         negative_a = count(mag%values(:, 4:6) < -LEAST)
         wrong_b = count(merge(mag%values(:, 7:9) > LEAST, mag%values(:, 7:9) < -LEAST, grace_fo))

@@ -18,8 +18,11 @@ module gracecg_level1_judgement
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: name_faults, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT
+    public :: name_faults, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT, UNSEEN
 
+    !> What no test of a calibration sees
+    character(*), parameter :: UNSEEN = 'a factor below 3 of all accelerometer axes, by which d goes; the mass, by which mass '// &
+        'moments go; inertia and rod gains that are wrong alike: d does not go by them'
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
     real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
@@ -62,6 +65,10 @@ contains
         character(:), allocatable :: shifted
         integer :: k, before
 
+        if (calibration%field_turned /= '') then
+            call append(estimate%findings, trim(calibration%field_turned))
+            return
+        end if
         call say_shift(estimate%arcs, calibration%has_angular, shifted)
         if (shifted /= '') then     ! what follows would blame signs, axes, gains
             call append(estimate%findings, shifted)
@@ -117,7 +124,7 @@ contains
         k = count(estimate%disturbed)
         if (k > 0) call append(estimate%remarks, integer_text(k)//' of '//integer_text(size(estimate%disturbed))// &
                                ' arcs are disturbed: their noise is larger than that of the others, and they count less')
-        if (size(estimate%findings) == 0) call look_at_beliefs(calibration%setup%gain_sigma, estimate)
+        if (size(estimate%findings) == 0) call look_at_beliefs(calibration, estimate)
     end subroutine name_faults
 
     !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
@@ -225,6 +232,9 @@ contains
                         ' m; that of GRACE is 0.9 m')
             return      ! the unit of what light does is by the mass
         end if
+        if (all(calibration%follows(:2) < 0) .and. calibration%follows(3) >= 0) call append(estimate%findings, &
+            'accelerometer x and y follow air and light along the orbit with the opposite sign: ACC1A is of the other '// &
+            'satellite, which flies the other way round, or setup or columns turn it by 180 deg about z')
         do k = 1, 3
             if (calibration%follows(k) < 0) call append(estimate%findings, 'sign of accelerometer '//AXES(k)//': along the '// &
                 'orbit it follows air and light with the opposite sign; check accelerometer_axes, or the sign of its column')
@@ -248,18 +258,26 @@ contains
     end subroutine look_along_orbit
 
     !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may
-    !> differ, nothing explains all, or the rods' gain is contradicted.
-    subroutine look_at_beliefs(gain_sigma, estimate)
-        real(dp), intent(in) :: gain_sigma          !! Relative, of the rods' gains that are said
+    !> differ, nothing explains all, the rods' gain is contradicted, or a rod has no currents.
+    subroutine look_at_beliefs(calibration, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
         character(:), allocatable :: text
+        logical :: silent(3)        ! Rods without any current
         real(dp) :: shift
         logical :: gain     ! Of the rods, by the inertia: then the mass is doubtful, too
         integer :: i, k
 
+        silent = .not. any(abs(calibration%current) > 0, 2)
         do i = 1, size(estimate%solutions)
             if (.not. is_contradicted(estimate%solutions(i))) cycle
+            if (any(silent)) then
+                k = findloc(silent, .true., 1)
+                call append(estimate%findings, 'all currents of rod '//AXES(k)//' are zero, and the others do not explain how '// &
+                            'the satellite turns: its currents are missing; take a file that has them, such as MAG1A')
+                cycle
+            end if
             associate (report => estimate%solutions(i)%beliefs)
                 call say_contradiction(report, text)
                 shift = 0
@@ -269,7 +287,7 @@ contains
                     shift = max(shift, maxval(abs(report%values(k)%shift)))
                     if (report%values(k)%state /= CONTRADICTED) cycle
                     gain = gain .or. report%values(k)%belief == ROD_GAIN .and. &
-                        all(abs(estimate%rods%gain - 1) > gain_sigma .or. .not. estimate%rods%driven)
+                        all(abs(estimate%rods%gain - 1) > calibration%setup%gain_sigma .or. .not. estimate%rods%driven)
                 end do
                 do k = 1, size(report%explanations)
                     shift = max(shift, maxval(abs(report%explanations(k)%offset - estimate%solutions(i)%offset)))

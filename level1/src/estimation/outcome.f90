@@ -53,6 +53,7 @@ module gracecg_level1_outcome
     type :: level1_estimate_t
         !! The result of a calibration
         type(rod_calibration_t) :: rods                     !! Gains and delay
+        real(dp) :: inertia(3, 3) = 0                       !! That was used, with products that were estimated, kg m^2
         logical :: steps = .false.                          !! Currents are held from tag to tag
         logical :: settled = .false.                        !! The fit did
         real(dp) :: accelerometer_delay = 0                 !! s

@@ -50,7 +50,7 @@ contains
 
     !> The arcs of all spans that are used; a firing inside, or the edge of the Earth's shadow, cuts a span in two. Fails as
     !> moments of rods do.
-    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error, with_unsure, of_means)
+    subroutine arcs_of_spans(calibration, setup, axes, held, sets, span_of, error, with_unsure, of_means, seldom)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes       !! Of the gyros
@@ -59,16 +59,20 @@ contains
         integer, allocatable, intent(out) :: span_of(:)     !! The span of each arc
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: with_unsure        !! Samples near steps of held currents stay; absent: they do not
+        logical, intent(in), optional :: seldom             !! Held currents jump now and then, anywhere between two tags: samples
+                                                            !! there do not stay; absent: at a tag
         logical, intent(in), optional :: of_means           !! Means, one a second, stand in for the samples; absent: they do not
 
         real(dp), allocatable :: cuts(:), pieces(:, :)
-        logical :: unsure_stay, thinned
+        logical :: unsure_stay, thinned, anywhere
         integer :: i, k
 
         unsure_stay = .not. held
         if (present(with_unsure)) unsure_stay = unsure_stay .or. with_unsure
         thinned = .false.
         if (present(of_means)) thinned = of_means
+        anywhere = .false.
+        if (present(seldom)) anywhere = seldom
         allocate (pieces(2, 0), span_of(0))
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
@@ -89,8 +93,8 @@ contains
         end do
         allocate (sets(size(span_of)))
         do k = 1, size(sets)
-            call make_arc(calibration, setup, axes, held, unsure_stay, calibration%spans(span_of(k)), pieces(1, k), pieces(2, k), &
-                          sets(k), error)
+            call make_arc(calibration, setup, axes, held, unsure_stay, anywhere, calibration%spans(span_of(k)), pieces(1, k), &
+                          pieces(2, k), sets(k), error)
             call add_context(error, 'span '//integer_text(span_of(k)))
             if (allocated(error)) return
             if (thinned) call thin_arc(sets(k))
@@ -159,11 +163,11 @@ contains
         end associate
     end subroutine thin_arc
 
-    subroutine make_arc(calibration, setup, axes, held, unsure_stay, span, from, to, set, error)
+    subroutine make_arc(calibration, setup, axes, held, unsure_stay, anywhere, span, from, to, set, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(gyro_axes_t), intent(in) :: axes
-        logical, intent(in) :: held, unsure_stay
+        logical, intent(in) :: held, unsure_stay, anywhere
         type(level1_span_t), intent(in) :: span
         real(dp), intent(in) :: from, to            !! s from the epoch of the calibration
         type(observation_set_t), intent(out) :: set
@@ -177,7 +181,7 @@ contains
         integer :: k, first
 
         wanted = [(k, k=last_not_after(span%time, from) + 1, last_not_after(span%time, to))]
-        if (.not. unsure_stay) wanted = pack(wanted, .not. unsure(calibration, setup, span%time(wanted)))
+        if (.not. unsure_stay) wanted = pack(wanted, .not. unsure(calibration, setup, span%time(wanted), anywhere))
         times = span%time(wanted)
         zero = times(1)
         interval = median_of(times(2:) - times(:size(times) - 1))
@@ -228,10 +232,11 @@ contains
 
     !> Which samples of the accelerometer lie so near a step of held currents that they may show either side of it, or its rate
     !> or not.
-    pure function unsure(calibration, setup, times)
+    pure function unsure(calibration, setup, times, anywhere)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         real(dp), intent(in) :: times(:)            !! s
+        logical, intent(in) :: anywhere             !! Steps are, between two tags
         logical :: unsure(size(times))
 
         real(dp), parameter :: LEAST = 1            ! mA: a step that is one
@@ -247,7 +252,7 @@ contains
                                  [maxval(abs(calibration%current(:, k) - calibration%current(:, k - 1))), &
                                   maxval(abs(calibration%current(:, k + 1) - calibration%current(:, k)))] > LEAST)
             end associate
-            unsure(i) = any(distance < UNSURE_DELAY .or. abs(distance - SAMPLE/2) < UNSURE_DELAY)
+            unsure(i) = any(distance < merge(1.0_dp, UNSURE_DELAY, anywhere) .or. abs(distance - SAMPLE/2) < UNSURE_DELAY)
         end do
     end function unsure
 
@@ -321,6 +326,7 @@ contains
         associate (knowledge => observations%knowledge)
             knowledge%name = trim(knowledge%name)//' span '//integer_text(number)
             knowledge%camera = 1
+            knowledge%inertia = estimate%inertia
             knowledge%star_camera_sigma = estimate%head_sigma
             knowledge%accelerometer_noise%level = 2*knowledge%accelerometer_interval*max(QUIETEST, estimate%solutions(1)%rms)**2
             knowledge%accelerometer_delay = estimate%accelerometer_delay

@@ -25,7 +25,7 @@ module gracecg_level1_simulated_folder
     use gracecg_level1_writer, only: level1_writer_t
     implicit none
     private
-    public :: level1_folder_t, write_events, write_setup, write_truth, SETUP_NAME
+    public :: level1_folder_t, write_events, write_setup, write_truth, SETUP_NAME, TRUTH_TABLE, TRUTH_NAMELIST
 
     !> The folder, and the file of it that is being written.
     type :: level1_folder_t
@@ -49,8 +49,8 @@ module gracecg_level1_simulated_folder
         procedure :: remove         !! Leaves no file
     end type level1_folder_t
 
-    character(*), parameter :: TRUTH_TABLE = 'truth.csv', SOE_NAME = 'SOE.txt'
-    character(*), parameter :: TRUTH_NAMELIST = 'truth.nml'     ! what is true and no estimator reads
+    character(*), parameter :: TRUTH_TABLE = 'truth.csv', SOE_NAME = 'SOE.txt'      !! A row a second; the events
+    character(*), parameter :: TRUTH_NAMELIST = 'truth.nml'     !! What is true and no estimator reads
     character(*), parameter :: SETUP_NAME = 'setup.nml'         !! Name of the file with what the operator says
 
 contains

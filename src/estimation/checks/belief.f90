@@ -11,13 +11,13 @@ module gracecg_estimation_belief
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_knowledge, only: HEADS
+    use gracecg_observations_knowledge, only: HEADS, operator_knowledge_t
     use gracecg_observations_parameters
     use gracecg_estimation_interpolation, only: lagrange_weights
     use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
-    public :: ALTERATIONS, apply_value, apply_alteration, is_interchange
+    public :: ALTERATIONS, apply_value, apply_alteration, is_interchange, is_possible
 
     integer, parameter :: REACH = 32    !! Samples on each side from which one between them is interpolated
     integer, parameter :: FEWEST = 4    !! Of them: with fewer a cubic is as good
@@ -46,6 +46,22 @@ contains
 
         is_interchange = any(KIND_OF(parameter) == [OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS])
     end function is_interchange
+
+    !> Can a belief have a value? Moments of inertia are positive, and none is more than the sum of the two others.
+    pure logical function is_possible(parameter, value, knowledge)
+        integer, intent(in) :: parameter    !! Its place
+        real(dp), intent(in) :: value       !! SI units
+        type(operator_knowledge_t), intent(in) :: knowledge     !! What is believed
+
+        real(dp) :: moments(3)
+        integer :: i
+
+        is_possible = .true.
+        if (KIND_OF(parameter) /= OF_INERTIA .or. MEMBER_OF(parameter) > 3) return
+        moments = [(knowledge%inertia(i, i), i=1, 3)]
+        moments(MEMBER_OF(parameter)) = moments(MEMBER_OF(parameter)) + value
+        is_possible = all(moments > 0) .and. 2*maxval(moments) <= sum(moments)
+    end function is_possible
 
     !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
     !> samples change. An interchange is done if the value is not 0, whatever it is. By a delay of an axis of the

@@ -85,8 +85,8 @@ contains
         real(dp), intent(out) :: predicted(:, :)                !! (3, samples), rad/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: scales(3, 3), weight(3, 9), slope(3), rotational(size(model%rotational), 3), partial(3)
-        integer :: i, j, k, axis, from, before, after
+        real(dp) :: scales(3, 3), weight(3, 9), slope(3), rotational(size(model%rotational), 3), partial(3), bend(3)
+        integer :: i, j, k, axis, from, before, after, middle
 
         scales = transpose(reshape(state%value(CHANNEL_SCALES), [3, 3]))
         do i = 1, 3
@@ -99,6 +99,11 @@ contains
             before = max(0, k - 1)
             after = min(model%steps, k + 1)
             slope = (trajectory%omega_dot(:, after) - trajectory%omega_dot(:, before))/((after - before)*model%interval)
+            ! of the torque as believed: delays of torque and samples that cancel each other show nothing, nor does their product
+            middle = max(1, min(model%steps - 1, k))
+            bend = (trajectory%omega_dot(:, middle + 1) - 2*trajectory%omega_dot(:, middle) + &
+                    trajectory%omega_dot(:, middle - 1))/model%interval**2
+            slope = slope + state%value(ALL_RODS_DELAY)*bend
             predicted(:, j) = transformed(scales, trajectory%omega_dot(:, k) - state%value(SAMPLING_DELAY)*slope) + &
                               state%value(CHANNEL_BIAS) + state%value(CHANNEL_DRIFT)*(k*model%interval)
             if (size(model%moment) > 0) predicted(:, j) = predicted(:, j) + &

@@ -168,7 +168,7 @@ contains
         type(physical_model_t), intent(inout) :: model
 
         real(dp), parameter :: RATE_OVER = 0.1_dp   ! s: of 1 Hz 1.6 % of its rate is lost; over the second of means, of 0.1 Hz
-        type(torque_rods_t) :: rods
+        type(torque_rods_t) :: rods, leaking
         real(dp) :: jumps(3)
         integer :: k, n, rod
 
@@ -177,10 +177,12 @@ contains
         allocate (model%moment(3, 0:n), model%moment_rate(3, 0:n))
         rods = knowledge%rods
         rods%delay = rods%delay + knowledge%accelerometer_delay
+        leaking = rods
+        leaking%gain = 1            ! by the moments that are commanded or measured
         do k = 0, n
             associate (t => k*model%interval, half => min(model%interval, RATE_OVER)/2)
-                model%moment(:, k) = rod_moments(rods, t, .true.)
-                model%moment_rate(:, k) = (rod_moments(rods, t + half, .true.) - rod_moments(rods, t - half, .true.))/ &
+                model%moment(:, k) = rod_moments(leaking, t, .true.)
+                model%moment_rate(:, k) = (rod_moments(leaking, t + half, .true.) - rod_moments(leaking, t - half, .true.))/ &
                     (2*half)
             end associate
         end do

@@ -17,12 +17,14 @@ module gracecg_estimation_arcs
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
+    use gracecg_spacecraft_torque_rods, only: gain_unit
     use gracecg_estimation_arc_problem, only: arc_t, arc_residuals_t, prepare_arc, open_arc, first_noise, find_disturbed, &
         reduce_arc, refresh_and_edit, covariance_of, LEAST_ANGLE
     use gracecg_estimation_information, only: information_t, gathered, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
+    use gracecg_estimation_belief, only: is_possible
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
         OF_VALUE
     use gracecg_estimation_belief_tests, only: test_values
@@ -86,6 +88,7 @@ contains
         type(observation_set_t), allocatable :: believed(:)
         type(arc_t), allocatable :: arcs(:)
         real(dp) :: moved(size(shared))             ! What of the values is in the beliefs by now
+        real(dp) :: last(size(shared))              ! What was put there the last time
         real(dp) :: before(3)
         integer :: i, axis, round
         logical :: settled
@@ -93,6 +96,7 @@ contains
         result%shared = shared
         believed = sets
         moved = 0
+        last = 0
         before = huge(before)
         allocate (arcs(size(sets)), result%arcs(size(sets)), result%arc_rms(3, size(sets)))
         result%linear_noise = first_noise(of_channels=.false.)
@@ -105,7 +109,7 @@ contains
             end do
             call fit(believed, options, arcs, prior, moved, result, settled, error)
             if (allocated(error)) return
-            call move_delays(arcs, result, before, believed, moved)
+            call move_delays(arcs, result, before, believed, moved, last)
             if (result%converged) exit
         end do
         result%converged = result%converged .and. settled
@@ -323,10 +327,12 @@ contains
         call test_with(n, result%beliefs, error)
         if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
         associate (tests => result%beliefs%values)
-            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [(.not. any(result%shared == tests(k)%belief), &
-                                                                            k=1, size(tests))]
+            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [( &
+                .not. any(result%shared == tests(k)%belief) .and. &
+                is_possible(tests(k)%belief, tests(k)%value, sets(1)%knowledge), k=1, size(tests))]
             allocate (gain(size(tests)), source=0.0_dp)
             where (left) gain = (tests%value/tests%sigma)**2/2
+            left = left .and. 2*gain > result%beliefs%critical**2       ! what may as well be as believed explains nothing
         end associate
         do k = 1, min(MOST_TRIED, count(left))
             best = maxloc(gain, 1, left)
@@ -444,14 +450,15 @@ contains
         result%converged = .not. allocated(error)
     end subroutine leave_out
 
-    !> Puts the delays that were found into what is believed, and takes them from the state. Where moments are held, samples keep
-    !> their places between the steps.
-    subroutine move_delays(arcs, result, before, believed, moved)
+    !> Puts the delays and gains of rods that were found into what is believed, and takes them from the state: torque that is later
+    !> by a delay is so by the gains that are believed. Where moments are held, samples keep their places between the steps. What
+    !> would go back is halved: star cameras with much noise alone tell torque and samples that are later and earlier alike.
+    subroutine move_delays(arcs, result, before, believed, moved, last)
         type(arc_t), intent(inout) :: arcs(:)
         type(arcs_fit_t), intent(inout) :: result       !! Has converged if nothing is moved, or the offset stays
         real(dp), intent(inout) :: before(3)            !! The offset with the delays before these, m
         type(observation_set_t), intent(inout) :: believed(:)
-        real(dp), intent(inout) :: moved(:)
+        real(dp), intent(inout) :: moved(:), last(:)
 
         real(dp) :: value
         integer :: i, k, place
@@ -462,16 +469,22 @@ contains
         result%converged = .true.
         do k = 1, size(result%shared)
             place = result%shared(k)
-            if (.not. any(place == [ALL_RODS_DELAY, SAMPLING_DELAY])) cycle
+            if (.not. any(place == [ALL_RODS_DELAY, SAMPLING_DELAY, ROD_GAINS])) cycle
             value = arcs(1)%point%state%value(place)
             if (abs(value) < max(SAME_DELAY, SAME_SHARE*sqrt(result%covariance(k, k)))) cycle
             result%converged = .false.
+            if (value*last(k) < 0) value = value/2
+            last(k) = value
             moved(k) = moved(k) + value
             do i = 1, size(arcs)
-                arcs(i)%point%state%value(place) = 0
+                arcs(i)%point%state%value(place) = arcs(i)%point%state%value(place) - value
                 associate (knowledge => believed(i)%knowledge)
                     if (place == SAMPLING_DELAY) then
                         knowledge%accelerometer_delay = knowledge%accelerometer_delay + value
+                    else if (any(place == ROD_GAINS)) then
+                        associate (gain => knowledge%rods%gain(MEMBER_OF(place)))
+                            gain = gain + value*gain_unit(gain)
+                        end associate
                     else
                         knowledge%rods%delay = knowledge%rods%delay + value
                         if (arcs(i)%held) knowledge%accelerometer_delay = knowledge%accelerometer_delay - value

@@ -18,7 +18,7 @@ module gracecg_estimation_explanation
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
         ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, FIELD_BIAS, FIELD_SCALES, MOUNTING_1, MOUNTING_2, &
         largest_error
-    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, &
+    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, is_possible, &
         is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
         OF_ALTERATION, OF_NOISE, FIELD_AGAINST_MODEL, HEADS_APART
@@ -372,6 +372,7 @@ contains
                 if (abs(value) > largest_error(belief)) exit
             end associate
         end do
+        if (.not. is_possible(belief, tried%value, search%observations%knowledge)) return
         if (tried%gain > 0) search%found = [search%found, tried]
     end subroutine try_value
 

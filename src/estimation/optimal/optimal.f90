@@ -5,7 +5,7 @@ module gracecg_estimation_optimal
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_error, only: error_t, add_context, number_text
-    use gracecg_base_text, only: append, rounded_text, string_t
+    use gracecg_base_text, only: append
     use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -15,9 +15,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave, search_level, report_wave
-    use gracecg_environment_sun, only: edge_of_shadow
-    use gracecg_environment_time, only: julian_centuries_tt
-    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
+    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump, report_jump
     use gracecg_estimation_batch_problem, only: batch_solution_t
     use gracecg_estimation_simplified_newton, only: newton_settings_t, simplified_newton
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
@@ -194,6 +192,7 @@ contains
         type(fit_t), allocatable :: wider
         type(density_wave_found_t) :: wave
         type(force_jump_found_t) :: jump
+        real(dp) :: without_jump(3)                 ! the offset by the fit without it, m
         type(error_t), allocatable :: not_determined
         logical :: louder               ! The first search: under more noise than there is
         logical :: only_to_search       ! That there is a wave is seen long before the fit without it has settled
@@ -229,8 +228,9 @@ contains
             allocate (wider)
             call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
             wider%problem%model%jump = jump%epoch
+            without_jump = fit%problem%state%value(OFFSET)
             call settle_wider(jump%found)
-            if (jump%found) call report_jump(knowledge, fit%problem, jump, solution%warnings)
+            if (jump%found) call report_jump(knowledge, fit%problem, fit%batch, jump, without_jump, solution%warnings)
         end if
         solution%converged = fit%converged
         if (fit%noise_estimated) &
@@ -366,39 +366,6 @@ contains
         wider%problem%model%wave_frequency = wave%frequency
         wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen
-
-    !> Warns of a jump that was estimated: when, as far as the data tell, and whether the Sun rises or sets then.
-    subroutine report_jump(knowledge, problem, found, warnings)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        type(whitened_problem_t), intent(in) :: problem
-        type(force_jump_found_t), intent(in) :: found
-        type(string_t), allocatable, intent(inout) :: warnings(:)
-
-        real(dp), parameter :: SHARP = 3        ! s, between the earliest and the latest time of what is called a jump
-        real(dp), parameter :: CLEAR = 64       ! Least gain of it. Forces that bend and do not jump have gains up to 58 in 120
-                                                ! sound runs (six cases, four designed manoeuvres, seeds 1 to 12)
-        character(:), allocatable :: text, step
-        real(dp) :: width, edge
-
-        width = (found%latest - found%earliest)*problem%model%interval
-        associate (jump => problem%state%value(FORCE_JUMP(1):FORCE_JUMP(3)))
-            step = rounded_text(jump(1), 2)//', '//rounded_text(jump(2), 2)//', '//rounded_text(jump(3), 2)// &
-                ' m/s^2 along x, y, z'
-        end associate
-        if (width <= SHARP .and. found%gain > CLEAR) then
-            text = 'the non-gravitational acceleration jumps at '//number_text(problem%model%jump*problem%model%interval)// &
-                ' s (within '//rounded_text(width/2, 2)//' s) by '//step//': it is estimated, too'
-        else
-            text = 'the non-gravitational acceleration bends by more than a parabola: a step of '//step//' is estimated, too, '// &
-                'whose time is not clear'
-        end if
-        associate (data => problem%data)
-            edge = edge_of_shadow(julian_centuries_tt(knowledge%epoch), data%orbit_time, data%orbit_position, &
-                                  data%steps*data%interval)
-        end associate
-        if (edge >= 0) text = text//'; the edge of the Earth''s shadow is passed at '//rounded_text(edge, 3)//' s'
-        call append(warnings, text)
-    end subroutine report_jump
 
     !> Which levels are to be estimated; something to begin with stands in for them.
     subroutine find_unknown(knowledge, options, noise, unknown_level, unknown_angle)
