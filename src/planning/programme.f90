@@ -39,7 +39,8 @@ module gracecg_planning_programme
 contains
 
     !> The case's usual manoeuvre (the rods that its rule chooses by the field there) at places of an orbit, in arcs of
-    !> several lengths. Those that pass the edge of the Earth's shadow, where the forces change, count for nothing. Fails when a time lies outside of the orbit, or an arc is too short.
+    !> several lengths. Those that pass the edge of the Earth's shadow, where the forces change, count for nothing. Fails when
+    !> a time lies outside of the orbit, or an arc is too short.
     subroutine candidates_along(case, orbit, times, durations, threads, candidates, error, progress)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
