@@ -13,7 +13,7 @@ module gracecg_planning_bound
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters, only: PARAMETERS, parameter_names, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
-        FIELD_BIAS, INERTIA, TORQUE_CHANGE
+        FIELD_BIAS, INERTIA, TORQUE_CHANGE, LIGHT
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_physical_model, only: model_state_t
     use gracecg_estimation_gather_information, only: gather_information
@@ -51,8 +51,8 @@ module gracecg_planning_bound
 
 contains
 
-    !> The bound for what the options ask `optimal` by name to estimate; scale factors and magnetometer bias are
-    !> considered otherwise. The density wave counts only if the options give it.
+    !> The bound for what the options ask `optimal` by name to estimate, and across the edge of the Earth's shadow its light;
+    !> scale factors and magnetometer bias are considered otherwise. The density wave counts only if the options give it.
     !>
     !> Fails when the case cannot be simulated, the rods are off, a noise level is not positive, or the
     !> offset is not determined.
@@ -66,9 +66,10 @@ contains
         type(observation_set_t) :: observations
 
         call observe_case(case, simulator, observations, error)
-        if (.not. allocated(error)) call bound_at_truth(simulator, observations, options, bound, error)
-        if (.not. allocated(error)) bound%shadow_edge = &
-            edge_of_shadow(julian_centuries_tt(case%epoch), observations%orbit_time, observations%orbit_position, case%duration)
+        if (.not. allocated(error)) then
+            bound%shadow_edge = shadow_edge_of(observations)
+            call bound_at_truth(simulator, observations, options, bound, error)
+        end if
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
@@ -87,7 +88,8 @@ contains
         call observe_case(case, simulator, observations, error)
         if (.not. allocated(error)) &
             call prepare_at_truth(simulator, observations, options, &
-                                  asked_parameters(options%optimal, observations%knowledge), problem, error)
+                                  with_light(asked_parameters(options%optimal, observations%knowledge), options, &
+                                             observations), problem, error)
         if (.not. allocated(error)) &
             call gather_information(observations%knowledge, options, problem, information, error)
         call add_context(error, 'case '//trim(case%name))
@@ -108,10 +110,33 @@ contains
         call observe_case(case, simulator, observations, error)
         if (.not. allocated(error)) &
             call prepare_at_truth(simulator, observations, options, &
-                                  estimated_parameters(options%optimal, observations%knowledge), problem, error)
+                                  with_light(estimated_parameters(options%optimal, observations%knowledge), options, &
+                                             observations), problem, error)
         if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine reliability_of_case
+
+    !> Parameters, and, as `optimal` estimates it, the Sun's light where the arc passes the edge of the Earth's shadow.
+    pure function with_light(estimated, options, observations) result(more)
+        integer, intent(in) :: estimated(:)
+        type(estimation_options_t), intent(in) :: options
+        type(observation_set_t), intent(in) :: observations
+        integer, allocatable :: more(:)
+
+        more = estimated
+        if (options%optimal%estimate_within_limits .and. count(estimated == LIGHT(1)) == 0 .and. &
+            shadow_edge_of(observations) >= 0) more = [more, LIGHT]
+    end function with_light
+
+    !> When the arc of an observation set passes the edge of the Earth's shadow, s; negative: never.
+    pure real(dp) function shadow_edge_of(observations) result(edge)
+        type(observation_set_t), intent(in) :: observations
+
+        associate (knowledge => observations%knowledge)
+            edge = edge_of_shadow(julian_centuries_tt(knowledge%epoch), observations%orbit_time, observations%orbit_position, &
+                                  knowledge%duration)
+        end associate
+    end function shadow_edge_of
 
     !> A case without noise, and without what an estimate takes for granted or considers.
     subroutine observe_case(case, simulator, observations, error)
@@ -168,7 +193,7 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        estimated = asked_parameters(options%optimal, observations%knowledge)
+        estimated = with_light(asked_parameters(options%optimal, observations%knowledge), options, observations)
         considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
         source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
         left = [(all(estimated /= considered(i)), i=1, size(considered))]

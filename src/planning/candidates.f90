@@ -1,7 +1,7 @@
 !> The manoeuvres that a search tries: what it may do, and which are known to be good beforehand. That are rods that
 !> share neither frequency nor phase, so that the angular acceleration does not keep one direction, and whole cycles,
 !> which do not disturb each other. And the manoeuvre by which places are compared (usual_manoeuvre): that of a case's own
-!> rods, with the signs that its rule gives the rods there; of torquers that of the case.
+!> rods, with the signs that its rule gives the rods there, or as they are driven; of torquers that of the case.
 module gracecg_planning_candidates
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI
@@ -10,6 +10,7 @@ module gracecg_planning_candidates
         SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES, take_manoeuvre, amplitude_at_start
     use gracecg_planning_site, only: planned_arc_t
     use gracecg_spacecraft_moment_series, only: has_moments
+    use gracecg_spacecraft_rod_pattern, only: rod_pattern, AS_DRIVEN
     use gracecg_simulation_report_cases, only: ROD_FREQUENCY
     implicit none
     private
@@ -278,19 +279,22 @@ contains
         where (.not. share > 0) share = 1
     end function usual_shares
 
-    !> That amplitude on the rods of a pattern, in the waveform, at the frequency and for as long as the strongest activation
-    !> of the rods; where nothing is commanded, the report's sine over the whole arc. Fails as `new_torque_rods` does.
-    subroutine usual_manoeuvre(rods, pattern, from, duration, manoeuvre, error)
+    !> That amplitude on the rods that a rule chooses, in the waveform, at the frequency and for as long as the strongest
+    !> activation of the rods; where nothing is commanded, the report's sine over the whole arc. Torquers, and rods as driven,
+    !> do there what the case has them do. Fails as `new_torque_rods` does.
+    subroutine usual_manoeuvre(rods, rule, field, from, duration, manoeuvre, error)
         type(torque_rods_t), intent(in) :: rods
-        integer, intent(in) :: pattern(3)       !! -1, 0 or 1 for each rod
+        character(*), intent(in) :: rule        !! One of PATTERN_RULES
+        real(dp), intent(in) :: field(3)        !! At the start, body axes, T
         real(dp), intent(in) :: from, duration  !! Of the arc, s
         type(torque_rods_t), intent(out) :: manoeuvre   !! Of rods with the same gain, directions and delay
         type(error_t), allocatable, intent(out) :: error
 
         type(rod_activation_t) :: activations(3)
         type(torque_rods_t) :: driven
+        integer :: pattern(3)
 
-        if (rods%direct) then
+        if (rods%direct .or. (rule == AS_DRIVEN .and. rods%count > 0)) then
             manoeuvre = rods
             manoeuvre%activations%start = from + rods%activations%start
             manoeuvre%activations%stop = from + rods%activations%stop
@@ -300,6 +304,7 @@ contains
         activations = rod_activation_t(frequency=ROD_FREQUENCY, stop=duration)
         if (rods%count > 0) activations = rods%activations(maxloc(abs(rods%activations(:rods%count)%amplitude), 1))
         activations%axis = [1, 2, 3]
+        pattern = rod_pattern(rule, field)
         activations%amplitude = pattern*usual_amplitude(rods)
         activations%start = from + activations%start
         activations%stop = from + activations%stop

@@ -39,7 +39,8 @@ module gracecg_planning_programme
 contains
 
     !> The case's usual manoeuvre (the rods that its rule chooses by the field there) at places of an orbit, in arcs of
-    !> several lengths. Fails when a time lies outside of the orbit, or an arc is too short.
+    !> several lengths. Those that pass the edge of the Earth's shadow, where the forces change, count for nothing. Fails when
+    !> a time lies outside of the orbit, or an arc is too short.
     subroutine candidates_along(case, orbit, times, durations, threads, candidates, error, progress)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
@@ -80,7 +81,7 @@ contains
         candidate%duration = duration
         candidate%latitude = point%latitude
         candidate%longitude = point%longitude
-        if (point%quality%is_seen()) candidate%information = inverse_3x3(point%quality%covariance)
+        if (point%quality%is_seen() .and. .not. point%at_edge) candidate%information = inverse_3x3(point%quality%covariance)
     end function candidate_of_point
 
     !> Standard deviations of d after several manoeuvres, m; huge(1.0) when a direction is unseen.

@@ -12,7 +12,7 @@ module gracecg_planning_scan
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_vectors, only: inverse_3x3
-    use gracecg_spacecraft_rod_pattern, only: rod_pattern
+    use gracecg_spacecraft_rod_pattern, only: rod_pattern, AS_DRIVEN
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, torque_of
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_environment_sun, only: edge_of_shadow
@@ -42,8 +42,7 @@ module gracecg_planning_scan
         real(dp) :: latitude = 0            !! Geodetic, rad
         real(dp) :: longitude = 0           !! Positive east, rad
         real(dp) :: field(3) = 0            !! At the start, body axes, T
-        integer :: pattern(3) = 0           !! Signs of the rods: by the case's rule, of this field
-        real(dp) :: acceleration(3) = 0     !! Amplitude of the angular acceleration, rad/s^2
+        real(dp) :: acceleration(3) = 0     !! Amplitude of the angular acceleration, in the field of the start, rad/s^2
         real(dp) :: sigma(3) = 0            !! Predicted standard deviation of the CG offset, m
         logical :: at_edge = .false.        !! It passes the edge of the Earth's shadow, where the forces change
     end type orbit_place_t
@@ -65,6 +64,7 @@ module gracecg_planning_scan
         real(dp) :: time = 0                !! Of the start, s from the epoch of the orbit
         real(dp) :: latitude = 0            !! Geodetic, rad
         real(dp) :: longitude = 0           !! Positive east, rad
+        logical :: at_edge = .false.        !! It passes the edge of the Earth's shadow
         type(manoeuvre_quality_t) :: quality    !! Limit, errors and motion there
         real(dp) :: worst_sigma = huge(1.0_dp)  !! Of all directions, m
         real(dp) :: worst_direction(3) = 0  !! Unit vector, body axes; 0 where a direction is unseen
@@ -143,11 +143,12 @@ contains
             place%at_edge = edge_of_shadow(julian_centuries_tt(utc_plus(case%epoch, real(time, dp))), &
                                            [((j - k)*ORBIT_INTERVAL, j=k, last)], orbit%state(POSITION, k:last), &
                                            case%duration) >= 0
-            place%pattern = rod_pattern(case%pattern_rule, place%field)
             place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
                                             torque_of(knowledge%rods, usual_amplitude(knowledge%rods)* &
-                                                      knowledge%rods%gain*place%pattern, place%field)))
-            call usual_manoeuvre(knowledge%rods, place%pattern, real(time, dp), knowledge%duration, rods, error)
+                                                      knowledge%rods%gain*rod_pattern(case%pattern_rule, place%field), &
+                                                      place%field)))
+            call usual_manoeuvre(knowledge%rods, case%pattern_rule, place%field, real(time, dp), knowledge%duration, rods, error)
+            if (case%pattern_rule == AS_DRIVEN) place%acceleration = greatest_acceleration(knowledge, rods, time, place%field)
             if (.not. allocated(error)) &
                 call predict_sigma(knowledge, self%options, case%angular_velocity, &
                                    magnetic_torque(knowledge, rods, time, measured_field(case, orbit, rods, k)), &
@@ -155,6 +156,24 @@ contains
             call add_context(error, 'calibration at '//integer_text(time)//' s')
         end associate
     end subroutine look_at_place
+
+    !> The greatest of each component of the angular acceleration that rods give in one field, rad/s^2.
+    pure function greatest_acceleration(knowledge, rods, start, field) result(greatest)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(torque_rods_t), intent(in) :: rods
+        integer, intent(in) :: start                !! Of the calibration, s
+        real(dp), intent(in) :: field(3)            !! Body axes, T
+        real(dp) :: greatest(3)
+
+        integer :: j
+
+        greatest = 0
+        do j = 0, 2*nint(knowledge%duration/knowledge%accelerometer_interval)
+            greatest = max(greatest, abs(matmul(inverse_3x3(knowledge%inertia), &
+                                                torque_of(rods, dipole_moment(rods, start + j*knowledge%accelerometer_interval/2), &
+                                                          field))))
+        end do
+    end function greatest_acceleration
 
     !> The field that the magnetometer shows, without noise, during a calibration that starts at
     !> sample k of the orbit. The manoeuvre turns the satellite by 0.1 deg, which over the poles, as the
@@ -323,9 +342,10 @@ contains
         point%time = site%time
         point%latitude = site%latitude
         point%longitude = site%longitude
+        point%at_edge = site%at_edge
         rods = self%rods
         if (allocated(self%rule)) &
-            call usual_manoeuvre(self%arc%knowledge%rods, rod_pattern(self%rule, site%field(:, 0)), 0.0_dp, &
+            call usual_manoeuvre(self%arc%knowledge%rods, self%rule, site%field(:, 0), 0.0_dp, &
                                  self%arc%knowledge%duration, rods, error)
         if (allocated(error)) return
         call evaluate_manoeuvre(self%arc, site, rods, point%quality)

@@ -10,6 +10,8 @@ module gracecg_planning_site
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
+    use gracecg_environment_sun, only: edge_of_shadow
+    use gracecg_environment_time, only: utc_plus, julian_centuries_tt
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moments
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
@@ -54,6 +56,7 @@ module gracecg_planning_site
         real(dp) :: longitude = 0                   !! Positive east, rad
         real(dp) :: state(STATE_SIZE) = 0           !! At the start
         real(dp) :: torque(3) = 0                   !! Of the gravity gradient at the start, body axes, N m
+        logical :: at_edge = .false.                !! It passes the edge of the Earth's shadow, where the forces change
         real(dp) :: drag(3) = 0                     !! At the start, body axes, m/s^2
         real(dp), allocatable :: field(:, :)
         !! At every half sampling interval, nominal body axes, (3, 0:2n), T
@@ -185,6 +188,8 @@ contains
             site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
                                                   arc%knowledge%inertia)
         end do
+        site%at_edge = edge_of_shadow(julian_centuries_tt(utc_plus(arc%knowledge%epoch, time)), [(i*step, i=0, steps)], &
+                                      states(POSITION, :), arc%duration()) >= 0
         call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
         allocate (site%field(3, 0:2*arc%samples), site%force(3, 0:arc%samples))
         call resample(field, arc%interval/(2*fine_step), site%field)
@@ -203,6 +208,7 @@ contains
         thinned%longitude = site%longitude
         thinned%state = site%state
         thinned%torque = site%torque
+        thinned%at_edge = site%at_edge
         thinned%drag = site%drag
         thinned%force_slope = site%force_slope
         allocate (thinned%field(3, 0:2*thinned_arc%samples), thinned%force(3, 0:thinned_arc%samples))

@@ -4,9 +4,11 @@ module gracecg_spacecraft_rod_pattern
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: rod_pattern, PATTERN_RULES
+    public :: rod_pattern, PATTERN_RULES, AS_DRIVEN
 
-    character(8), parameter :: PATTERN_RULES(2) = [character(8) :: 'y-z', 'general']
+    character(*), parameter :: AS_DRIVEN = 'driven'
+    !! No rule: the rods as a case drives them; where it drives none, 'y-z'
+    character(8), parameter :: PATTERN_RULES(3) = [character(8) :: 'y-z', 'general', AS_DRIVEN]
     !! The rules of section 4.2 by name: the y and z rods as in the report, or the general one
 
 contains

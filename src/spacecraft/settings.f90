@@ -42,7 +42,7 @@ contains
         if (allocated(problem)) call settings%reject('epoch', problem%message)
         call settings%real_value('duration', duration, 1.0_dp, 86400.0_dp, 's, length of the arc', unit='s')
         if (present(pattern_rule)) call settings%text_value('pattern', pattern_rule, &
-            'rule by which timing chooses the rods: y and z, or the two weaker components of the field', PATTERN_RULES)
+            'how timing takes the rods: y and z, or by the two weaker components of the field, or as driven', PATTERN_RULES)
         call settings%end_group()
     end subroutine describe_calibration
 

@@ -90,7 +90,7 @@ module gracecg_studies_closed_loop
         type(loop_settings_t) :: settings
         type(operator_knowledge_t) :: knowledge
         real(dp) :: field_noise = 0                     !! T
-        integer :: number = 0                           !! Of the case
+        integer :: number = 0                           !! The case's label
         integer :: steps = 0                            !! Of the longest loop
         type(place_t), allocatable :: places(:)
         type(next_seconds_t) :: planner
@@ -128,7 +128,7 @@ contains
         work%settings = settings
         work%knowledge = told%knowledge
         work%field_noise = case%satellite%magnetometer%noise
-        work%number = case%number
+        work%number = case%label()
         own = case
         own%duration = settings%longest
         call lay_out_places(own, settings, work, error)

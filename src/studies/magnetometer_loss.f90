@@ -164,7 +164,7 @@ contains
         real(dp) :: draws(3)
 
         associate (case => simulator%case)
-            stream = new_stream(seed, case%number, case%satellite%place(), run, STREAM_FIELD_MODEL)
+            stream = new_stream(seed, case%label(), case%satellite%place(), run, STREAM_FIELD_MODEL)
         end associate
         call stream%normals(draws)
         call set_field(simulator, self%deviation*draws, observations)

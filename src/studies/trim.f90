@@ -272,7 +272,7 @@ contains
         type(random_stream_t) :: stream
         real(dp) :: relative(3), absolute(3)
 
-        stream = new_stream(settings%seed, case%number, case%satellite%place(), round, STREAM_BALANCE)
+        stream = new_stream(settings%seed, case%label(), case%satellite%place(), round, STREAM_BALANCE)
         call stream%normals(relative)
         call stream%normals(absolute)
         done = wanted*(1 + settings%balance_error*relative) + settings%balance_noise*absolute

@@ -4,6 +4,7 @@ module test_bound
     use calibrations
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
+    use gracecg_simulation_case, only: case_from_text
     use gracecg_simulation_dynamics, only: OMEGA, POSITION
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: gather_information, gravity_gradient_matrix
@@ -33,6 +34,7 @@ contains
                     new_unittest('no-estimator-is-better', test_no_better), &
                     new_unittest('noise-and-limits-scale', test_scaling), &
                     new_unittest('extra-parameters-cost-information', test_extra), &
+                    new_unittest('light-at-the-edge-of-the-shadow', test_light), &
                     new_unittest('impossible-cases', test_impossible), &
                     new_unittest('without-systematic-errors-no-bias', test_no_bias), &
                     new_unittest('error-sources-by-name', test_names), &
@@ -257,6 +259,34 @@ contains
         call check(error, all(with%sigma > without%sigma) .and. all(abs(with%by_source(:, 1:3)) <= 0))
         call check(error, all(with%consider_sigma < 1.0001_dp*without%consider_sigma))
     end subroutine test_extra
+
+    !> Across the edge of the Earth's shadow the bound is that with the light asked for by name, and not without; elsewhere
+    !> without.
+    subroutine test_light(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case
+        type(case_bound_t) :: bound, other
+        type(estimation_options_t) :: options
+        type(error_t), allocatable :: failure
+
+        call case_from_text("&calibration epoch = '2024-03-15T06:00:00', duration = 90 / "// &
+                            "&mass_properties mass = 185, moments_of_inertia = 22, 48, 55 / &rod axis = 1, amplitude = 8, "// &
+                            "frequency = 0.08, stop = 90 / &rod axis = 2, amplitude = 10, frequency = 0.1, stop = 90 / "// &
+                            "&truth orbit = 'kepler', semi_major_axis_km = 6800, eccentricity = 0.002, inclination_deg = 70, "// &
+                            "node_deg = 33, perigee_deg = 40, mean_anomaly_deg = 52, attitude = 'nadir' / "// &
+                            "&atmosphere space_weather = 'given', f107 = 180, f107_mean = 165, kp = 3 /", 'edge', case, failure)
+        if (.not. allocated(failure)) call bound_of_case(case, options, bound, failure)
+        options%optimal%also = 'light'
+        if (.not. allocated(failure)) call bound_of_case(case, options, other, failure)
+        if (failed(error, failure)) return
+        call check(error, bound%shadow_edge, 77.0_dp, thr=1.5_dp)
+        call check(error, maxval(abs(other%sigma/bound%sigma - 1)) < 1e-9_dp, 'by name')
+        options%optimal%also = ''
+        options%optimal%estimate_within_limits = .false.
+        call bound_of_case(case, options, other, failure)
+        if (failed(error, failure)) return
+        call check(error, maxval(bound%sigma/other%sigma) > 1.002_dp .and. minval(bound%sigma/other%sigma) > 1, 'with light')
+    end subroutine test_light
 
     subroutine test_impossible(error)
         type(error_type), allocatable, intent(out) :: error

@@ -11,6 +11,8 @@ module test_orbit_scan
     use gracecg_planning_nominal_orbit
     use gracecg_planning_programme, only: candidate_t, candidates_along, programme_sigma
     use gracecg_planning_scan
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc
+    use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
     implicit none
     private
     public :: collect_orbit_scan
@@ -30,6 +32,7 @@ contains
                     new_unittest('axes-of-figures-6.1-and-6.4', test_figures), &
                     new_unittest('statements-of-section-6.2', test_statements), &
                     new_unittest('sigma-is-that-of-the-case''s-rods', test_own_rods), &
+                    new_unittest('rods-as-driven', test_driven), &
                     new_unittest('failures', test_failures)]
     end subroutine collect_orbit_scan
 
@@ -254,6 +257,35 @@ contains
         if (scan_fails(case, orbit, [2000], slow, error)) return
         if (.not. allocated(error)) call check(error, maxval(abs(slow(1)%sigma/weak(1)%sigma - 1)) > 0.1_dp)
     end subroutine test_own_rods
+
+    !> Rods as a case drives them, each at a frequency of its own: sigma of x and y is the limit of that manoeuvre, that of z
+    !> above it; the angular acceleration about x is the sum of what the y and z rods give at most.
+    subroutine test_driven(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case
+        type(nominal_orbit_t) :: orbit
+        type(orbit_place_t), allocatable :: places(:)
+        type(planned_arc_t) :: arc
+        type(map_point_t), allocatable :: points(:)
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call fly('front', case, orbit)
+        case%pattern_rule = 'driven'
+        call new_torque_rods([(rod_activation_t(axis=i, amplitude=10.0_dp, frequency=(4 + i)/60.0_dp, stop=60.0_dp), i=1, 3)], &
+                             case%satellite%rods, failure)
+        if (scan_fails(case, orbit, [2000], places, error)) return
+        if (.not. allocated(failure)) call new_planned_arc(case, arc, failure)
+        if (.not. allocated(failure)) &
+            call map_manoeuvre(arc, orbit, [2000.0_dp], case%satellite%rods, 1, points, failure)
+        if (failed(error, failure)) return
+        associate (ratio => places(1)%sigma/points(1)%quality%sigma)
+            call check(error, all(abs(ratio(:2) - 1) < 0.01_dp) .and. ratio(3) > 1 .and. ratio(3) < 3, 'sigma')
+        end associate
+        associate (b => places(1)%field, j => case%satellite%inertia)
+            call check(error, places(1)%acceleration(1), 10*(abs(b(2)) + abs(b(3)))/j(1, 1), thr=0.1_dp*places(1)%acceleration(1))
+        end associate
+    end subroutine test_driven
 
     !> A satellite that does not turn has no revolution; without weights nothing is determined.
     !> Nothing is known beyond the revolution.

@@ -224,6 +224,12 @@ contains
         other%case%satellite%name = 'back'
         call observe(other, SEED, 7, changed, failure)
         call check_changed('satellite')
+        other%case%number = 0
+        call observe(other, SEED, 7, reference, failure)
+        other%case%name = 'front-1a'
+        call observe(other, SEED, 7, changed, failure)
+        call check_changed('name of a case without number')
+        call check(error, simulator%case%label() == 1 .and. other%case%label() > 9999, 'labels')
 
     contains
 

@@ -175,8 +175,8 @@ contains
         if (size(estimated) > 0) &
             call console%line('(with the a-priori sigmas of '//join(estimated, ', ')//', which are estimated, too)')
         if (bound%shadow_edge >= 0) call console%warn(trim(calibration%case%name)//': the edge of the Earth''s shadow is '// &
-            'passed at '//rounded_text(bound%shadow_edge, 3)//' s, where the forces change: the bound leaves that out, '// &
-            'optimal estimates it; another time is better')
+            'passed at '//rounded_text(bound%shadow_edge, 3)//' s: the bound is with the light estimated beside the offset; '// &
+            'another time is better')
         call ellipsoid%column('label', 'a', 'error ellipsoid of the bound')
         call ellipsoid%column('sigma_mm', 'f12.5', 'sigma, mm')
         call axis_columns(ellipsoid, 'along_', '', 'f9.4', 'along')

@@ -1,7 +1,7 @@
 !> gracecg timing: the best time for a calibration, Figures 6.1 and 6.4 of CSR-TM-00-01.
 module gracecg_cli_timing
     use gracecg_files_value, only: real_from_text
-    use gracecg_spacecraft_rod_pattern, only: PATTERN_RULES
+    use gracecg_spacecraft_rod_pattern, only: PATTERN_RULES, AS_DRIVEN
     use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, MOST_MANOEUVRES
     use gracecg_studies_timing, only: timing_study_t, study_timing, weakest_x, best_places, places_table, marked_places_table
     use gracecg_cli_plan_results, only: add_programme
@@ -30,14 +30,15 @@ contains
                                 'Finds the best time for a calibration: over one revolution from the epoch of '// &
                                 'a case (default front-1), '// &
                                 'the geomagnetic field in body axes (Figure 6.1 of CSR-TM-00-01), the '// &
-                                'amplitude of the angular acceleration that the rods give (Figure 6.4), driven as '// &
-                                'strongly, as fast and as long as the strongest rod of the case, '// &
+                                'amplitude of the angular acceleration that the rods give (Figure 6.4): as the case drives '// &
+                                'them, or, by a rule, as strongly, as fast and as long as its strongest rod, '// &
                                 'and the predicted standard deviation of the CG offset.', &
                                 'gracecg timing front-1 --step 60 --out timing.csv'//new_line('a')// &
                                 'gracecg timing front-1 --step 120 --manoeuvres 2 --lengths 60,120')
         call add_study_options(arguments, '--cases')
         call arguments%add_option('--pattern', 'NAME', 'rule of section 4.2 that chooses the two rods at each place, in place '// &
-                                  'of the case''s: y-z, as in the report, or general', choices=PATTERN_RULES)
+                                  'of the case''s: y-z, as in the report, or general; driven: the rods as the case drives '// &
+                                  'them', choices=PATTERN_RULES)
         call arguments%add_option('--step', 'S', 'whole seconds from place to place', default='10')
         call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many manoeuvres together, at these places')
         call arguments%add_option('--lengths', 'LIST', 'of --manoeuvres: arcs to choose from, s (default: that of the case)')
@@ -144,12 +145,16 @@ contains
         type(timing_study_t), intent(in) :: study
         type(console_t), intent(inout) :: console
 
+        character(:), allocatable :: rods
+
         call console%paragraph(trim(study%case%satellite%name)//' satellite: one revolution of '// &
                                integer_text(nint(study%orbit%revolution))//' s from '//utc_text(study%case%epoch)// &
                                ', a calibration of '//integer_text(nint(study%case%duration))//' s at every '// &
                                integer_text(study%step)//' s')
-        call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//', not as the case drives them; field in '// &
-                               'body axes; '// &
+        rods = 'rods as the case drives them'
+        if (study%case%pattern_rule /= AS_DRIVEN) rods = 'rods by the rule '//trim(study%case%pattern_rule)//', not as the '// &
+                                                         'case drives them'
+        call console%paragraph(rods//'; field in body axes; '// &
                                'amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
         call console%table(marked_places_table(study))

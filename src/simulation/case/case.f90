@@ -5,10 +5,11 @@
 !> figures stands in the built-in cases (gracecg_simulation_report_cases). A case is read from and
 !> written to a namelist file (`describe_case`), and turned into models by gracecg_simulation_case_models.
 module gracecg_simulation_case
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, KILOMETRE
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_quaternion, only: normalised
+    use gracecg_files_run_record, only: add_to_hash, EMPTY_HASH
     use gracecg_files_settings, only: settings_t
     use gracecg_environment_earth_orientation, only: earth_parameters_t, earth_orientation_t, new_earth_orientation, &
         EARTH_ORIENTATIONS
@@ -24,6 +25,7 @@ module gracecg_simulation_case
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
+    use gracecg_spacecraft_rod_pattern, only: AS_DRIVEN
     use gracecg_spacecraft_moment_series, only: has_moments, check_moments_cover
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_observations_knowledge, only: describe_a_priori, ESTIMATION_GROUPS
@@ -42,6 +44,7 @@ module gracecg_simulation_case
     !> Of the orientation of the Earth: 'iau' from the year 2000 on, unless the sidereal angle is given; of the geomagnetic
     !> field: 'igrf95' before, 'igrf14' from then on
     character(*), parameter :: BY_DATE = 'by-date'
+    integer, parameter :: HIGHEST_NUMBER = 9999         !! That a case may be given
     integer, parameter :: MJD_2000 = 51544              !! 2000-01-01
     !> Groups of simulated Level-1 files, which may stand in the same file
     character(18), parameter :: LEVEL1_GROUPS(2) = [character(18) :: 'level1_simulation', 'level1_span']
@@ -54,10 +57,10 @@ module gracecg_simulation_case
     !> A calibration with everything that a simulation must know: one namelist file.
     type :: case_t
         character(64) :: name = 'calibration'       !! For output
-        integer :: number = 0                       !! Labels its random numbers: 1..3 in the report
+        integer :: number = 0                       !! Labels its random numbers: 1..3 in the report; 0: the name does
         type(utc_t) :: epoch                        !! Time 0
         real(dp) :: duration = 0                    !! Length of the arc, s
-        character(8) :: pattern_rule = 'y-z'        !! Of the rods, where they are chosen: one of PATTERN_RULES
+        character(8) :: pattern_rule = AS_DRIVEN    !! Of the rods, where they are chosen: one of PATTERN_RULES
         type(satellite_t) :: satellite              !! The truth
         type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
         type(motion_limits_t) :: limits             !! Of the manoeuvre
@@ -109,9 +112,23 @@ module gracecg_simulation_case
         !! Of segments about the cap below the satellite, 0 to 7
         ! instruments
         character(256) :: star_catalogue_file = ''    !! Empty: the embedded catalogue
+    contains
+        procedure :: label                          !! Names its random numbers
     end type case_t
 
 contains
+
+    !> The case's label in the names of random streams (gracecg_base_random): its number, or one of its name, above all numbers.
+    pure integer function label(self)
+        class(case_t), intent(in) :: self
+
+        integer(i8) :: hash
+
+        hash = EMPTY_HASH
+        call add_to_hash(trim(self%name), hash)
+        label = self%number
+        if (label == 0) label = HIGHEST_NUMBER + 1 + int(modulo(hash, int(huge(1) - HIGHEST_NUMBER, i8)))
+    end function label
 
     !> Reads a case from a namelist file. Fails, with file, line and key, for a key that is not known,
     !> a wrong type, a missing value or a value outside its range.
@@ -251,7 +268,8 @@ contains
         call settings%group('truth', 'The true state at the epoch, and how it is integrated')
         call settings%text_value('satellite', case%satellite%name, 'of the pair', &
                                  [character(16) :: 'front', 'back'])
-        call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
+        call settings%integer_value('number', case%number, 0, HIGHEST_NUMBER, 'of the case: labels its random '// &
+                                    'numbers; 0: its name does')
         call settings%real_values('offset_mm', case%satellite%offset, -10.0_dp, 10.0_dp, &
                                   'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
         call describe_start(settings, case%start, case%position, case%velocity, case%quaternion, case%angular_velocity)

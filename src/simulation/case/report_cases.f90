@@ -113,6 +113,7 @@ contains
             return
         end if
         case%name = published_name(name)
+        case%pattern_rule = 'y-z'
         case%satellite%name = name(:index(name, '-') - 1)
         read (case%name(index(name, '-') + 1:), *) case%number
 

@@ -329,7 +329,7 @@ contains
         integer, intent(in) :: run    !! Names them, too
         type(operator_t) :: drawn
 
-        drawn = drawn_operator(operator, seed, case%number, case%satellite%place(), run)
+        drawn = drawn_operator(operator, seed, case%label(), case%satellite%place(), run)
     end function operator_of_run
 
     !> The orbit as GPS gives it: positions every second from the epoch and at the end of the arc, true but for the
@@ -437,7 +437,7 @@ contains
         integer, intent(in) :: run, instrument
         type(random_stream_t) :: stream
 
-        stream = new_stream(seed, self%case%number, self%case%satellite%place(), run, instrument)
+        stream = new_stream(seed, self%case%label(), self%case%satellite%place(), run, instrument)
     end function run_stream
 
     !> Switches off a source by its name. Fails for a name that is none of SOURCE_NAMES.
