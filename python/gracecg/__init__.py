@@ -14,7 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import distributed, plot, report
+    from . import distributed, plot, report, torques
     from ._library import GracecgError
     from .calibration import (Action, Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint,
                               LiveEstimate, LiveOffset, Map, MonteCarlo, Observations, Rod, Setup, Simulator, Solution,
@@ -29,14 +29,14 @@ __all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Des
            "Field", "Fit", "FitTests", "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset",
            "LiveEstimate", "LiveOffset", "Map", "MonteCarlo", "Observations", "Rod", "Setup", "Simulator", "Solution", "Utc",
            "Wind", "algorithms", "case_names", "estimate_joint", "distributed", "estimate_level1", "monte_carlo",
-           "sun_illumination", "sun_position"]
+           "sun_illumination", "sun_position", "torques"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
 
 
 def __getattr__(name: str) -> Any:
     """The public names, found when they are first used: pages and figures do without the shared library."""
-    if name in ("distributed", "plot", "report"):
+    if name in ("distributed", "plot", "report", "torques"):
         return importlib.import_module("." + name, __name__)
     if name == "__version__":
         library = importlib.import_module("._library", __name__)

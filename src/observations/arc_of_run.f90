@@ -32,14 +32,18 @@ contains
         type(observation_set_t), intent(out) :: arc
 
         real(dp) :: slack, margin
+        integer :: first, last
 
         arc%knowledge = knowledge_of_arc(knowledge, from, to - from)
         call begin_rods_at(observations%knowledge%rods%measured, from, to - from, arc%knowledge%rods)
         slack = ROUNDING*knowledge%accelerometer_interval
         associate (time => observations%accelerometer_time)
-            call take(time, observations%acceleration, last_not_after(time, from + slack) + 1, &
-                      last_not_after(time, to + slack), from, arc%accelerometer_time, arc%acceleration)
+            first = last_not_after(time, from + slack) + 1
+            last = last_not_after(time, to + slack)
+            call take(time, observations%acceleration, first, last, from, arc%accelerometer_time, arc%acceleration)
         end associate
+        if (allocated(observations%further_acceleration)) &
+            arc%further_acceleration = observations%further_acceleration(:, first:last, :)
         associate (time => observations%star_camera_time)
             call take_stars(observations, time > from + slack .and. time <= to + slack, from, arc)
         end associate

@@ -9,6 +9,7 @@ module gracecg_observations_knowledge
     use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
     use gracecg_environment_time, only: utc_t
     use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
+    use gracecg_observations_accelerometer_line, only: accelerometer_line_t, describe_line
     use gracecg_observations_noise_table, only: describe_noise_spectra
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
@@ -80,7 +81,9 @@ module gracecg_observations_knowledge
         real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
         real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
         integer :: camera = 1                           !! The head whose quaternions are used; 0: all heads'
-        type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, or a table, m^2 s^-4/Hz
+        type(accelerometer_line_t) :: line              !! Where there are several accelerometers
+        type(noise_spectrum_t) :: accelerometer_noise(3)
+        !! (3-2) of each axis, or a table, m^2 s^-4/Hz; of several accelerometers that of their mean
         real(dp) :: accelerometer_scale(3) = 1          !! Sample by acceleration, as far as it is known
         real(dp) :: accelerometer_delay = 0             !! Time tag minus time of its samples, s
         real(dp) :: accelerometer_range = 0             !! Full scale, m/s^2; 0: not known
@@ -150,6 +153,7 @@ contains
         call settings%real_value('range', knowledge%accelerometer_range, 0.0_dp, 1.0_dp, &
                                  'm/s^2, full scale, at which samples are refused; 0: not known', unit='m/s^2')
         call settings%end_group()
+        call describe_line(settings, knowledge%line)
         call settings%group('star_camera', 'Star camera: mounting and noise')
         call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
         call settings%integer_value('head', knowledge%camera, 1, HEADS, 'whose quaternions are used')

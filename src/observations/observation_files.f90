@@ -24,16 +24,19 @@ module gracecg_observations_observation_files
     public :: write_observations, observation_writer_t, read_observations, OBSERVATION_FILES, SETUP_FILE
     public :: read_setup, setup_from_text, setup_text
 
-    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5, TORQUE = 6
+    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5, TORQUE = 6, FURTHER = 7
     integer, parameter :: MAY_BE_LOST = 10  !! Of the accelerometer, rows at the beginning: a second of a minute does not matter
     !> What an operator knows
-    integer, parameter :: TABLE_COUNT = 6, SETUP_FILE = 7
+    integer, parameter :: TABLE_COUNT = 7, SETUP_FILE = 8
     !> The files of an observation set, in its folder
-    character(17), parameter :: OBSERVATION_FILES(7) = [character(17) :: &
-        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'rods.csv', 'torque.csv', 'setup.nml']
+    character(26), parameter :: OBSERVATION_FILES(8) = [character(26) :: &
+        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'rods.csv', 'torque.csv', &
+        'further_accelerometers.csv', 'setup.nml']
 
     character(8), parameter :: ACCELEROMETER_COLUMNS(4) = &
         [character(8) :: 'time_s', 'ax_m_s2', 'ay_m_s2', 'az_m_s2']
+    character(13), parameter :: FURTHER_COLUMNS(5) = &
+        [character(13) :: 'time_s', 'accelerometer', 'ax_m_s2', 'ay_m_s2', 'az_m_s2']
     character(8), parameter :: STAR_CAMERA_COLUMNS(6) = &
         [character(8) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
     character(8), parameter :: MAGNETOMETER_COLUMNS(4) = &
@@ -106,6 +109,7 @@ contains
         call open_one(ORBIT, join(ORBIT_COLUMNS, ','))
         call open_one(RODS, join(RODS_COLUMNS, ','))
         call open_one(TORQUE, join(TORQUE_COLUMNS, ','))
+        call open_one(FURTHER, join(FURTHER_COLUMNS, ','))
 
     contains
 
@@ -125,11 +129,16 @@ contains
         class(observation_writer_t), intent(inout) :: self
         type(observation_set_t), intent(in) :: observations
 
-        integer :: i
+        integer :: i, k
 
         do i = 1, size(observations%accelerometer_time)
             call self%tables(ACCELEROMETER)%row([observations%accelerometer_time(i), &
                                                  observations%acceleration(:, i)])
+            do k = 2, observations%knowledge%line%number
+                call self%tables(FURTHER)%row([observations%accelerometer_time(i), real(k, dp), &
+                                               observations%further_acceleration(:, i, k - 1)])
+                self%rows(FURTHER) = self%rows(FURTHER) + 1
+            end do
         end do
         do i = 1, size(observations%star_camera_time)
             call self%tables(STAR_CAMERA)%row([observations%star_camera_time(i), &
@@ -264,7 +273,38 @@ contains
             call read_vectors(folder, ACCELEROMETER, ACCELEROMETER_COLUMNS, observations%accelerometer_time, &
                               observations%acceleration, error, knowledge%accelerometer_interval, knowledge%duration)
         end associate
+        if (.not. allocated(error) .and. observations%knowledge%line%number > 1) call read_further(folder, observations, error)
     end subroutine read_accelerometer
+
+    !> The samples of the accelerometers beyond the first: a row each at every time of accelerometer.csv.
+    subroutine read_further(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+        integer :: i, k, row, others, many
+
+        call read_series(path_of(folder, FURTHER), FURTHER_COLUMNS, series, error)
+        if (allocated(error)) return
+        others = observations%knowledge%line%number - 1
+        many = size(observations%accelerometer_time)
+        allocate (observations%further_acceleration(3, many, others))
+        do row = 1, size(series%table, 1)
+            i = min((row - 1)/others + 1, many)
+            k = modulo(row - 1, others) + 2
+            if (row > many*others .or. any(abs(series%table(row, :2) - [observations%accelerometer_time(i), real(k, dp)]) > 0)) then
+                call series%file%fail_at(row, 'columns time_s and accelerometer: after every time of accelerometer.csv a row '// &
+                                         'of each of the accelerometers 2 to '//integer_text(others + 1)//' is needed', error)
+                return
+            end if
+            observations%further_acceleration(:, i, k - 1) = series%table(row, 3:5)
+        end do
+        if (size(series%table, 1) < many*others) &
+            call series%file%fail_at(size(series%table, 1), 'the last of '//integer_text(size(series%table, 1))//' rows, but '// &
+                                     integer_text(many*others)//' are needed, one of each of the accelerometers 2 to '// &
+                                     integer_text(others + 1)//' at every time of accelerometer.csv', error)
+    end subroutine read_further
 
     subroutine read_orbit(folder, observations, error)
         character(*), intent(in) :: folder

@@ -21,6 +21,8 @@ module gracecg_observations_observation_set
         type(operator_knowledge_t) :: knowledge              !! What else the operator knows
         real(dp), allocatable :: accelerometer_time(:)  !! (n)
         real(dp), allocatable :: acceleration(:, :)     !! (3, n), body axes, m/s^2
+        real(dp), allocatable :: further_acceleration(:, :, :)
+        !! (3, n, others), of the accelerometers beyond the first, at the same times, m/s^2, where there are several
         real(dp), allocatable :: angular_acceleration(:, :)
         !! (3, n), body axes, rad/s^2, where the accelerometer has angular channels
         real(dp), allocatable :: star_camera_time(:)    !! (p)
@@ -88,6 +90,16 @@ contains
         end if
         call compare('accelerometer', size(observations%accelerometer_time), &
                      size(observations%acceleration, 2))
+        if (observations%knowledge%line%number > 1) then
+            if (.not. allocated(observations%further_acceleration)) then
+                call fail(error, 'the samples of the accelerometers beyond the first are missing altogether')
+                return
+            end if
+            call compare('further accelerometers', size(observations%accelerometer_time), &
+                         size(observations%further_acceleration, 2))
+            call compare('accelerometers', observations%knowledge%line%number, &
+                         size(observations%further_acceleration, 3) + 1)
+        end if
         call compare('magnetometer', size(observations%magnetometer_time), size(observations%field, 2))
         call compare('star camera', size(observations%star_camera_time), size(observations%quaternion, 2))
         call compare('star camera, heads', size(observations%star_camera_time), &
@@ -151,6 +163,8 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(error_t), allocatable, intent(out) :: error
 
+        integer :: k
+
         if (size(observations%accelerometer_time) < 2) then
             call fail(error, 'accelerometer: fewer than two samples')
             return
@@ -166,6 +180,16 @@ contains
         if (.not. allocated(error)) &
             call check_saturation('accelerometer', observations%accelerometer_time, observations%acceleration, &
                                   observations%knowledge%accelerometer_range, 'm/s^2', error)
+        do k = 2, merge(1, observations%knowledge%line%number, allocated(error))
+            associate (samples => observations%further_acceleration(:, :, k - 1), time => observations%accelerometer_time, &
+                       name => 'accelerometer '//integer_text(k))
+                call check_series(name, time, samples, error)
+                if (.not. allocated(error)) call check_magnitude(name, time, samples, LARGEST_ACCELERATION, 'm/s^2', error)
+                if (.not. allocated(error)) call check_saturation(name, time, samples, &
+                                                                  observations%knowledge%accelerometer_range, 'm/s^2', error)
+            end associate
+            if (allocated(error)) return
+        end do
     end subroutine check_accelerometer
 
     !> The accelerometer samples at multiples of its interval, within the arc.

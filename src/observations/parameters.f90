@@ -31,7 +31,8 @@ module gracecg_observations_parameters
     public :: OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS
     public :: OF_FIELD_DELAY, OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY, OF_ROD_SWAPS, OF_FIELD_SWAPS
     public :: OF_ACCELEROMETER_SWAPS, OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE, OF_CHANNEL_SCALES
-    public :: OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE
+    public :: OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE, OF_LINE_SCALES, OF_LINE_BIAS, OF_LINE_DRIFT
+    public :: LINE_SCALES, LINE_BIAS, LINE_DRIFT
     public :: OF_HEAD_DELAY, HEAD_DELAY, TORQUE_BENDS, HEAD_DRIFT, CHANNEL_BIAS, CHANNEL_DRIFT, SAMPLING_DELAY, LEAKAGE, &
         LEAKAGE_RATE, CHANNEL_SCALES, &
         CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE
@@ -42,7 +43,7 @@ module gracecg_observations_parameters
         enumerator :: ROTATION = 1  !! Of the satellite: the accelerometer sees it, too
         enumerator :: ACCELERATION  !! What the accelerometer shows
         enumerator :: ATTITUDE      !! What the star camera shows, alone
-        enumerator :: CHANNELS      !! What the accelerometer's angular channels show, alone
+        enumerator :: CHANNELS      !! What angular channels of the accelerometer, or contrasts of several, show, alone
     end enum
 
     !> The kinds, in the order of KINDS
@@ -58,6 +59,7 @@ module gracecg_observations_parameters
         enumerator :: OF_MOUNTING_1, OF_MOUNTING_2, OF_STAR_CAMERA_DELAY
         enumerator :: OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS
         enumerator :: OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE, OF_CHANNEL_SCALES, OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE
+        enumerator :: OF_LINE_SCALES, OF_LINE_BIAS, OF_LINE_DRIFT
     end enum
 
     !> A row of the table: what parameters of one kind have in common.
@@ -81,6 +83,7 @@ module gracecg_observations_parameters
     character(*), parameter :: XYZ = 'x y z', PAIRS = 'xy yz zx', PAIRS_IN_WORDS = 'x and y,y and z,z and x'
     !> Elements of a matrix: the axis that shows it, and the rod or axis that makes it
     character(*), parameter :: BY_ROD = 'xx xy xz yx yy yz zx zy zz'
+    character(*), parameter :: BY_CONTRAST = 'x1 y1 z1 x2 y2 z2'    !! Axis and contrast
     character(*), parameter :: BY_ROD_IN_WORDS = 'x by x,x by y,x by z,y by x,y by y,y by z,z by x,z by y,z by z'
     real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
 
@@ -159,7 +162,10 @@ module gracecg_observations_parameters
         parameter_kind_t(9, 'ang_leak_', BY_ROD, 'si', CHANNELS, 1e-9_dp, NO, 1.0_dp, 'leakage into the channels @', &
                          BY_ROD_IN_WORDS, '', 1.0_dp, 1e-6_dp), &
         parameter_kind_t(9, 'ang_lrate_', BY_ROD, 'si', CHANNELS, 1e-9_dp, NO, 1.0_dp, 'leakage of rates into the channels @', &
-                         BY_ROD_IN_WORDS, '', 1.0_dp, 1e-6_dp)]
+                         BY_ROD_IN_WORDS, '', 1.0_dp, 1e-6_dp), &
+        parameter_kind_t(6, 'line_scale_', BY_CONTRAST, '1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &
+        parameter_kind_t(6, 'line_bias_', BY_CONTRAST, 'm/s^2', CHANNELS, 1e-6_dp, NO, 10.0_dp), &
+        parameter_kind_t(6, 'line_drift_', BY_CONTRAST, 'm/s^3', CHANNELS, 1e-6_dp, YES, 1.0_dp)]
 
     integer :: i_row, i_member       ! of the loops below, which make constants
     integer, parameter :: COUNTS(*) = KINDS%count
@@ -240,6 +246,12 @@ module gracecg_observations_parameters
     integer, parameter :: CHANNEL_SCALES(9) = pack(EVERY, KIND_OF == OF_CHANNEL_SCALES) !! S minus 1
     integer, parameter :: CHANNEL_LEAKAGE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE)  !! As LEAKAGE, into the angular channels
     integer, parameter :: CHANNEL_LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE_RATE)  !! As LEAKAGE_RATE, into them
+
+    !> Of several accelerometers on a line: contrasts (gracecg_observations_accelerometer_line) of their scale factors, and
+    !> biases and drifts of the contrasts of their samples; x, y, z of the first, then of the second
+    integer, parameter :: LINE_SCALES(6) = pack(EVERY, KIND_OF == OF_LINE_SCALES)
+    integer, parameter :: LINE_BIAS(6) = pack(EVERY, KIND_OF == OF_LINE_BIAS)
+    integer, parameter :: LINE_DRIFT(6) = pack(EVERY, KIND_OF == OF_LINE_DRIFT)
 
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time

@@ -88,7 +88,8 @@ contains
         call observe_case(case, simulator, observations, error)
         if (.not. allocated(error)) &
             call prepare_at_truth(simulator, observations, options, &
-                                  with_light(asked_parameters(options%optimal), options, observations), problem, error)
+                                  with_light(asked_parameters(options%optimal, observations%knowledge), options, &
+                                             observations), problem, error)
         if (.not. allocated(error)) &
             call gather_information(observations%knowledge, options, problem, information, error)
         call add_context(error, 'case '//trim(case%name))
@@ -192,7 +193,7 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        estimated = with_light(asked_parameters(options%optimal), options, observations)
+        estimated = with_light(asked_parameters(options%optimal, observations%knowledge), options, observations)
         considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
         source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
         left = [(all(estimated /= considered(i)), i=1, size(considered))]

@@ -148,7 +148,9 @@ contains
             satellite%mass = knowledge%mass
             satellite%inertia = knowledge%inertia
             satellite%rods = knowledge%rods
+            satellite%line = knowledge%line
             satellite%accelerometer%noise = knowledge%accelerometer_noise
+            satellite%accelerometer%noise%level = knowledge%line%number*knowledge%accelerometer_noise%level
             satellite%accelerometer%sampling_interval = knowledge%accelerometer_interval
             satellite%star_camera%sampling_interval = knowledge%star_camera_interval
             satellite%magnetometer%sampling_interval = knowledge%magnetometer_interval

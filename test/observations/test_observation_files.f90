@@ -150,7 +150,8 @@ contains
         call read_observations(FOLDER//'there-is-no-such-folder', observations, failure)
         call check_fails(error, failure, 'there-is-no-such-folder ... no such folder')
         do i = 1, size(OBSERVATION_FILES)
-            if (any(OBSERVATION_FILES(i) == [character(10) :: 'orbit.csv', 'rods.csv', 'torque.csv'])) cycle
+            if (any(OBSERVATION_FILES(i) == [character(26) :: 'orbit.csv', 'rods.csv', 'torque.csv', &
+                                             'further_accelerometers.csv'])) cycle
             if (.not. allocated(error)) call write_set(error)
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')

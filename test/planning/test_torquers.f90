@@ -5,6 +5,7 @@ module test_torquers
     use calibrations
     use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide
     use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_observations_accelerometer_line, only: accelerometer_line_t
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_files_file, only: remove_file
@@ -34,6 +35,8 @@ contains
                     new_unittest('torque-of-rods-and-torquers', test_torque), &
                     new_unittest('bound-by-independent-least-squares', test_bound), &
                     new_unittest('hundred-seeds-at-the-bound', test_seeds), &
+                    new_unittest('mean-and-contrasts', test_contrasts), &
+                    new_unittest('several-accelerometers', test_several), &
                     new_unittest('gains-of-a-swing', test_gains), &
                     new_unittest('wrong-beliefs-are-named', test_beliefs), &
                     new_unittest('history-beside-the-observations', test_history), &
@@ -52,6 +55,7 @@ contains
         calibration%options%covariance = .false.        ! the fit is not checked
         if (.not. exact) return
         calibration%case%operator%sigma = 0
+        calibration%case%satellite%line%scale_sigma = 1e-9_dp
         calibration%options%optimal%estimate_scale_factors = .false.
         calibration%options%optimal%estimate_rod_gain = .false.
         calibration%options%optimal%also = ''
@@ -70,45 +74,132 @@ contains
         call check(error, norm2(torque_of(torquers, cross(MOMENT, FIELD), -FIELD) - torque_of(rods, MOMENT, FIELD)) <= 0)
     end subroutine test_torque
 
-    !> The bound of both examples, by numerical partials of simulated samples and a dense covariance of the noise: nothing of
-    !> the estimators is used. With gains and scale factors known exactly, and within their limits.
+    !> The bound of both examples, and of the first with two and one of its three accelerometers, by numerical partials of
+    !> simulated samples and a dense covariance of the noise: nothing of the estimators is used. With gains and scale factors
+    !> known exactly, and within their limits.
     subroutine test_bound(error)
         type(error_type), allocatable, intent(out) :: error
         type(calibration_t) :: calibration
         type(case_bound_t) :: bound
         type(error_t), allocatable :: failure
         real(dp) :: covariance(3, 3), sigma(3)
+        integer, parameter :: EXAMPLE(4) = [1, 1, 1, 2], ACCELEROMETERS(4) = [3, 2, 1, 1]
         integer :: i, exact
 
-        do i = 1, size(EXAMPLES)
+        do i = 1, size(EXAMPLE)
             do exact = 0, 1
-                call take_example(EXAMPLES(i), exact == 1, calibration)
+                call take_example(EXAMPLES(EXAMPLE(i)), exact == 1, calibration)
+                calibration%case%satellite%line%number = ACCELEROMETERS(i)
                 call bound_of_case(calibration%case, calibration%options, bound, failure)
                 if (failed(error, failure)) return
                 call least_squares(calibration, covariance)
                 sigma = sigmas(covariance)
-                call check(error, all(abs(bound%sigma/sigma - 1) < 0.05_dp), trim(calibration%case%name))
+                call check(error, all(abs(bound%sigma/sigma - 1) < 0.05_dp), trim(calibration%case%name)//', '// &
+                           integer_text(ACCELEROMETERS(i)))
             end do
         end do
     end subroutine test_bound
 
-    !> The covariance of d by least squares of accelerometer and star camera: d, attitude, rate, torque, bias, drift, and
-    !> gains and scale factors where the options ask for them.
+    !> Samples M (d + r) + f at three places and at two: the mean is M d + f, the first contrast rho M e, the second 0; the
+    !> weights are orthonormal and sum to 0.
+    subroutine test_contrasts(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: M(3, 3) = reshape([1e-6_dp, 2e-6_dp, -3e-6_dp, -4e-6_dp, 5e-6_dp, 6e-6_dp, 7e-6_dp, -8e-6_dp, &
+                                                  9e-6_dp], [3, 3])
+        real(dp), parameter :: D(3) = [1e-4_dp, -2e-4_dp, 3e-4_dp], F(3) = [1e-8_dp, -2e-8_dp, 3e-8_dp]
+        type(accelerometer_line_t) :: line
+        real(dp) :: first(3, 1), further(3, 1, 2)
+        real(dp), allocatable :: contrasts(:, :)
+        integer :: k, n
+
+        line%spacing = [0.3_dp, -0.1_dp, 0.2_dp]
+        do n = 3, 2, -1
+            line%number = n
+            associate (c => line%weights())
+                call check(error, all(abs(matmul(transpose(c), c) - identity(n - 1)) < 1e-15_dp), 'orthonormal')
+                call check(error, all(abs(sum(c, 1)) < 1e-15_dp), 'sums')
+            end associate
+            first(:, 1) = matmul(M, D + line%place(1)) + F
+            do k = 2, n
+                further(:, 1, k - 1) = matmul(M, D + line%place(k)) + F
+            end do
+            call line%combine(first, further(:, :, :n - 1), contrasts)
+            call check(error, norm2(first(:, 1) - matmul(M, D) - F) < 1e-20_dp, 'mean')
+            call check(error, norm2(contrasts(:3, 1) - line%reach()*matmul(M, line%direction())) < 1e-20_dp, 'first contrast')
+            call check(error, norm2(contrasts(4:, 1)) < 1e-20_dp, 'second contrast')
+        end do
+    end subroutine test_contrasts
+
+    !> Samples of three accelerometers are the same from files; lost rows, files and series, and values of another unit are
+    !> refused.
+    subroutine test_several(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations, again
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: good
+        integer :: last
+
+        call take_example(EXAMPLES(1), .false., calibration)
+        call make_simulator(calibration%case, simulator)
+        call make_observations(simulator, 5, 1, observations)
+        call write_observations(SET, observations, [character(1) ::], failure)
+        if (.not. allocated(failure)) call read_observations(SET, again, failure)
+        if (failed(error, failure)) return
+        call estimate_offset('sequential', again, calibration%options, solution, failure)
+        call check_fails(error, failure, 'sequential is for one')
+        call check(error, all(abs(again%further_acceleration - observations%further_acceleration) <= 0), 'samples')
+        call check(error, norm2(again%knowledge%line%spacing - [0.3_dp, 0.0_dp, 0.0_dp]) < 1e-15_dp, 'spacing')
+        call read_content(error, SET//'/further_accelerometers.csv', good)
+        if (allocated(error)) return
+        last = index(good(:len(good) - 1), new_line('a'), back=.true.)
+        call make_file('torquers/further_accelerometers.csv', good(:last))
+        call read_observations(SET, again, failure)
+        call check_fails(error, failure, 'further_accelerometers.csv:1200: ... 1199 rows, but 1200 are needed')
+        last = index(good, new_line('a')//'1,')
+        call make_file('torquers/further_accelerometers.csv', good(:last)//good(index(good, new_line('a')//'1.5,') + 1:))
+        call read_observations(SET, again, failure)
+        call check_fails(error, failure, 'further_accelerometers.csv:4: ... every time of accelerometer.csv a row')
+        call remove_file(SET//'/further_accelerometers.csv')
+        call read_observations(SET, again, failure)
+        call check_fails(error, failure, 'further_accelerometers.csv ... no such file')
+        again = observations
+        again%further_acceleration(1, 7, 2) = 2
+        call estimate_offset('optimal', again, calibration%options, solution, failure)
+        call check_fails(error, failure, 'accelerometer 3: the sample at 3.5 s has a component of 2')
+        deallocate (again%further_acceleration)
+        call estimate_offset('optimal', again, calibration%options, solution, failure)
+        call check_fails(error, failure, 'beyond the first are missing')
+        call case_text(calibration%case, good, failure)
+        if (failed(error, failure)) return
+        call case_from_text(good, 'again', calibration%case, failure)
+        call check_passes(error, failure)
+        last = index(good, 'spacing = ')
+        call case_from_text(good(:last - 1)//'spacing = 0, 1e-4, 0'//good(last + index(good(last:), ' !') - 1:), &
+                            'close', calibration%case, failure)
+        call check_fails(error, failure, 'spacing ... less than 1 mm')
+    end subroutine test_several
+
+    !> The covariance of d by least squares of all samples of accelerometers and star camera: d, attitude, rate, torque, bias and
+    !> drift of every accelerometer, and gains and scale factors where the options ask for them.
     subroutine least_squares(calibration, covariance)
         type(calibration_t), intent(in) :: calibration
         real(dp), intent(out) :: covariance(3, 3)
         type(observation_set_t) :: base
         type(case_t) :: case
         type(error_t), allocatable :: failure
-        real(dp), allocatable :: rows(:, :), factor(:, :), normal(:, :), rhs(:), solution(:), inverse(:, :)
+        real(dp), allocatable :: rows(:, :), factor(:, :), normal(:, :), rhs(:), solution(:), inverse(:, :), seen(:)
         real(dp) :: condition
-        integer :: n, p, c, k, axis
+        integer :: n, p, c, k, axis, sensor, last, scales, many
 
         call see(calibration%case, base)
         if (allocated(failure)) return
         n = size(base%accelerometer_time)
         p = size(base%star_camera_time)
-        allocate (rows(3*(n + p), 24), source=0.0_dp)
+        last = 3*n*calibration%case%satellite%line%number
+        allocate (rows(last + 3*p, 48), source=0.0_dp)
         c = 0
         do k = 1, 3
             case = calibration%case
@@ -129,11 +220,13 @@ contains
             end associate
             call add_column(1e-7_dp)
         end do
-        do axis = 1, 3
-            rows(axis:3*n:3, c + axis) = 1
-            rows(axis:3*n:3, c + 3 + axis) = base%accelerometer_time/case%duration
+        do sensor = 0, last - 1, 3*n
+            do axis = 1, 3
+                rows(sensor + axis:sensor + 3*n:3, c + axis) = 1
+                rows(sensor + axis:sensor + 3*n:3, c + 3 + axis) = base%accelerometer_time/case%duration
+            end do
+            c = c + 6
         end do
-        c = c + 6
         associate (asked => calibration%options%optimal)
             if (asked%estimate_rod_gain) then
                 case = calibration%case
@@ -145,26 +238,36 @@ contains
                 case%satellite%rods%gain(k) = 1.001_dp
                 call add_column(1e-3_dp)
             end do
-            do axis = 1, merge(3, 0, asked%estimate_scale_factors)
-                c = c + 1
-                rows(axis:3*n:3, c) = base%acceleration(axis, :)
+            seen = accelerations(base)
+            scales = c
+            do sensor = 0, merge(last, 0, asked%estimate_scale_factors) - 1, 3*n
+                do axis = 1, 3
+                    c = c + 1
+                    rows(sensor + axis:sensor + 3*n:3, c) = seen(sensor + axis:sensor + 3*n:3)
+                end do
             end do
         end associate
         call need(failure)
         factor = noise_factor(calibration%case, n)
         do k = 1, c
             do axis = 1, 3
-                rows(axis:3*n:3, k) = forward(factor, rows(axis:3*n:3, k))
-                rows(3*n + axis::3, k) = rows(3*n + axis::3, k)/base%knowledge%star_camera_sigma(axis)
+                do sensor = 0, last - 1, 3*n
+                    rows(sensor + axis:sensor + 3*n:3, k) = forward(factor, rows(sensor + axis:sensor + 3*n:3, k))
+                end do
+                rows(last + axis::3, k) = rows(last + axis::3, k)/base%knowledge%star_camera_sigma(axis)
             end do
         end do
         normal = matmul(transpose(rows(:, :c)), rows(:, :c))
         associate (asked => calibration%options%optimal, known => calibration%case%operator%a_priori)
-            k = c - merge(3, 0, asked%estimate_scale_factors)
-            do axis = k + 1, c
-                normal(axis, axis) = normal(axis, axis) + 1/known%sigma_scale_factors(axis - k)**2
+            many = calibration%case%satellite%line%number
+            do k = scales + 1, c
+                axis = modulo(k - scales - 1, 3) + 1
+                ! s_c^2 of all alike, and s^2 (1 - 1/N) of each with -s^2/N between them: the inverse
+                normal(k, scales + axis:c:3) = normal(k, scales + axis:c:3) + 1/(many*known%sigma_scale_factors(axis))**2 - &
+                                               1/calibration%case%satellite%line%scale_sigma(axis)**2/many
+                normal(k, k) = normal(k, k) + 1/calibration%case%satellite%line%scale_sigma(axis)**2
             end do
-            if (asked%estimate_rod_gain) normal(k, k) = normal(k, k) + 1/known%sigma_rod_gain**2
+            if (asked%estimate_rod_gain) normal(scales, scales) = normal(scales, scales) + 1/known%sigma_rod_gain**2
         end associate
         allocate (rhs(c), source=0.0_dp)
         allocate (solution(c), inverse(c, c))
@@ -195,12 +298,21 @@ contains
             c = c + 1
             call see(case, other)
             if (allocated(failure)) return
-            rows(:3*n, c) = reshape(other%acceleration - base%acceleration, [3*n])/step
+            rows(:last, c) = (accelerations(other) - accelerations(base))/step
             do i = 1, p
                 turn = quaternion_product(other%quaternion(:, i), conjugate_quaternion(base%quaternion(:, i)))
-                rows(3*(n + i) - 2:3*(n + i), c) = 2*turn(:3)*sign(1.0_dp, turn(4))/step
+                rows(last + 3*i - 2:last + 3*i, c) = 2*turn(:3)*sign(1.0_dp, turn(4))/step
             end do
         end subroutine add_column
+
+        !> Of all accelerometers, one behind the other.
+        function accelerations(samples) result(all)
+            type(observation_set_t), intent(in) :: samples
+            real(dp) :: all(last)
+
+            all(:3*n) = reshape(samples%acceleration, [3*n])
+            if (last > 3*n) all(3*n + 1:) = reshape(samples%further_acceleration, [last - 3*n])
+        end function accelerations
     end subroutine least_squares
 
     pure function unit_vector(axis) result(vector)

@@ -118,7 +118,7 @@ contains
         if (.not. allocated(failure)) call observe(simulator, order%seed, order%run, expected, failure)
         if (.not. allocated(failure)) call read_observations(FOLDER, found, failure)
         if (failed(error, failure)) return
-        call check(error, all(summary%rows == [44, 16, 4, 6, 0, 0]) .and. summary%moves_rods)
+        call check(error, all(summary%rows == [44, 16, 4, 6, 0, 0, 0]) .and. summary%moves_rods)
         call check(error, all(abs(found%acceleration - expected%acceleration) <= 0) .and. &
                    all(abs(found%field - expected%field) <= 0) .and. &
                    all(abs(found%quaternion - expected%quaternion) <= 0) .and. &

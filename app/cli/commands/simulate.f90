@@ -129,10 +129,10 @@ contains
         call console%line('  '//TRUTH_FILE//'          the true arc')
         do i = 1, size(summary%rows)
             if (i > 4 .and. summary%rows(i) == 0) cycle     ! moments of the rods, where nobody asked for them
-            call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(summary%rows(i))// &
-                              trim(merge(' positions', ' samples  ', i == 4)))
+            call console%line('  '//OBSERVATION_FILES(i)(:max(17, len_trim(OBSERVATION_FILES(i))))//'  '// &
+                              integer_text(summary%rows(i))//trim(merge(' positions', ' samples  ', i == 4)))
         end do
-        call console%line('  '//OBSERVATION_FILES(SETUP_FILE)//'  what the operator knows')
+        call console%line('  '//OBSERVATION_FILES(SETUP_FILE)(:17)//'  what the operator knows')
         call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (summary%moves_rods) then
             how = merge('optimal         ', 'assest-fde      ', own)

@@ -114,12 +114,18 @@ contains
                 observations%star_camera_time = observations%star_camera_time - value
             case (OF_ACCELEROMETER_DELAYS)
                 call advance(observations%accelerometer_time, observations%acceleration(i, :), value, noise)
+                do j = 1, k%line%number - 1
+                    call advance(observations%accelerometer_time, observations%further_acceleration(i, :, j), value, noise)
+                end do
                 if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level*noise
                 call leave_out_beyond(value, observations)
             case (OF_FIELD_TURN)
                 call turn(observations%field, along(i, value))
             case (OF_ACCELEROMETER_TURN)
                 call turn(observations%acceleration, -along(i, value))
+                do j = 1, k%line%number - 1
+                    call turn(observations%further_acceleration(:, :, j), -along(i, value))
+                end do
             case (OF_MOUNTING_1, OF_MOUNTING_2)
                 ! body from inertial, as the samples say it, is turned too far: the camera's mounting takes it up
                 associate (mounting => k%mounting(:, KIND_OF(parameter) - OF_MOUNTING_1 + 1))
@@ -206,6 +212,8 @@ contains
         if (first == 1 .and. last == n .or. first == 0 .or. last < first + 3) return
         observations%accelerometer_time = observations%accelerometer_time(first:last)
         observations%acceleration = observations%acceleration(:, first:last)
+        if (allocated(observations%further_acceleration)) &
+            observations%further_acceleration = observations%further_acceleration(:, first:last, :)
     end subroutine leave_out_beyond
 
     !> Whether as many samples up to the k-th and as many behind it are equally spaced.
@@ -275,9 +283,13 @@ contains
                 call interchange_rods(k%rods, i, TO(i))
             case (8:10)
                 observations%acceleration(alteration - 7, :) = -observations%acceleration(alteration - 7, :)
+                if (k%line%number > 1) observations%further_acceleration(alteration - 7, :, :) = &
+                    -observations%further_acceleration(alteration - 7, :, :)
             case (11:13)
                 i = alteration - 10
                 observations%acceleration([i, TO(i)], :) = observations%acceleration([TO(i), i], :)
+                if (k%line%number > 1) observations%further_acceleration([i, TO(i)], :, :) = &
+                    observations%further_acceleration([TO(i), i], :, :)
             case (14:16)
                 observations%field(alteration - 13, :) = -observations%field(alteration - 13, :)
             case (17:19)

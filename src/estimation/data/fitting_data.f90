@@ -27,7 +27,8 @@ module gracecg_estimation_fitting_data
         real(dp) :: interval = 0                        !! h, s
         integer, allocatable :: accelerometer_epoch(:)  !! k of each accelerometer sample, increasing
         real(dp), allocatable :: acceleration(:, :)     !! (3, samples), m/s^2
-        real(dp), allocatable :: angular(:, :)          !! (3, samples), rad/s^2; of size 0 without angular channels
+        real(dp), allocatable :: angular(:, :)
+        !! (3, samples), rad/s^2, of size 0 without angular channels; of several accelerometers their contrasts, m/s^2, 3 each
         integer, allocatable :: attitude_epoch(:)       !! k of each attitude pseudo-observation
         real(dp), allocatable :: quaternion(:, :)       !! (4, pseudo-observations), inertial to body
         type(interpolation_t), allocatable :: attitude_source(:)    !! Where each comes from
@@ -69,6 +70,10 @@ contains
         call check_observations(observations, error)
         if (allocated(error)) return
         clean = observations
+        if (clean%knowledge%line%number > 1) then
+            call clean%knowledge%line%combine(clean%acceleration, clean%further_acceleration, clean%angular_acceleration)
+            deallocate (clean%further_acceleration)
+        end if
         call drop_repeated_samples(clean, data%warnings)
         call drop_stuck_samples(clean, data%warnings)
         call apply_knowledge(clean)
@@ -103,10 +108,16 @@ contains
     subroutine apply_knowledge(observations)
         type(observation_set_t), intent(inout) :: observations
 
+        integer :: i
+
         associate (knowledge => observations%knowledge)
             if (any(abs(knowledge%accelerometer_scale - 1) > 0)) &
                 observations%acceleration = observations%acceleration/ &
                     spread(knowledge%accelerometer_scale, 2, size(observations%acceleration, 2))
+            if (knowledge%line%number > 1) &
+                observations%angular_acceleration = observations%angular_acceleration/ &
+                    spread([(knowledge%accelerometer_scale, i=2, knowledge%line%number)], 2, &
+                           size(observations%angular_acceleration, 2))
             if (any(abs(knowledge%magnetometer_bias) > 0)) &
                 observations%field = observations%field - &
                     spread(knowledge%magnetometer_bias, 2, size(observations%field, 2))

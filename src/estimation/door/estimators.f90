@@ -40,6 +40,8 @@ contains
         !! For diagnostics: series and covariances of the fit, as if options%covariance were true
 
         call refuse_long_arc(observations%knowledge, error)
+        if (observations%knowledge%line%number > 1 .and. algorithm /= 'optimal' .and. any(ESTIMATOR_NAMES == algorithm)) &
+            call fail(error, 'several accelerometers: '//trim(algorithm)//' is for one; use --algorithm optimal')
         if (allocated(error)) return
         select case (algorithm)
         case ('assest-fde')

@@ -3,6 +3,7 @@ module gracecg_estimation_model_state
     use gracecg_base_kinds, only: dp
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, normalised
     use gracecg_base_vectors, only: cross
+    use gracecg_observations_accelerometer_line, only: accelerometer_line_t
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_parameters
     use gracecg_estimation_options, only: estimation_options_t
@@ -30,6 +31,7 @@ module gracecg_estimation_model_state
         real(dp), allocatable :: upwards(:, :)          !! r/|r|, inertial, (3, 0:2n)
         real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
         logical :: airflow_known = .false.              !! False: the body's x axis stands in
+        type(accelerometer_line_t) :: line              !! Where there are several accelerometers
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
         real(dp), allocatable :: light(:)               !! Part of the Sun that is seen, (0:n), where LIGHT is estimated
         integer :: jump = huge(1)                       !! From which interval on FORCE_JUMP acts; huge(1): never

@@ -41,6 +41,7 @@ contains
 
         sigmas = 0
         sigmas(SCALE_FACTORS) = knowledge%a_priori%aged_scale_sigmas()
+        sigmas(LINE_SCALES) = [knowledge%line%scale_sigma, knowledge%line%scale_sigma]
         sigmas(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
         sigmas(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         sigmas(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])

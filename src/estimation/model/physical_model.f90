@@ -28,12 +28,14 @@ module gracecg_estimation_physical_model
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_model_rotation, only: integrate_trajectory
     use gracecg_estimation_model_state
-    use gracecg_estimation_shown_samples, only: predict_accelerations, predict_channels, star_angles, airflow_at
+    use gracecg_estimation_shown_samples, only: predict_accelerations, predict_channels, predict_contrasts, &
+        star_angles, airflow_at
     use gracecg_estimation_torque_shapes, only: has_shape, take_torque_shapes, take_moments
     implicit none
     private
     public :: describe_model_state, physical_model_t, model_state_t, model_trajectory_t, prepare_model, &
-        initial_state, integrate_trajectory, predict_accelerations, predict_channels, star_angles, correct_state, &
+        initial_state, integrate_trajectory, predict_accelerations, predict_channels, predict_contrasts, star_angles, &
+        correct_state, &
         turned_by, turn_between, sinc, airflow_at
 
 contains
@@ -52,6 +54,7 @@ contains
         model%steps = n
         model%interval = data%interval
         model%inertia = knowledge%inertia
+        model%line = knowledge%line
         allocate (model%magnetic_torque(3, 0:2*n), source=data%torque)
         allocate (model%dipole(3, 0:2*n), source=data%dipole)
         call take_gravity(data, model)

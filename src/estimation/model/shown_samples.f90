@@ -12,7 +12,7 @@ module gracecg_estimation_shown_samples
     use gracecg_estimation_offset_information, only: gravity_gradient_matrix
     implicit none
     private
-    public :: predict_accelerations, predict_channels, star_angles, airflow_at
+    public :: predict_accelerations, predict_channels, predict_contrasts, star_angles, airflow_at
 
 contains
 
@@ -133,6 +133,70 @@ contains
         end do
     end subroutine predict_channels
 
+    !> What the contrasts of several accelerometers would show at the samples' epochs, (3 a contrast, samples), m/s^2, and the
+    !> partials of the estimated parameters. With scale factors 1 + s + sum_j c_jk u_j of accelerometer k, rho of their places,
+    !> e along the line, M = [d omega/dt x] + [omega x]^2 + G of (3-7), each axis by itself,
+    !>   y_1 = rho (1 + s + u_2/sqrt 6) M e + u_1 M d + b_1 + b_1' t,  y_2 = rho u_1/sqrt 6 M e + u_2 M d + b_2 + b_2' t,
+    !> for sum_k c_1k^2 c_2k = 1/sqrt 6; two accelerometers have y_1, without u_2. Of other forces than M d those are left out
+    !> that bend, times u.
+    pure subroutine predict_contrasts(model, state, trajectory, epoch, predicted, partials)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory      !! Of this state
+        integer, intent(in) :: epoch(:)                         !! k of each sample
+        real(dp), intent(out) :: predicted(:, :)                !! (3 a contrast, samples), m/s^2
+        real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3 a contrast, samples)
+
+        real(dp) :: u(3, 2), along(3, 2), bias(3, 2), drift(3, 2), matrix(3, 3), by_offset(3), by_line(3), weight(3, 9), t
+        real(dp) :: rotational(size(model%rotational), 3), partial(3)
+        integer :: i, j, k, n, axis, first
+
+        u = reshape(state%value(LINE_SCALES), [3, 2])
+        bias = reshape(state%value(LINE_BIAS), [3, 2])
+        drift = reshape(state%value(LINE_DRIFT), [3, 2])
+        along(:, 1) = 1 + state%value(SCALE_FACTORS) + u(:, 2)/sqrt(6.0_dp)
+        along(:, 2) = u(:, 1)/sqrt(6.0_dp)
+        do i = 1, size(epoch)
+            k = epoch(i)
+            t = model%start + k*model%interval
+            matrix = acceleration_matrix(model, trajectory, k)
+            by_offset = transformed(matrix, state%value(OFFSET))
+            by_line = model%line%reach()*transformed(matrix, model%line%direction())
+            do j = 1, model%line%number - 1
+                first = 3*j - 2
+                predicted(first:first + 2, i) = along(:, j)*by_line + u(:, j)*by_offset + bias(:, j) + drift(:, j)*t
+                if (.not. present(partials)) cycle
+                weight = spread(along(:, j)*model%line%reach(), 2, 9)* &
+                         motion_weights(model, trajectory, k, model%line%direction()) + &
+                         spread(u(:, j), 2, 9)*motion_weights(model, trajectory, k, state%value(OFFSET))
+                if (any(model%place > 0)) call combine_columns(trajectory%partials(:, :, k), weight, rotational)
+                do n = 1, size(model%estimated)
+                    associate (p => model%estimated(n))
+                        partial = 0
+                        axis = mod(MEMBER_OF(p) - 1, 3) + 1
+                        associate (same => (MEMBER_OF(p) + 2)/3 == j)
+                            select case (KIND_OF(p))
+                            case (OF_OFFSET)
+                                partial = u(:, j)*matrix(:, axis)
+                            case (OF_SCALE_FACTORS)
+                                if (j == 1) partial(axis) = by_line(axis)
+                            case (OF_LINE_SCALES)
+                                partial(axis) = merge(by_offset(axis), by_line(axis)/sqrt(6.0_dp), same)
+                            case (OF_LINE_BIAS)
+                                if (same) partial(axis) = 1
+                            case (OF_LINE_DRIFT)
+                                if (same) partial(axis) = t
+                            case default
+                                if (model%place(n) > 0) partial = rotational(model%place(n), :)
+                            end select
+                        end associate
+                        partials(n, first:first + 2, i) = partial
+                    end associate
+                end do
+            end do
+        end do
+    end subroutine predict_contrasts
+
     !> A~ + G at k h.
     pure function acceleration_matrix(model, trajectory, k) result(matrix)
         type(physical_model_t), intent(in) :: model
@@ -144,6 +208,31 @@ contains
         if (model%rate_squared(2*k) > 0) &
             matrix = matrix + gravity_gradient_matrix(model%rate_squared(2*k), vertical_at(model, trajectory, k))
     end function acceleration_matrix
+
+    !> The partials of M r by the angles, by omega and by d omega/dt, at k h.
+    pure function motion_weights(model, trajectory, k, r) result(weight)
+        type(physical_model_t), intent(in) :: model
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp), intent(in) :: r(3)            !! Body axes
+        real(dp) :: weight(3, 9)
+
+        real(dp) :: c(3), r_by_c(3)
+        integer :: i
+
+        weight = 0
+        if (model%rate_squared(2*k) > 0) then
+            c = vertical_at(model, trajectory, k)
+            ! G r = mu/r^3 (r - 3 (c.r) c), and c changes by c x zeta
+            r_by_c = cross(r, c)
+            weight(:, :3) = dot_product(c, r)*cross_matrix(c)
+            do i = 1, 3
+                weight(:, i) = -3*model%rate_squared(2*k)*(weight(:, i) + c*r_by_c(i))
+            end do
+        end if
+        weight(:, 4:6) = offset_rate_partials(trajectory%omega(:, k), r)
+        weight(:, 7:9) = -cross_matrix(r)
+    end function motion_weights
 
     pure function vertical_at(model, trajectory, k) result(c)
         type(physical_model_t), intent(in) :: model
@@ -220,30 +309,16 @@ contains
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
-        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), weight(3, 9)
-        real(dp) :: rotational(size(model%rotational), 3)
+        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3)
         integer :: i, axis
 
-        ! Not by associate: a vector subscript as its selector stops flang 22
-        d = state%value(OFFSET)
         associate (t => model%start + k*model%interval)
-            by_rate = offset_rate_partials(trajectory%omega(:, k), d)
-            by_acceleration = -cross_matrix(d)
-            by_angles = 0
-            if (model%rate_squared(2*k) > 0) then
-                c = vertical_at(model, trajectory, k)
-                ! G d = mu/r^3 (d - 3 (c.d) c), and c changes by c x zeta
-                d_by_c = cross(d, c)
-                by_angles = dot_product(c, d)*cross_matrix(c)
-                do i = 1, 3
-                    by_angles(:, i) = -3*model%rate_squared(2*k)*(by_angles(:, i) + c*d_by_c(i))
-                end do
-            end if
-            if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
-            do i = 1, 3
-                weight(:, i) = factor*by_angles(:, i)
-                weight(:, 3 + i) = factor*by_rate(:, i)
-                weight(:, 6 + i) = factor*by_acceleration(:, i)
+            weight = motion_weights(model, trajectory, k, state%value(OFFSET))
+            if (model%line%number > 1) weight = weight + spread(state%value(LINE_SCALES(:3)), 2, 9)*motion_weights( &
+                                                model, trajectory, k, model%line%reach()/model%line%number*model%line%direction())
+            if (model%airflow_known) weight(:, :3) = weight(:, :3) + cross_matrix(drag)
+            do i = 1, 9
+                weight(:, i) = factor*weight(:, i)
             end do
             ! a rotation without partials is enough for parameters that do not act on it
             if (any(model%place > 0)) call combine_columns(trajectory%partials(:, :, k), weight, rotational)
@@ -293,7 +368,7 @@ contains
         integer, intent(in) :: parameter        !! Its place
 
         is_of_instrument = any(KIND_OF(parameter) == [OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS, &
-                                                      OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE])
+                                                      OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE, OF_LINE_SCALES])
     end function is_of_instrument
 
     !> What the accelerometer shows by 1 of such a parameter.
@@ -327,6 +402,10 @@ contains
             partial((axis + 2)/3) = model%moment(mod(axis - 1, 3) + 1, k)
         case (OF_LEAKAGE_RATE)
             partial((axis + 2)/3) = model%moment_rate(mod(axis - 1, 3) + 1, k)
+        case (OF_LINE_SCALES)       ! of the mean: the first contrast alone
+            if (axis > 3) return
+            slope = transformed(acceleration_matrix(model, trajectory, k), model%line%direction())
+            partial(axis) = model%line%reach()/model%line%number*slope(axis)
         end select
     end function instrument_partial
 

@@ -46,8 +46,8 @@ module gracecg_estimation_whitened_problem
         !! Numbers of the star-camera samples, and places in (3, accelerometer samples)
     end type fit_point_t
 
-    !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), its angular channels (3 a sample,
-    !> where their bias is estimated), a priori.
+    !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), channels (3 a sample of angular ones
+    !> where their bias is estimated, or of each contrast of several accelerometers), a priori.
     type, extends(batch_problem_t) :: whitened_problem_t
         type(physical_model_t) :: model    !! With the parameters that are estimated
         type(model_state_t) :: state    !! About which the problem is linearised
@@ -56,7 +56,7 @@ module gracecg_estimation_whitened_problem
         integer, allocatable :: groups(:, :)
         !! Observations that depend on the same parameters: first, last, step; see `grouped_normal_equations`
         type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
-        type(whitener_t) :: channel_whiteners(3)    !! Of the angular channels
+        type(whitener_t) :: channel_whiteners(3)    !! Of the channels
         type(noise_spectrum_t), private :: whitened_noise(3)        !! The noise that they are for
         logical, allocatable, private :: whitened_samples(:, :)     !! The samples kept that they are for
         logical, allocatable :: star_kept(:)            !! (star-camera samples)
@@ -64,7 +64,7 @@ module gracecg_estimation_whitened_problem
         real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
         real(dp), allocatable :: acceleration_residual(:, :)        !! Accelerometer, observed minus computed, m/s^2
         real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
-        real(dp), allocatable :: channel_residual(:, :) !! Angular channels, observed minus computed, rad/s^2
+        real(dp), allocatable :: channel_residual(:, :) !! Channels, observed minus computed, rad/s^2; m/s^2
         integer :: star_rows = 0, acceleration_rows = 0, channel_rows = 0
         !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
         type(model_trajectory_t) :: trajectory    !! The rotation at the last linearisation
@@ -100,7 +100,7 @@ contains
         all = asked
         all%estimate_scale_factors = asked%estimate_scale_factors .or. asked%estimate_within_limits
         all%estimate_magnetometer_bias = asked%estimate_magnetometer_bias .or. asked%estimate_within_limits
-        estimated = asked_parameters(all)
+        estimated = asked_parameters(all, knowledge)
         if (.not. asked%estimate_within_limits) return
         more = FORCE_SHAPES
         if (knowledge%duration > STEADY) more = [more, TORQUE_CHANGE]
@@ -112,9 +112,10 @@ contains
         estimated = [estimated, pack(more, [(.not. any(estimated == more(i)), i=1, size(more))])]
     end function estimated_parameters
 
-    !> The parameters that the options ask for by name.
-    pure function asked_parameters(asked) result(estimated)
+    !> The parameters that the options ask for by name, and those of several accelerometers.
+    pure function asked_parameters(asked, knowledge) result(estimated)
         type(optimal_options_t), intent(in) :: asked
+        type(operator_knowledge_t), intent(in) :: knowledge
         integer, allocatable :: estimated(:)
 
         integer, allocatable :: named(:)
@@ -126,6 +127,9 @@ contains
         if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
         if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
         if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
+        associate (n => 3*knowledge%line%number - 3)
+            estimated = [estimated, LINE_SCALES(:n), LINE_BIAS(:n), LINE_DRIFT(:n)]
+        end associate
         call find_parameters(asked%also, named, unknown)
         estimated = [estimated, pack(named, [(.not. any(estimated == named(i)), i=1, size(named))])]
     end function asked_parameters
@@ -152,8 +156,8 @@ contains
         associate (stars => size(data%stars%time), samples => size(data%accelerometer_epoch))
             problem%star_rows = 3*stars
             problem%acceleration_rows = 3*samples
-            if (any(estimated == CHANNEL_BIAS(1))) problem%channel_rows = 3*size(data%angular, 2)
-            allocate (problem%channel_residual(3, problem%channel_rows/3))
+            if (any(estimated == CHANNEL_BIAS(1)) .or. knowledge%line%number > 1) problem%channel_rows = size(data%angular)
+            allocate (problem%channel_residual(size(data%angular, 1), problem%channel_rows/size(data%angular, 1)))
             allocate (problem%star_kept(stars), problem%acceleration_kept(3, samples), source=.true.)
             allocate (problem%star_angles(3, stars), problem%acceleration_residual(3, samples))
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
@@ -163,8 +167,9 @@ contains
                    samples => problem%sample_rows())
             problem%groups = reshape([1, stars, 1, stars + 1, last, 3, stars + 2, last, 3, stars + 3, last, 3, &
                                       samples + 1, problem%observations, 1], [3, 5])
-            if (samples > last) problem%groups = reshape([problem%groups, last + 1, samples, 3, last + 2, samples, 3, &
-                                                          last + 3, samples, 3], [3, 8])
+            do n = 1, merge(size(data%angular, 1), 0, samples > last)
+                problem%groups = reshape([problem%groups, last + n, samples, size(data%angular, 1)], [3, 5 + n])
+            end do
         end associate
         problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
@@ -190,6 +195,7 @@ contains
         other%star_kept = problem%star_kept
         other%acceleration_kept = problem%acceleration_kept
         other%whiteners = problem%whiteners
+        other%channel_whiteners = problem%channel_whiteners
         other%whitened_noise = problem%whitened_noise
         if (allocated(problem%whitened_samples)) other%whitened_samples = problem%whitened_samples
     end subroutine with_parameters
@@ -254,6 +260,8 @@ contains
         type(whitened_problem_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
+        type(noise_spectrum_t) :: of_one(3)
+
         if (allocated(problem%whitened_samples)) then
             if (all(problem%whitened_samples .eqv. problem%acceleration_kept) .and. &
                 all(same_noise(problem%whitened_noise, problem%noise%accelerometer))) return
@@ -263,6 +271,13 @@ contains
                                      problem%data%accelerometer_epoch, problem%whiteners, error, &
                                      problem%acceleration_kept)
         if (allocated(error)) return
+        if (problem%model%line%number > 1) then
+            of_one = problem%noise%accelerometer
+            of_one%level = problem%model%line%number*of_one%level
+            call accelerometer_whiteners(of_one, problem%model%interval, problem%data%accelerometer_epoch, &
+                                         problem%channel_whiteners, error, problem%acceleration_kept)
+            if (allocated(error)) return
+        end if
         problem%whitened_noise = problem%noise%accelerometer
         problem%whitened_samples = problem%acceleration_kept
 
@@ -308,25 +323,42 @@ contains
                                    self%acceleration_residual, self%acceleration_partials)
     end subroutine predict
 
-    !> Partials of the angular channels, whitened.
+    !> Partials of the channels, whitened.
     subroutine linearise_channels(self, partials)
         class(whitened_problem_t), intent(inout) :: self
         real(dp), contiguous, intent(inout) :: partials(:, :)
 
         real(dp), allocatable :: by(:, :, :)
-        integer :: axis, first
+        integer :: i, first
 
         if (self%channel_rows == 0) return
-        allocate (by(size(partials, 1), 3, self%channel_rows/3))
-        call predict_channels(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, self%channel_residual, by)
-        first = self%star_rows + self%acceleration_rows
-        do axis = 1, 3
-            associate (rows => partials(:, first + axis:self%sample_rows():3))
-                rows = by(:, axis, :)
-                call self%channel_whiteners(axis)%whiten(rows)
-            end associate
-        end do
+        associate (n => size(self%channel_residual, 1))
+            allocate (by(size(partials, 1), n, self%channel_rows/n))
+            call predict_channel_rows(self, self%trajectory, by)
+            first = self%star_rows + self%acceleration_rows
+            do i = 1, n
+                associate (rows => partials(:, first + i:self%sample_rows():n))
+                    rows = by(:, i, :)
+                    call self%channel_whiteners(mod(i - 1, 3) + 1)%whiten(rows)
+                end associate
+            end do
+        end associate
     end subroutine linearise_channels
+
+    !> What the channels would show along a rotation, into self%channel_residual, and its partials.
+    pure subroutine predict_channel_rows(self, rotation, partials)
+        class(whitened_problem_t), intent(inout) :: self
+        type(model_trajectory_t), intent(in) :: rotation
+        real(dp), intent(out), optional :: partials(:, :, :)
+
+        associate (epoch => self%data%accelerometer_epoch)
+            if (self%model%line%number > 1) then
+                call predict_contrasts(self%model, self%state, rotation, epoch, self%channel_residual, partials)
+            else
+                call predict_channels(self%model, self%state, rotation, epoch, self%channel_residual, partials)
+            end if
+        end associate
+    end subroutine predict_channel_rows
 
     !> Leaves out what is known beforehand of the first parameters, which someone else counts.
     pure subroutine forget_prior(self, first)
@@ -408,15 +440,17 @@ contains
         end do
         first = first + self%acceleration_rows
         if (self%channel_rows > 0) then
-            call predict_channels(self%model, self%state, rotation, self%data%accelerometer_epoch, self%channel_residual)
+            call predict_channel_rows(self, rotation)
             self%channel_residual = self%data%angular - self%channel_residual
-        end if
-        do axis = 1, merge(3, 0, self%channel_rows > 0)
-            associate (observed => residuals(first + axis:self%sample_rows():3))
-                observed = self%channel_residual(axis, :)
-                call self%channel_whiteners(axis)%whiten_series(observed)
+            associate (n => size(self%channel_residual, 1))
+                do i = 1, n
+                    associate (observed => residuals(first + i:self%sample_rows():n))
+                        observed = self%channel_residual(i, :)
+                        call self%channel_whiteners(mod(i - 1, 3) + 1)%whiten_series(observed)
+                    end associate
+                end do
             end associate
-        end do
+        end if
         first = self%sample_rows()
         do i = 1, size(self%known)
             residuals(first + i) = -self%state%value(self%model%estimated(self%known(i)))/self%known_sigma(i)

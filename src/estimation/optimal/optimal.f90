@@ -522,9 +522,8 @@ contains
         solution%noise_level = problem%noise%accelerometer%level
         solution%noise_corner = problem%noise%accelerometer%corner
         solution%star_camera_sigma = problem%noise%star_camera_sigma
-        redundancy = 3*count(problem%star_kept) + count(problem%acceleration_kept) + &
-                     (problem%observations - problem%star_rows - problem%acceleration_rows) - &
-                     size(problem%model%estimated)
+        redundancy = 3*count(problem%star_kept) + count(problem%acceleration_kept)*problem%model%line%number + &
+                     (problem%observations - problem%sample_rows()) - size(problem%model%estimated)
         solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
     end subroutine store
 
@@ -571,10 +570,10 @@ contains
                             problem%acceleration_partials(OFFSET, :, :), problem%trajectory%omega_dot, record)
         associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
             do axis = 1, 3
-                by_source(:, :, axis) = brought_by(stars + axis, last, 3)
+                by_source(:, :, axis) = brought_by(stars + axis, last, 3) + brought_by(last + axis, problem%sample_rows(), 3)
             end do
             by_source(:, :, STAR_CAMERA_NOISE) = brought_by(1, stars, 1)
-            by_source(:, :, A_PRIORI_KNOWLEDGE) = brought_by(last + 1, problem%observations, 1)
+            by_source(:, :, A_PRIORI_KNOWLEDGE) = brought_by(problem%sample_rows() + 1, problem%observations, 1)
         end associate
         call record_covariance(problem%names, batch%inverse, OFFSET, by_source, record)
 

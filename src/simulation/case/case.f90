@@ -31,6 +31,7 @@ module gracecg_simulation_case
     use gracecg_observations_knowledge, only: describe_a_priori, ESTIMATION_GROUPS
     use gracecg_simulation_arc, only: DEFAULT_TOLERANCE
     use gracecg_simulation_attitude_control, only: attitude_control_t, describe_control, check_control
+    use gracecg_observations_accelerometer_line, only: describe_line
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
@@ -253,6 +254,7 @@ contains
         call describe_surface(settings, case%satellite)
         call describe_radiation(settings, case)
         call describe_accelerometer(settings, case%satellite%accelerometer)
+        call describe_line(settings, case%satellite%line)
         call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
         call describe_magnetometer(settings, case%satellite%magnetometer)
         call describe_operator(settings, case%operator)

@@ -54,8 +54,9 @@ contains
             if (satellite%accelerometer%limited) knowledge%accelerometer_range = satellite%accelerometer%range
             if (satellite%magnetometer%limited) knowledge%magnetometer_range = satellite%magnetometer%range
             knowledge%accelerometer_noise = satellite%accelerometer%noise
+            knowledge%line = satellite%line
             knowledge%accelerometer_noise%level = satellite%accelerometer%noise%level* &
-                                                  errors_of(operator, ACCELEROMETER_NOISE)
+                                                  errors_of(operator, ACCELEROMETER_NOISE)/satellite%line%number
             do head = 1, HEADS
                 knowledge%mounting(:, head) = turned(satellite%star_camera%mounting(head), &
                                                      operator%value(3*head - 2:3*head, MOUNTING))

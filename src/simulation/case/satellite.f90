@@ -7,6 +7,7 @@ module gracecg_simulation_satellite
     use gracecg_spacecraft_plates, only: REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: wall_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
+    use gracecg_observations_accelerometer_line, only: accelerometer_line_t
     use gracecg_observations_noise_table, only: describe_noise_spectra
     use gracecg_simulation_accelerometer, only: accelerometer_t
     use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
@@ -35,6 +36,7 @@ module gracecg_simulation_satellite
         real(dp) :: reflectivity_earth = 0.5_dp     !! eta_e of (2-10)
         ! instruments
         type(accelerometer_t) :: accelerometer      !! Noise, scale factors and biases
+        type(accelerometer_line_t) :: line          !! Where there are several such
         type(star_camera_t) :: star_camera          !! Heads with their mounting, field of view and noise
         type(magnetometer_t) :: magnetometer        !! Noise and bias
     contains

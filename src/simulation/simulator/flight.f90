@@ -234,20 +234,24 @@ contains
 
     !> The parts of the acceleration at the proof-mass centre at epoch k. Drag, part of the non-gravitational
     !> acceleration (3-5), is proportional to the density, model times (scale + wave).
-    pure function disturbance_at(case, arc, wave, k) result(acceleration)
+    pure function disturbance_at(case, arc, wave, k, place) result(acceleration)
         type(case_t), intent(in) :: case
         type(truth_arc_t), intent(in) :: arc
         type(density_wave_t), intent(in) :: wave    !! On top of what the arc already has
         integer, intent(in) :: k                    !! Number of the epoch, from 0
+        real(dp), intent(in), optional :: place(3)  !! Of one of several accelerometers, from their middle, body axes, m
         type(pmc_acceleration_t) :: acceleration
 
         real(dp) :: force(3)        ! by the mass, body axes, m/s^2
+        real(dp) :: offset(3)
 
         associate (acting => arc%loads(k))
             force = acting%drag + acting%srp + acting%erp
             if (case%density_scale > 0) &
                 force = force + acting%drag*wave%relative_change(k*arc%interval)/case%density_scale
-            acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), case%satellite%offset, &
+            offset = case%satellite%offset
+            if (present(place)) offset = offset + place
+            acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), offset, &
                                             acting%vertical, EARTH_GM, norm2(arc%state(POSITION, k)), force)
         end associate
     end function disturbance_at

@@ -23,6 +23,7 @@ module gracecg_simulation_simulator
     use gracecg_simulation_operator_errors, only: operator_t, drawn_operator, errors_of, STAR_CAMERA_NOISE
     use gracecg_simulation_operator_view, only: operator_knowledge, believed_position
     use gracecg_files_value, only: did_you_mean
+    use gracecg_observations_accelerometer_line, only: accelerometer_line_t
     use gracecg_simulation_arc, only: truth_arc_t
     implicit none
     private
@@ -33,6 +34,8 @@ module gracecg_simulation_simulator
     !> Streams of random numbers of one run
     integer, parameter :: STREAM_ACCELEROMETER = 1, STREAM_MAGNETOMETER = 2, STREAM_DENSITY = 3
     integer, parameter :: STREAM_STAR_CAMERA = 4    !! Head 1; head 2 follows
+    integer, parameter :: STREAM_FURTHER = 10       !! Of the second accelerometer; the third follows
+    integer, parameter :: STREAM_SCALES = 12        !! Of several accelerometers
 
     real(dp), parameter :: ORBIT_INTERVAL = 1       !! Of the positions in an observation set, s
     integer, parameter :: PIECE_EPOCHS = 2000
@@ -42,7 +45,8 @@ module gracecg_simulation_simulator
     type :: run_noise_t
         private
         type(density_wave_t) :: wave
-        type(accelerometer_noise_t) :: accelerometer
+        type(accelerometer_noise_t), allocatable :: accelerometer(:)
+        real(dp), allocatable :: scale(:, :)        ! of several accelerometers by their mean, (3, number)
         type(random_stream_t) :: magnetometer, star_camera(HEADS)
         real(dp) :: felt(3) = 0     ! the field behind the magnetometer's filter at the last epoch, T
     end type run_noise_t
@@ -115,17 +119,40 @@ contains
         type(run_noise_t), intent(out) :: noise
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: head
+        integer :: head, k
 
         noise%wave = drawn_wave(self, seed, run)
-        call self%case%satellite%accelerometer%begin_noise(run_stream(self, seed, run, STREAM_ACCELEROMETER), &
-                                                           self%arc%steps/self%accelerometer_stride, &
-                                                           noise%accelerometer, error)
+        allocate (noise%accelerometer(self%case%satellite%line%number))
+        noise%scale = drawn_scales(self%case%satellite%line, run_stream(self, seed, run, STREAM_SCALES))
+        do k = 1, size(noise%accelerometer)
+            call self%case%satellite%accelerometer%begin_noise( &
+                run_stream(self, seed, run, merge(STREAM_ACCELEROMETER, STREAM_FURTHER + k - 2, k == 1)), &
+                self%arc%steps/self%accelerometer_stride, noise%accelerometer(k), error)
+            if (allocated(error)) return
+        end do
         noise%magnetometer = run_stream(self, seed, run, STREAM_MAGNETOMETER)
         do head = 1, HEADS
             noise%star_camera(head) = run_stream(self, seed, run, STREAM_STAR_CAMERA + head - 1)
         end do
     end subroutine begin_noise
+
+    !> Scale factors of accelerometers on a line by their mean: the contrasts are drawn.
+    function drawn_scales(line, stream) result(scales)
+        type(accelerometer_line_t), intent(in) :: line
+        type(random_stream_t), intent(in) :: stream
+        real(dp) :: scales(3, line%number)
+
+        type(random_stream_t) :: own
+        real(dp) :: u(3, line%number - 1)
+        integer :: j
+
+        own = stream
+        do j = 1, line%number - 1
+            call own%normals(u(:, j))
+            u(:, j) = u(:, j)*line%scale_sigma
+        end do
+        scales = 1 + matmul(u, transpose(line%weights()))
+    end function drawn_scales
 
     !> The observation set of the epochs that the simulator holds: of the whole arc, or of its next piece.
     subroutine observe_piece(self, operator, noise, observations, error, only_used_head)
@@ -137,11 +164,18 @@ contains
         logical, intent(in), optional :: only_used_head     !! Leave out the other star-camera head
 
         real(dp), allocatable :: true_values(:, :)
+        integer :: k
 
         call lay_out(self, operator, observations, only_used_head)
-        call self%case%satellite%accelerometer%measure_piece(true_accelerations(self, noise%wave), noise%accelerometer, &
-                                                             observations%acceleration, error)
-        if (allocated(error)) return
+        do k = size(noise%accelerometer), 1, -1
+            true_values = true_accelerations(self, noise%wave, k)
+            if (size(noise%accelerometer) > 1) &
+                true_values = true_values*spread(noise%scale(:, k), 2, size(true_values, 2))
+            call self%case%satellite%accelerometer%measure_piece(true_values, noise%accelerometer(k), &
+                                                                 observations%acceleration, error)
+            if (allocated(error)) return
+            if (k > 1) observations%further_acceleration(:, :, k - 1) = observations%acceleration
+        end do
         call find_true_field(self, true_values, noise%felt)
         call self%case%satellite%magnetometer%measure(true_values, noise%magnetometer, observations%field, error)
         if (allocated(error)) return
@@ -165,17 +199,20 @@ contains
         type(density_wave_t), intent(in) :: wave    !! The density wave to apply
         type(observation_set_t), intent(out) :: observations
 
-        real(dp), allocatable :: field(:, :)
+        real(dp), allocatable :: field(:, :), values(:, :)
         real(dp) :: felt(3)
-        integer :: i
+        integer :: i, k
 
         call lay_out(self, self%case%operator, observations, .true.)
-        observations%acceleration = true_accelerations(self, wave)
         associate (satellite => self%case%satellite)
-            do i = 1, size(observations%acceleration, 2)
-                observations%acceleration(:, i) = satellite%accelerometer%digitised( &
-                                                  satellite%accelerometer%response(observations%acceleration(:, i)))
+            do k = satellite%line%number, 1, -1
+                values = true_accelerations(self, wave, k)
+                do i = 1, size(values, 2)
+                    values(:, i) = satellite%accelerometer%digitised(satellite%accelerometer%response(values(:, i)))
+                end do
+                if (k > 1) observations%further_acceleration(:, :, k - 1) = values
             end do
+            observations%acceleration = values
             felt = 0
             call find_true_field(self, field, felt)
             observations%field = field
@@ -251,6 +288,9 @@ contains
         observations%accelerometer_time = epochs(self, self%accelerometer_stride)
         observations%magnetometer_time = epochs(self, self%magnetometer_stride)
         allocate (observations%acceleration(3, size(observations%accelerometer_time)))
+        if (self%case%satellite%line%number > 1) &
+            allocate (observations%further_acceleration(3, size(observations%accelerometer_time), &
+                                                        self%case%satellite%line%number - 1))
         allocate (observations%field(3, size(observations%magnetometer_time)))
         call samples_of(self%arc, self%star_camera_stride, first, last)
         if (one_head) then
@@ -329,9 +369,11 @@ contains
         times = [(time_tag(i*stride, self%arc%interval), i=first, last)]
     end function epochs
 
-    pure function true_accelerations(self, wave) result(values)
+    !> Of one of the accelerometers.
+    pure function true_accelerations(self, wave, number) result(values)
         type(simulator_t), intent(in) :: self
         type(density_wave_t), intent(in) :: wave
+        integer, intent(in) :: number
         real(dp), allocatable :: values(:, :)       !! (3, samples), m/s^2
 
         type(pmc_acceleration_t) :: acceleration
@@ -340,7 +382,8 @@ contains
         call samples_of(self%arc, self%accelerometer_stride, first, last)
         allocate (values(3, last - first + 1))
         do i = first, last
-            acceleration = disturbance_at(self%case, self%arc, wave, i*self%accelerometer_stride)
+            acceleration = disturbance_at(self%case, self%arc, wave, i*self%accelerometer_stride, &
+                                          self%case%satellite%line%place(number))
             values(:, i - first + 1) = acceleration%total
         end do
     end function true_accelerations
