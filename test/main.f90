@@ -144,7 +144,8 @@ program tester
                                            'faults/silent-rods', 'faults/weak-rods', 'faults/wrong-frequency', &
                                            'calibration-page/no-convergence', 'calibration-page/refused-fit', &
                                            'commands/lines-fit', 'case-commands/what-is-next-works-as-typed', &
-                                           'level1-changed-files/numbers', 'level1-round-trip/exactly-known', &
+                                           'level1-changed-files/numbers', 'level1-changed-files/exchanged-moments', &
+                                           'level1-round-trip/exactly-known', &
                                            'level1-round-trip/edge-of-the-shadow', 'level1-estimate/held-currents-and-lag', &
                                            'torquers/hundred-seeds-at-the-bound']
 

@@ -111,12 +111,12 @@ contains
         call estimate_folder(path, calibration, estimate, failure)
         call check_fails(error, failure, 'CLK1B ... of satellite D, not C')
         call again()
-        call change(path, 'MAG1B', [9, 12], 0.0_dp, 0.0_dp, error)
+        call change(path, 'MAG1B', [8, 11], 0.0_dp, 0.0_dp, error)
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
-        call check(error, says(calibration%notes, 'all currents of rod y are zero'), 'a note')
-        call check(error, says(estimate%findings, 'currents of rod y are zero, and the others') .and. estimate%flag == 2, 'a rod')
-        call change(path, 'MAG1B', [8, 10, 11, 13], 0.0_dp, 0.0_dp, error)
+        call check(error, says(calibration%notes, 'all currents of rod x are zero'), 'a note')
+        call check(error, says(estimate%findings, 'currents of rod x are zero, and the others') .and. estimate%flag == 2, 'a rod')
+        call change(path, 'MAG1B', [9, 10, 12, 13], 0.0_dp, 0.0_dp, error)
         call estimate_folder(path, calibration, estimate, failure)
         call check_fails(error, failure, 'MAG1B ... all currents of the torque rods are zero')
 

@@ -109,6 +109,7 @@ contains
         integer :: i, k
 
         if (size(estimate%findings) == 0 .or. .not. all(estimate%rods%driven)) return
+        if (.not. estimate%solutions(1)%beliefs%has_contradiction()) return
         do i = 1, 3
             k = mod(i, 3) + 1
             other = calibration
