@@ -87,13 +87,18 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
+        type(console_t) :: console
         character(:), allocatable :: path, whole
+        integer :: status
 
         call prepare(level1_settings_t(), 'l1s_fields', truth, whole)
         path = whole//'_changed'
         call again()
-        call execute_command_line('for f in '//path//'/SCA1B*; do awk ''head {a = $4; i = $5; $4 = -$7; $5 = $6; $6 = -i; '// &
-                                  '$7 = a} {print} /^# End/ {head = 1}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
+        call with_columns('$4 = $5; $5 = $6; $6 = $7; $7 = a')
+        call estimate_folder(path, calibration, estimate, failure)
+        call check_fails(error, failure, 'attitude of the star cameras ... have the scalar last')
+        call again()
+        call with_columns('i = $5; $4 = -$7; $5 = $6; $6 = -i; $7 = a')
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         if (unmet(error, size(estimate%findings), 1, 'one cause')) return
@@ -103,6 +108,10 @@ contains
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         call check(error, says(calibration%notes, 'magnetometer: its field is 1') .and. size(estimate%findings) == 0, 'nT')
+        console%captured = .true.
+        call run_command_line(split_words('level1 estimate '//path//' --setup '//path//'/'//SETUP_NAME//' --format json'), &
+                              console, status, level1_commands())
+        call check_says(error, console%output, '"unseen": "a factor below 3 of all accelerometer axes')
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
         call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'magnetometer', calibration, failure)
         call check_fails(error, failure, 'times that of the model ... in uT')
@@ -118,13 +127,21 @@ contains
         call check(error, says(estimate%findings, 'currents of rod x are zero, and the others') .and. estimate%flag == 2, 'a rod')
         call change(path, 'MAG1B', [9, 10, 12, 13], 0.0_dp, 0.0_dp, error)
         call estimate_folder(path, calibration, estimate, failure)
-        call check_fails(error, failure, 'MAG1B ... all currents of the torque rods are zero')
+        call check_fails(error, failure, 'no manoeuvre found: all currents of the torque rods are zero')
 
     contains
 
         subroutine again()
             call execute_command_line('rm -rf '//path//' && cp -r '//whole//' '//path)
         end subroutine again
+
+        !> Other columns of SCA1B, by awk; a: quatangle.
+        subroutine with_columns(program)
+            character(*), intent(in) :: program
+
+            call execute_command_line('for f in '//path//'/SCA1B*; do awk ''head {a = $4; '//program//'} {print} '// &
+                                      '/^# End/ {head = 1}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
+        end subroutine with_columns
     end subroutine test_fields_and_currents
 
     !> Moments of inertia about two axes exchanged, which had looked like other gains, units, inertias.

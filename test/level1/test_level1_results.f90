@@ -198,8 +198,8 @@ contains
         call refuses('level1 simulate front-1 --out '//FOLDER//'l1_measured', 'l1_measured holds an observation set')
         call refuses('level1 prepare '//FOLDER//' --setup '//FOLDER//'none.nml --out '//FOLDER//'l1_measured', &
                      'level1 prepare did not write')
-        call make_file('l1_short.nml', '&level1_simulation spans = 1, span_duration = 30, first_start = 60 /'//achar(10))
-        call make_file('l1_shorter.nml', '&level1_simulation spans = 1, span_duration = 24, first_start = 60 /'//achar(10))
+        call make_file('l1_short.nml', '&level1_simulation spans = 1, span_duration = 30, first_start = 130 /'//achar(10))
+        call make_file('l1_shorter.nml', '&level1_simulation spans = 1, span_duration = 24, first_start = 130 /'//achar(10))
         call simulates('front-1 --seed 1 --level1 '//FOLDER//'l1_short.nml', .false.)
         call simulates('front-1 --seed 2 --level1 '//FOLDER//'l1_short.nml', .false.)
         call simulates('front-1 --seed 2 --level1 '//FOLDER//'l1_shorter.nml', .true.)
