@@ -52,6 +52,7 @@ program tester
     use test_level1_simulated_files, only: collect_level1_simulated_files
     use test_level1_simulated_forms, only: collect_level1_simulated_forms
     use test_level1_round_trip, only: collect_level1_round_trip
+    use test_level1_changed, only: collect_level1_changed
     use test_commands, only: collect_commands
     use test_case_commands, only: collect_case_commands
     use test_run_commands, only: collect_run_commands
@@ -143,7 +144,8 @@ program tester
                                            'faults/silent-rods', 'faults/weak-rods', 'faults/wrong-frequency', &
                                            'calibration-page/no-convergence', 'calibration-page/refused-fit', &
                                            'commands/lines-fit', 'case-commands/what-is-next-works-as-typed', &
-                                           'level1-round-trip/changed-files', 'level1-round-trip/exactly-known', &
+                                           'level1-changed-files/numbers', 'level1-changed-files/exchanged-moments', &
+                                           'level1-round-trip/exactly-known', &
                                            'level1-round-trip/edge-of-the-shadow', 'level1-estimate/held-currents-and-lag', &
                                            'torquers/hundred-seeds-at-the-bound']
 
@@ -197,6 +199,7 @@ program tester
              new_testsuite('level1-simulated-files', collect_level1_simulated_files), &
              new_testsuite('level1-simulated-forms', collect_level1_simulated_forms), &
              new_testsuite('level1-round-trip', collect_level1_round_trip), &
+             new_testsuite('level1-changed-files', collect_level1_changed), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('case-commands', collect_case_commands), &
              new_testsuite('run-commands', collect_run_commands), &

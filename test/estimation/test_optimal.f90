@@ -316,6 +316,11 @@ contains
         do i = 1, 3
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
         end do
+        ! One that is small, and as good at other times, does not move the offset, and is no warning
+        observations%acceleration(1, PLACE:) = clean%acceleration(1, PLACE:) + JUMP/4
+        if (estimate_fails(error, 'optimal', observations, options, solution)) return
+        if (unmet(error, any(solution%parameters%name == 'jump_x'), 'a small one')) return
+        call check(error, .not. any([(index(solution%warnings(i)%text, 'whose time') > 0, i=1, size(solution%warnings))]), 'silent')
         observations%acceleration(1, :) = clean%acceleration(1, :) + 1e-8_dp*sin(TWO_PI*clean%accelerometer_time/3)
         options%optimal%density_wave = 'none'
         call estimate_offset('optimal', observations, options, solution, failure)

@@ -198,8 +198,29 @@ contains
         call refuses('level1 simulate front-1 --out '//FOLDER//'l1_measured', 'l1_measured holds an observation set')
         call refuses('level1 prepare '//FOLDER//' --setup '//FOLDER//'none.nml --out '//FOLDER//'l1_measured', &
                      'level1 prepare did not write')
+        call make_file('l1_short.nml', '&level1_simulation spans = 1, span_duration = 30, first_start = 130 /'//achar(10))
+        call make_file('l1_shorter.nml', '&level1_simulation spans = 1, span_duration = 24, first_start = 130 /'//achar(10))
+        call simulates('front-1 --seed 1 --level1 '//FOLDER//'l1_short.nml', .false.)
+        call simulates('front-1 --seed 2 --level1 '//FOLDER//'l1_short.nml', .false.)
+        call simulates('front-1 --seed 2 --level1 '//FOLDER//'l1_shorter.nml', .true.)
+        call simulates('front-3 --seed 2 --level1 '//FOLDER//'l1_shorter.nml', .true.)
 
     contains
+
+        !> Simulates into one folder; is it told that another scenario was there?
+        subroutine simulates(words, is_told)
+            character(*), intent(in) :: words
+            logical, intent(in) :: is_told
+            type(console_t) :: console
+            integer :: status
+
+            if (allocated(error)) return
+            console%captured = .true.
+            call run_command_line(split_words('level1 simulate '//words//' --out '//FOLDER//'l1_again'), console, status, &
+                                  level1_commands())
+            call check(error, status, 0, console%messages)
+            call check(error, (index(console%messages, 'of another scenario') > 0) .eqv. is_told, words)
+        end subroutine simulates
 
         subroutine refuses(words, part)
             character(*), intent(in) :: words, part

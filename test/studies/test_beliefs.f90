@@ -12,7 +12,7 @@ module test_beliefs_of_operator
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters
-    use gracecg_estimation_belief, only: apply_value, is_interchange
+    use gracecg_estimation_belief, only: apply_value, is_interchange, is_possible
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
@@ -181,6 +181,13 @@ contains
             call apply_value(FIELD_SHEARS(i), -0.5_dp, other)
         end do
         call check(error, maxval(abs(other%field - observations%field)) < 1e-18_dp, 'skewness')
+        other%knowledge%inertia = reshape([70, 0, 0, 0, 345, 0, 0, 0, 388], [3, 3])
+        call check(error, all([is_possible(INERTIA(1), 20.0_dp, other%knowledge), is_possible(INERTIA(3), 20.0_dp, &
+                                                                                                other%knowledge), &
+                               is_possible(INERTIA(4), -20.0_dp, other%knowledge)]), 'moments that a body can have')
+        call check(error, .not. any([is_possible(INERTIA(1), -71.0_dp, other%knowledge), &
+                                     is_possible(INERTIA(1), -28.0_dp, other%knowledge), &
+                                     is_possible(INERTIA(3), 28.0_dp, other%knowledge)]), 'and those that none has')
     end subroutine test_applied
 
     !> Over sound runs the scores are those of standard normal variables, and none contradicts.

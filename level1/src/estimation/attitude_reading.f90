@@ -18,7 +18,7 @@ module gracecg_level1_attitude_reading
     use gracecg_level1_series, only: find_strays
     implicit none
     private
-    public :: read_attitude, combine_heads
+    public :: read_attitude, combine_heads, check_pointing
 
     integer, parameter :: HEADS = 3
     real(dp), parameter :: ORBIT_MARGIN = 130   !! Orbits are read so much farther, s: two records of every product
@@ -289,7 +289,7 @@ contains
     !> Fails where by the attitude the satellite does not fly as these do, z to the Earth and x along the flight or against it; with
     !> the order and direction of quaternions by which it would.
     subroutine check_pointing(spans, error)
-        type(level1_span_t), intent(in) :: spans(:)
+        type(level1_span_t), intent(in) :: spans(:)     !! With their attitudes and positions
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: FARTHEST = 30*DEGREE     ! Chosen: they stay within some degrees

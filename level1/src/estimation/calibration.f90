@@ -15,8 +15,11 @@ module gracecg_level1_calibration
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t, SPAN_MARGIN, keep_samples, leave_out, note, &
         middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, &
-        no_attitude, check_satellite
+        no_attitude, check_satellite, NO_CURRENTS
 
+    !> Said where no manoeuvre is found in such files
+    character(*), parameter :: NO_CURRENTS = 'all currents of the torque rods are zero (columns torque1A to torque3B): take a '// &
+        'file that has them, such as MAG1A, or another release'
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
     type :: level1_gyro_t

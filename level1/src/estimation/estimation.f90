@@ -7,14 +7,14 @@ module gracecg_level1_estimation
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_kinds, only: dp
     use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
-    use gracecg_base_text, only: append, integer_text, rounded_text
+    use gracecg_base_text, only: append, integer_text, pick_text, rounded_text
     use gracecg_environment_time, only: utc_t, utc_plus
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_offset_movement, only: movement_of_arcs
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
-    use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_calibration, only: level1_calibration_t, NO_CURRENTS
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_held_currents, only: find_steps
     use gracecg_level1_judgement, only: name_faults, judge, take_action
@@ -73,7 +73,8 @@ contains
         if (calibration%mass > 0) calibration%setup%mass = calibration%mass
         call find_driven(calibration, estimate%rods%driven)
         if (.not. any(estimate%rods%driven)) then
-            call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')
+            call fail(error, 'no manoeuvre found: '//pick_text(calibration%largest_current > 0, 'in no usable span the current '// &
+                      'of a rod ranges over more than excitation_ma', NO_CURRENTS))
             return
         end if
         if (calibration%all_day) call refuse_short_manoeuvre(calibration, error)
@@ -109,6 +110,7 @@ contains
         integer :: i, k
 
         if (size(estimate%findings) == 0 .or. .not. all(estimate%rods%driven)) return
+        if (.not. estimate%solutions(1)%beliefs%has_contradiction()) return
         do i = 1, 3
             k = mod(i, 3) + 1
             other = calibration

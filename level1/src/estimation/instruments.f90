@@ -98,15 +98,10 @@ contains
         calibration%current = transpose(abs(mag%values(:, 4:6)) - abs(mag%values(:, 7:9)))
         calibration%largest_current = max(calibration%largest_current, maxval(abs(calibration%current)))
         zero = [(.not. any(abs(calibration%current(k, :)) > 0), k=1, 3)]
-        if (all(zero)) then
-            call fail(error, mag%path//': all currents of the torque rods are zero (columns torque1A to torque3B): take a file '// &
-                      'that has them, such as MAG1A, or another release')
-            return
-        end if
         do k = 1, 3
-            if (zero(k)) call note(calibration, mag%layout%product//': all currents of rod '//AXES(k)//' are zero (columns '// &
-                                   'torque'//integer_text(k)//'A, torque'//integer_text(k)//'B): it is taken as off; if it was '// &
-                                   'driven, take another file')
+            if (.not. zero(k) .or. all(zero)) cycle
+            call note(calibration, mag%layout%product//': all currents of rod '//AXES(k)//' are zero (columns torque'// &
+                      integer_text(k)//'A, torque'//integer_text(k)//'B): it is taken as off; if it was driven, take another file')
         end do
         grace_fo = any(calibration%satellite == ['C', 'D'])
         negative_a = count(mag%values(:, 4:6) < -LEAST)
