@@ -35,9 +35,21 @@ def test_thrusters():
     assert np.allclose(torque.sum(0) * 0.1, (0.05 + 2.25) * response[3:].sum(1), rtol=1e-12)
     force, _ = torques.of_thrusters(TIME, firings[2], response)
     assert np.isclose(force.sum() * 0.1, 2.25 * 0.01)
-    for wrong in ([[1, 2, 2]], [[2, 1, 0]], [[1, np.nan, 0]], [[1, 2]]):
-        with pytest.raises(ValueError):
+    assert not np.any(torques.of_thrusters(TIME, [], response))
+    for wrong, words in (([[1, 2, 2]], "0 to 1"), ([[2, 1, 0]], "end after"), ([[1, np.nan, 0]], "finite; .* row 0"),
+                         ([[1, 2]], "shape"), ([[100, 110, 0]], "within the times"), ([[1, 2, 0], [1.5, 3, 0]], "overlap")):
+        with pytest.raises(ValueError, match=words):
             torques.of_thrusters(TIME, wrong, response)
+
+
+def test_what_is_refused():
+    rates = np.ones((TIME.size, 1))
+    for wrong, words in (((rates, [[10, 0, 0]], [0.1]), "unit vectors"), ((rates, [[1, 0, 0]], [-0.1]), "positive"),
+                         ((rates * np.nan, [[1, 0, 0]], [0.1]), "rates must be finite"), ((rates[:-1], [[1, 0, 0]], [0.1]), "shape")):
+        with pytest.raises(ValueError, match=words):
+            torques.of_wheels(TIME, *wrong)
+    with pytest.raises(ValueError, match="metres"):
+        torques.of_rotation(TIME, np.zeros((TIME.size, 3)), np.eye(3), np.full((TIME.size, 3), 4000.0))
 
 
 @pytest.fixture(scope="module")
@@ -74,14 +86,24 @@ def test_of_the_true_rotation(folder, tmp_path):
 def test_without_force(folder, tmp_path):
     """A force that was added comes off again."""
     path = tmp_path / "accelerometer.csv"
-    shutil.copy(folder / "accelerometer.csv", path)
-    before = columns(path, "time_s", "ax_m_s2", "ay_m_s2", "az_m_s2")
-    torques.without_force(path, TIME, np.full((TIME.size, 3), [1e-6, 0, -2e-6]), 1000.0)
+    samples, time = folder / "accelerometer.csv", np.arange(0, 301.0)
+    force = np.full((time.size, 3), [1e-6, 0, -2e-6])
+    before = columns(samples, "time_s", "ax_m_s2", "ay_m_s2", "az_m_s2")
+    torques.without_force(samples, time, force, 1000.0, path)
     after = columns(path, "time_s", "ax_m_s2", "ay_m_s2", "az_m_s2")
     assert np.allclose(before[:, 1:] - after[:, 1:], [1e-9, 0, -2e-9], rtol=0, atol=1e-22)
     assert np.array_equal(before[:, 0], after[:, 0])
+    headless = tmp_path / "headless.csv"
+    headless.write_text("0,1,2,3\n1,1,2,3\n", encoding="utf-8")
+    for wrong, words in (((samples, time, force, -1.0, path), "positive"), ((samples, time[:99], force[:99], 1.0, path), "all samples"),
+                         ((headless, time, force, 1.0, path), "first line"), ((path, time, force, 1.0, path), "file of the samples"),
+                         ((samples, time, force[:, :2], 1.0, path), "shape")):
+        with pytest.raises(ValueError, match=words):
+            torques.without_force(*wrong)
     with pytest.raises(ValueError, match="equidistant"):
         torques.write(path, [0, 1, 2, 3.5, 4], np.zeros((5, 3)))
     with pytest.raises(ValueError, match="finite"):
         torques.write(path, TIME, np.full((TIME.size, 3), np.nan))
+    with pytest.raises(ValueError, match="shape"):
+        torques.write(path, TIME, np.ones((TIME.size, 2)))
     assert np.array_equal(columns(path, "time_s")[:, 0], before[:, 0])
