@@ -87,6 +87,8 @@ contains
                   names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')) return
         call find_case('front-1-print', printed, failure)
         call check_fails(error, failure, 'front-1-printed')
+        call find_case('', printed, failure)
+        call check_fails(error, failure, 'name of the case is empty')
     end subroutine test_printed
 
     subroutine test_quaternions(error)

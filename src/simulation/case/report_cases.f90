@@ -186,6 +186,8 @@ contains
 
         if (is_built_in(name_or_path)) then
             call report_case(lower_case(name_or_path), case, error)
+        else if (name_or_path == '') then
+            call fail(error, 'the name of the case is empty')
         else if (file_exists(name_or_path)) then
             call read_case(name_or_path, case, error)
         else if (directory_exists(name_or_path)) then
