@@ -11,8 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-EARTH_GM = 3.986004415e14           # EGM96, m^3/s^2
-LEAST_DISTANCE = 6.35e6             # As everywhere in the library, m
 SAMPLES = "time_s,ax_m_s2,ay_m_s2,az_m_s2"
 Array = NDArray[np.float64]
 
@@ -65,23 +63,15 @@ def of_thrusters(time: ArrayLike, firings: ArrayLike, response: ArrayLike) -> tu
     return means[:, :3], means[:, 3:]
 
 
-def of_rotation(time: ArrayLike, omega: ArrayLike, inertia: ArrayLike, position: ArrayLike | None = None) -> Array:
+def of_rotation(time: ArrayLike, omega: ArrayLike, inertia: ArrayLike) -> Array:
     """J d omega/dt + omega x J omega of a rotation that gyros or star cameras measured, N m, (n, 3): (2-16).
 
-    `omega` (n, 3) in rad/s at equidistant times, smoothed as its noise asks for; `inertia` (3, 3) in kg m^2. With the geocentric
-    `position` (n, 3) in body axes, m, less the torque of the gravity gradient (2-23), which the estimators have in their model.
+    `omega` (n, 3) in rad/s at equidistant times, smoothed as its noise asks for; `inertia` (3, 3) in kg m^2. The gravity gradient's
+    torque is in it, nearly constant, and a constant torque is estimated.
     """
     t = _times(time)
     rate, tensor = _checked("omega", omega, t.size, 3), _checked("inertia", inertia, 3, 3)
-    torque = _slope(t, rate) @ tensor.T + np.cross(rate, rate @ tensor.T)
-    if position is not None:
-        place = _checked("position", position, t.size, 3)
-        distance = np.linalg.norm(place, axis=1, keepdims=True)
-        if np.any(distance < LEAST_DISTANCE):
-            raise ValueError(f"position must be in metres from the centre of the Earth, {LEAST_DISTANCE:.3g} or more")
-        up = place / distance
-        torque -= 3 * EARTH_GM / distance**3 * np.cross(up, up @ tensor.T)
-    return torque
+    return _slope(t, rate) @ tensor.T + np.cross(rate, rate @ tensor.T)
 
 
 def write(path: str | Path, time: ArrayLike, torque: ArrayLike) -> None:

@@ -1,5 +1,4 @@
 """Torque histories: identities, the truth of a simulation, and what is refused."""
-import csv
 import pathlib
 import shutil
 
@@ -48,8 +47,6 @@ def test_what_is_refused():
                          ((rates * np.nan, [[1, 0, 0]], [0.1]), "rates must be finite"), ((rates[:-1], [[1, 0, 0]], [0.1]), "shape")):
         with pytest.raises(ValueError, match=words):
             torques.of_wheels(TIME, *wrong)
-    with pytest.raises(ValueError, match="metres"):
-        torques.of_rotation(TIME, np.zeros((TIME.size, 3)), np.eye(3), np.full((TIME.size, 3), 4000.0))
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +55,6 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("nggm")
     CASE.simulator().observe(seed=4, run=1).write(folder)
     return folder
-
-
-def columns(path, *names):
-    with path.open() as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return np.array([[float(row[name]) for name in names] for row in rows])
 
 
 def test_of_the_true_rotation(folder, tmp_path):
@@ -88,9 +79,9 @@ def test_without_force(folder, tmp_path):
     path = tmp_path / "accelerometer.csv"
     samples, time = folder / "accelerometer.csv", np.arange(0, 301.0)
     force = np.full((time.size, 3), [1e-6, 0, -2e-6])
-    before = columns(samples, "time_s", "ax_m_s2", "ay_m_s2", "az_m_s2")
+    before = np.loadtxt(samples, delimiter=",", skiprows=1)
     torques.without_force(samples, time, force, 1000.0, path)
-    after = columns(path, "time_s", "ax_m_s2", "ay_m_s2", "az_m_s2")
+    after = np.loadtxt(path, delimiter=",", skiprows=1)
     assert np.allclose(before[:, 1:] - after[:, 1:], [1e-9, 0, -2e-9], rtol=0, atol=1e-22)
     assert np.array_equal(before[:, 0], after[:, 0])
     headless = tmp_path / "headless.csv"
@@ -106,4 +97,4 @@ def test_without_force(folder, tmp_path):
         torques.write(path, TIME, np.full((TIME.size, 3), np.nan))
     with pytest.raises(ValueError, match="shape"):
         torques.write(path, TIME, np.ones((TIME.size, 2)))
-    assert np.array_equal(columns(path, "time_s")[:, 0], before[:, 0])
+    assert np.array_equal(np.loadtxt(path, delimiter=",", skiprows=1), after)
