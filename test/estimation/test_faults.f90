@@ -9,6 +9,7 @@ module test_faults
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_time, only: utc_plus
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t
+    use gracecg_estimation_options, only: NOISE_ESTIMATED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field
@@ -48,6 +49,7 @@ contains
                     new_unittest('magnetometer-lost-without-remedy', test_no_remedy), &
                     new_unittest('model-field-is-right', test_model_field), &
                     new_unittest('accelerometer-samples-missing', test_missing_samples), &
+                    new_unittest('accelerometer-samples-too-large', test_too_large), &
                     new_unittest('repeated-samples', test_repeated), &
                     new_unittest('silent-rods', test_silent_rods), &
                     new_unittest('weak-rods', test_weak_rods), &
@@ -407,6 +409,26 @@ contains
         call check(error, size(kept) > 450 .and. size(kept) < 560, 'another share is missing')
         call survived(error, observations, NEARLY*sqrt(600.0_dp/size(kept)), 'accelerometer ... of 600 samples are missing')
     end subroutine test_missing_samples
+
+    !> Samples that are half as large again, as of another scale, and the offset with them: told as such, not as noise that might
+    !> be estimated; where it is estimated all the same, what the scale could do counts. Of sound samples nothing is said.
+    subroutine test_too_large(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+
+        call fault_free(observations)
+        options%optimal%noise = NOISE_ESTIMATED
+        if (estimate_fails(error, 'optimal', observations, options, solution)) return
+        call check(error, all(solution%beliefs%undetected(.true.) < 0.1e-3_dp), 'of sound samples')
+        observations%acceleration = 1.5_dp*observations%acceleration
+        if (estimate_fails(error, 'optimal', observations, options, solution)) return
+        call warned(error, solution%warnings, 'the noise of all axes is 1. ... times that of the setup ... as many times too large')
+        call check(error, all(solution%beliefs%undetected(.true.) > 0.25_dp*abs(solution%offset)), 'what it could do')
+        if (estimate_fails(error, 'optimal', observations, estimation_options_t(), solution)) return
+        call warned(error, solution%warnings, 'or all samples of the accelerometer are as many times too large')
+    end subroutine test_too_large
 
     !> The estimate is the same to the last bit.
     subroutine test_repeated(error)

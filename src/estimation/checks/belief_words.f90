@@ -9,7 +9,7 @@ module gracecg_estimation_belief_words
         LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_untested
+    public :: say_counts, say_contradiction, say_undetected, say_untested, is_larger_alike
 
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
 
@@ -182,6 +182,9 @@ contains
                 rounded_text(explanation%value, 3)//' times in standard deviation, noise_level by its square)'
             if (explanation%value < FAR_LESS) then
                 text = text//' or the samples are of another unit'
+            else if (is_larger_alike(accelerometer_factors(report))) then
+                text = text//', or all samples of the accelerometer are as many times too large (its unit, its scale), and d with '// &
+                    'them: find out which, and correct noise or scale in the setup'
             else
                 text = text//': correct it, or let the data tell it (&optimal noise = ''estimate'' /)'
             end if
@@ -192,6 +195,28 @@ contains
         end do
         text = text//' mm)'
     end subroutine say_explanation
+
+    !> By how much the noise of the accelerometer's axes is more than believed, standard deviations by those; 1: not tested.
+    pure function accelerometer_factors(report) result(factors)
+        type(belief_report_t), intent(in) :: report
+        real(dp) :: factors(3)
+
+        integer :: i
+
+        factors = 1
+        do i = 1, size(report%noises)
+            if (report%noises(i)%subject <= 3) factors(report%noises(i)%subject) = report%noises(i)%factor
+        end do
+    end function accelerometer_factors
+
+    !> Is the noise of all axes larger by one factor? So are samples that are too large.
+    pure logical function is_larger_alike(factors)
+        real(dp), intent(in) :: factors(3)      !! Standard deviations, by those believed
+
+        real(dp), parameter :: LARGER = 1.15_dp, ALIKE = 1.15_dp    ! Chosen: 600 samples tell a standard deviation to 3 %
+
+        is_larger_alike = minval(factors) > LARGER .and. maxval(factors) < ALIKE*minval(factors)
+    end function is_larger_alike
 
     !> 'the gain of rod y is 0.52 +/- 0.04 of that of the setup', 'the delay of rod y is 0.1 +/- 0.02 s more than
     !> the setup says'.

@@ -16,7 +16,7 @@ module gracecg_estimation_fit_checks
     private
     public :: refuse_stuck_axis, check_accelerations, check_torque
     public :: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
-    public :: judge_noise
+    public :: judge_noise, find_excess
 
     !> A factor farther from 1 is warned of, farther still refused, if it is significant
     real(dp), parameter :: DOUBTFUL = 0.05_dp, WRONG = 0.5_dp
@@ -88,17 +88,32 @@ contains
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp) :: times
+
+        call find_excess(rms, spectrum, interval, times, error)
+        if (allocated(error) .or. times <= MUCH_NOISE) return
+        call append(warnings, 'accelerometer: the residuals of axis '//AXES(axis)//' have an RMS of '// &
+                    number_text(rms)//' m/s^2, '//number_text(times)//' times the noise '// &
+                    'of the setup: check the unit of the samples; the offset may be wrong')
+    end subroutine judge_noise
+
+    !> How many times what a spectrum lets expect residuals are; 0 where it says nothing. Fails as `coloured_noise` does.
+    subroutine find_excess(rms, spectrum, interval, times, error)
+        real(dp), intent(in) :: rms             !! m/s^2
+        type(noise_spectrum_t), intent(in) :: spectrum  !! m^2 s^-4/Hz
+        real(dp), intent(in) :: interval        !! Of the samples, s
+        real(dp), intent(out) :: times
+        type(error_t), allocatable, intent(out) :: error
+
         type(coloured_noise_t) :: noise
         real(dp) :: deviation(1)
 
+        times = 0
         noise = coloured_noise(spectrum, interval, error)
         if (allocated(error)) return
         deviation = sqrt(noise%autocovariance([0]))
-        if (.not. deviation(1) > 0 .or. rms <= MUCH_NOISE*deviation(1)) return
-        call append(warnings, 'accelerometer: the residuals of axis '//AXES(axis)//' have an RMS of '// &
-                    number_text(rms)//' m/s^2, '//number_text(rms/deviation(1))//' times the noise '// &
-                    'of the setup: check the unit of the samples; the offset may be wrong')
-    end subroutine judge_noise
+        if (deviation(1) > 0) times = rms/deviation(1)
+    end subroutine find_excess
 
     !> Compares the magnetic torque m x B of the setup and the magnetometer with the turn that the star
     !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of

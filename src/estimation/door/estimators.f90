@@ -5,7 +5,9 @@ module gracecg_estimation_estimators
     use gracecg_base_text, only: append, join, rounded_text
     use gracecg_files_value, only: did_you_mean
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_parameters, only: SCALE_FACTORS
+    use gracecg_estimation_options, only: estimation_options_t, NOISE_ESTIMATED
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_plausibility, only: refuse_long_arc
@@ -13,7 +15,8 @@ module gracecg_estimation_estimators
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
     use gracecg_estimation_explanation, only: explain, confirm_contradictions
-    use gracecg_estimation_belief_words, only: say_contradiction
+    use gracecg_estimation_belief_words, only: say_contradiction, is_larger_alike
+    use gracecg_estimation_fit_checks, only: find_excess
     implicit none
     private
     public :: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
@@ -94,6 +97,7 @@ contains
             solution%beliefs = tested%beliefs
             solution%misfit = tested%misfit
         end if
+        call doubt_scale(observations%knowledge, options, solution)
         call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
         if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
@@ -111,4 +115,31 @@ contains
                         'sigmas of offset and state are taken as many times larger')
         end if
     end subroutine judge_beliefs
+
+    !> Where the noise is taken from the data, and that of all axes is larger than the setup says by one factor: the samples may
+    !> be as many times too large, and the offset with them, which no test sees then.
+    subroutine doubt_scale(knowledge, options, solution)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(inout) :: solution
+
+        type(error_t), allocatable :: no_noise
+        real(dp) :: factors(3)
+        integer :: axis
+
+        if (options%optimal%noise /= NOISE_ESTIMATED) return
+        do axis = 1, 3
+            call find_excess(solution%residual_rms(axis), knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, &
+                             factors(axis), no_noise)
+            if (allocated(no_noise)) return
+        end do
+        if (.not. is_larger_alike(factors)) return
+        associate (too_large => 1 - 1/minval(factors))
+            call solution%beliefs%add_untested(SCALE_FACTORS(1), 'unit or scale of all accelerometer samples', &
+                                               -solution%offset, too_large, too_large)
+        end associate
+        call append(solution%warnings, 'the noise of all axes is '//rounded_text(minval(factors), 3)//' times that of the setup: '// &
+                    'samples that are as many times too large would look so, and d would be; if it is the noise, give its levels '// &
+                    'in the setup')
+    end subroutine doubt_scale
 end module gracecg_estimation_estimators
