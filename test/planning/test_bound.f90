@@ -15,6 +15,7 @@ module test_bound
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_planning_programme, only: candidate_t, candidates_along
     use gracecg_planning_scan, only: map_point_t, map_manoeuvre
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc
@@ -260,13 +261,15 @@ contains
         call check(error, all(with%consider_sigma < 1.0001_dp*without%consider_sigma))
     end subroutine test_extra
 
-    !> Across the edge of the Earth's shadow the bound is that with the light asked for by name, and not without; elsewhere
-    !> without.
+    !> Across the edge of the Earth's shadow the bound is that with the light asked for by name, and not without; programmes
+    !> leave the place out.
     subroutine test_light(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
         type(case_bound_t) :: bound, other
         type(estimation_options_t) :: options
+        type(nominal_orbit_t) :: orbit
+        type(candidate_t), allocatable :: candidates(:)
         type(error_t), allocatable :: failure
 
         call case_from_text("&calibration epoch = '2024-03-15T06:00:00', duration = 90 / "// &
@@ -286,6 +289,10 @@ contains
         call bound_of_case(case, options, other, failure)
         if (failed(error, failure)) return
         call check(error, maxval(bound%sigma/other%sigma) > 1.002_dp .and. minval(bound%sigma/other%sigma) > 1, 'with light')
+        call new_nominal_orbit(case, orbit, failure, interval=10.0_dp)
+        if (.not. allocated(failure)) call candidates_along(case, orbit, [0.0_dp, 600.0_dp], [90.0_dp], 1, candidates, failure)
+        if (failed(error, failure)) return
+        call check(error, all(abs(candidates(1)%information) <= 0) .and. candidates(2)%information(1, 1) > 0, 'programmes')
     end subroutine test_light
 
     subroutine test_impossible(error)
