@@ -107,7 +107,7 @@ contains
 
         integer, parameter :: FIRST = 100   !! Instruments of observation sets have smaller numbers
 
-        stream = new_stream(self%seed, self%case%number, self%case%satellite%place(), self%run, FIRST + source)
+        stream = new_stream(self%seed, self%case%label(), self%case%satellite%place(), self%run, FIRST + source)
     end function stream
 
     !> Flies a case for the time of the files, from the whole GPS second next to the case's epoch. Fails as the models of
