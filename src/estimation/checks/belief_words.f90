@@ -183,8 +183,8 @@ contains
             if (explanation%value < FAR_LESS) then
                 text = text//' or the samples are of another unit'
             else if (is_larger_alike(accelerometer_factors(report))) then
-                text = text//', or all samples of the accelerometer are as many times too large (its unit, its scale), and d with '// &
-                    'them: find out which, and correct noise or scale in the setup'
+                text = text//', or all samples of the accelerometer are as many times too large (its unit, its scale), and d '// &
+                    'with them: find out which, and correct noise or scale in the setup'
             else
                 text = text//': correct it, or let the data tell it (&optimal noise = ''estimate'' /)'
             end if

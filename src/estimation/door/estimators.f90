@@ -138,8 +138,8 @@ contains
             call solution%beliefs%add_untested(SCALE_FACTORS(1), 'unit or scale of all accelerometer samples', &
                                                -solution%offset, too_large, too_large)
         end associate
-        call append(solution%warnings, 'the noise of all axes is '//rounded_text(minval(factors), 3)//' times that of the setup: '// &
-                    'samples that are as many times too large would look so, and d would be; if it is the noise, give its levels '// &
-                    'in the setup')
+        call append(solution%warnings, 'the noise of all axes is '//rounded_text(minval(factors), 3)//' times that of the '// &
+                    'setup: samples that are as many times too large would look so, and d would be; if it is the noise, give '// &
+                    'its levels in the setup')
     end subroutine doubt_scale
 end module gracecg_estimation_estimators
