@@ -200,6 +200,7 @@ contains
                      'level1 prepare did not write')
         call make_file('l1_short.nml', '&level1_simulation spans = 1, span_duration = 30, first_start = 130 /'//achar(10))
         call make_file('l1_shorter.nml', '&level1_simulation spans = 1, span_duration = 24, first_start = 130 /'//achar(10))
+        call execute_command_line('rm -rf '//FOLDER//'l1_again')
         call simulates('front-1 --seed 1 --level1 '//FOLDER//'l1_short.nml', .false.)
         call simulates('front-1 --seed 2 --level1 '//FOLDER//'l1_short.nml', .false.)
         call simulates('front-1 --seed 2 --level1 '//FOLDER//'l1_shorter.nml', .true.)
