@@ -112,7 +112,7 @@ contains
         estimated = [estimated, pack(more, [(.not. any(estimated == more(i)), i=1, size(more))])]
     end function estimated_parameters
 
-    !> The parameters that the options ask for by name, and those of several accelerometers.
+    !> The parameters that the options ask for by name; with several accelerometers theirs, gain and inertia, too.
     pure function asked_parameters(asked, knowledge) result(estimated)
         type(optimal_options_t), intent(in) :: asked
         type(operator_knowledge_t), intent(in) :: knowledge
@@ -120,6 +120,7 @@ contains
 
         integer, allocatable :: named(:)
         character(:), allocatable :: unknown    ! none: the options have been looked at
+        real(dp) :: sigma(PARAMETERS)
         integer :: i
 
         estimated = ALWAYS_ESTIMATED
@@ -127,10 +128,15 @@ contains
         if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
         if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
         if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
-        associate (n => 3*knowledge%line%number - 3)
-            estimated = [estimated, LINE_SCALES(:n), LINE_BIAS(:n), LINE_DRIFT(:n)]
-        end associate
         call find_parameters(asked%also, named, unknown)
+        if (knowledge%line%number > 1) then
+            associate (n => 3*knowledge%line%number - 3)
+                estimated = [estimated, LINE_SCALES(:n), LINE_BIAS(:n), LINE_DRIFT(:n)]
+            end associate
+            sigma = a_priori_sigmas(knowledge)      ! the rotation shows what makes it
+            estimated = [estimated, pack(INERTIA, sigma(INERTIA) > 0), &
+                         pack([ROD_GAIN], sigma([ROD_GAIN]) > 0 .and. .not. asked%estimate_rod_gain)]
+        end if
         estimated = [estimated, pack(named, [(.not. any(estimated == named(i)), i=1, size(named))])]
     end function asked_parameters
 
