@@ -15,7 +15,9 @@ The rules:
 - Neither document names a file of data/ that is not there.
 - LICENSES/ holds a text for every identifier of REUSE.toml, and no other.
 - The packages have the version, debian/copyright is as tools/debian_copyright.py makes it.
+- Every pattern of tools/compiler/gfortran, which lists inner loops by path, fits a source.
 """
+import fnmatch
 import json
 import pathlib
 import re
@@ -213,6 +215,14 @@ def check_packages(root, version):
         yield "debian/copyright: out of date; run tools/debian_copyright.py"
 
 
+def check_compiler(root):
+    """The paths of inner loops: a source that was moved or renamed would be compiled without optimisation unseen."""
+    sources = [p.relative_to(root).as_posix() for top in ("bench", "src", "level1/src") for p in (root / top).rglob("*.f90")]
+    for pattern in re.findall(r"[\w*/]+/[\w*]+\.f90", read(root / "tools/compiler/gfortran")):
+        if not any(fnmatch.fnmatchcase(name, pattern) for path in sources for name in (path, "./" + path)):
+            yield f"tools/compiler/gfortran: no source fits {pattern}"
+
+
 def violations(root):
     missing = [name for name in ("fpm.toml", "CITATION.cff", "codemeta.json", "CHANGELOG.md", "REUSE.toml",
                                  "data/README.md") if not (root / name).is_file()]
@@ -226,6 +236,7 @@ def violations(root):
     yield from check_changelog(read(root / "CHANGELOG.md"), fpm["version"])
     yield from check_tables(root, Reuse(read(root / "REUSE.toml")), fpm["license"])
     yield from check_packages(root, fpm["version"])
+    yield from check_compiler(root)
 
 
 # A project without disagreements. `SPDX-` is put in later, so that no tool takes these lines for its own.
@@ -272,6 +283,7 @@ PLANTED = (
     ("codemeta.json", "the authors", "somebody", "codemeta.json: author"),
     ("debian/changelog", None, "p (0.1.0-1) unstable", "debian/changelog: not of version 0.2.0"),
     ("packaging/spack/package.py", None, '    version("0.1.0")', "package.py: not of version 0.2.0"),
+    ("tools/compiler/gfortran", None, "*/src/base/*.f90 | */src/base/versions.f90)", "no source fits */src/base/versions.f90"),
     ("CHANGELOG.md", "[0.2.0]", "0.2.5", "no heading for version 0.2.0"),
     ("CHANGELOG.md", "unreleased", "2026-12-24", "not marked unreleased"),
     ("REUSE.toml", "data/wind.txt", "data/winds.txt", "REUSE.toml: nothing on data/wind.txt"),
