@@ -20,7 +20,7 @@ module gracecg_observations_accelerometer_line
 
     !> How many there are, where, and how alike. d of an observation set is that of their middle.
     type :: accelerometer_line_t
-        integer :: number = 1
+        integer :: number = 1               !! Of accelerometers
         real(dp) :: spacing(3) = 0          !! From one to the next, body axes, m
         real(dp) :: scale_sigma(3) = 0.01_dp
         !! Standard deviation of what their scale factors differ by from their mean, x, y, z, relative

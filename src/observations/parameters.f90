@@ -247,11 +247,11 @@ module gracecg_observations_parameters
     integer, parameter :: CHANNEL_LEAKAGE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE)  !! As LEAKAGE, into the angular channels
     integer, parameter :: CHANNEL_LEAKAGE_RATE(9) = pack(EVERY, KIND_OF == OF_CHANNEL_LEAKAGE_RATE)  !! As LEAKAGE_RATE, into them
 
-    !> Of several accelerometers on a line: contrasts (gracecg_observations_accelerometer_line) of their scale factors, and
-    !> biases and drifts of the contrasts of their samples; x, y, z of the first, then of the second
-    integer, parameter :: LINE_SCALES(6) = pack(EVERY, KIND_OF == OF_LINE_SCALES)
-    integer, parameter :: LINE_BIAS(6) = pack(EVERY, KIND_OF == OF_LINE_BIAS)
-    integer, parameter :: LINE_DRIFT(6) = pack(EVERY, KIND_OF == OF_LINE_DRIFT)
+    !> Of several accelerometers on a line (gracecg_observations_accelerometer_line): x, y, z of the first contrast, then of
+    !> the second
+    integer, parameter :: LINE_SCALES(6) = pack(EVERY, KIND_OF == OF_LINE_SCALES)   !! Contrasts of their scale factors
+    integer, parameter :: LINE_BIAS(6) = pack(EVERY, KIND_OF == OF_LINE_BIAS)       !! Biases of the contrasts of their samples
+    integer, parameter :: LINE_DRIFT(6) = pack(EVERY, KIND_OF == OF_LINE_DRIFT)     !! Drifts of these
 
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time

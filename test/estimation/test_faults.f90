@@ -14,7 +14,7 @@ module test_faults
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
-    use gracecg_simulation_simulator, only: new_simulator
+    use gracecg_simulation_simulator, only: new_simulator, measure_rods
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     implicit none
     private
@@ -52,6 +52,7 @@ contains
                     new_unittest('accelerometer-samples-too-large', test_too_large), &
                     new_unittest('repeated-samples', test_repeated), &
                     new_unittest('silent-rods', test_silent_rods), &
+                    new_unittest('lost-channel-of-a-rod', test_lost_channel), &
                     new_unittest('weak-rods', test_weak_rods), &
                     new_unittest('rods-off-in-the-setup', test_rods_off), &
                     new_unittest('stuck-axis', test_stuck_axis), &
@@ -494,6 +495,22 @@ contains
             call refused(error, observations, 'did the rods fire')
         end do
     end subroutine test_silent_rods
+
+    !> One of two rods' moments measured as 0 all through; of the rod that nobody drives nothing is said.
+    subroutine test_lost_channel(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+
+        call fault_free(observations)
+        call measure_rods(reference%simulator, 0.5_dp, observations, failure)
+        observations%knowledge%rods%measured%moment(2, :) = 0
+        if (.not. allocated(failure)) call preprocess(observations, estimation_options_t(), data, failure)
+        if (failed(error, failure)) return
+        call warned(error, data%warnings, 'rods.csv: the moment of rod y is 0 all through')
+        call check(error, size(data%warnings), 1)
+    end subroutine test_lost_channel
 
     !> Four fifths of the moment: a warning that names the factor.
     subroutine test_weak_rods(error)

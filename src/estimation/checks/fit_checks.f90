@@ -102,7 +102,7 @@ contains
         real(dp), intent(in) :: rms             !! m/s^2
         type(noise_spectrum_t), intent(in) :: spectrum  !! m^2 s^-4/Hz
         real(dp), intent(in) :: interval        !! Of the samples, s
-        real(dp), intent(out) :: times
+        real(dp), intent(out) :: times          !! So many
         type(error_t), allocatable, intent(out) :: error
 
         type(coloured_noise_t) :: noise
