@@ -10,7 +10,6 @@ module gracecg_estimation_fitting_data
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: sidereal_angle
-    use gracecg_spacecraft_moment_series, only: has_moments
     use gracecg_spacecraft_torque_rods, only: dipole_moment, torque_rods_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, has_star_camera
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
@@ -112,7 +111,7 @@ contains
 
         integer :: axis
 
-        if (.not. has_moments(rods%measured)) return
+        if (.not. allocated(rods%measured%moment)) return
         do axis = 1, 3
             if (any(abs(rods%measured%moment(axis, :)) > 0)) cycle
             if (.not. any(rods%activations(:rods%count)%axis == axis .and. &
