@@ -301,6 +301,7 @@ contains
         turned = 0
         do i = 1, size(spans)
             if (.not. spans(i)%used) cycle
+            if (size(spans(i)%attitude_time) < 2) cycle
             k = size(spans(i)%attitude_time)/2
             q = spans(i)%quaternion(:, k)
             last = q([4, 1, 2, 3])
