@@ -496,20 +496,22 @@ contains
         end do
     end subroutine test_silent_rods
 
-    !> One of two rods' moments measured as 0 all through; of the rod that nobody drives nothing is said.
+    !> One of two rods' moments measured as 0 all through: the refusal says so, and blames nothing else.
     subroutine test_lost_channel(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(fitting_data_t) :: data
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call fault_free(observations)
         call measure_rods(reference%simulator, 0.5_dp, observations, failure)
-        observations%knowledge%rods%measured%moment(2, :) = 0
-        if (.not. allocated(failure)) call preprocess(observations, estimation_options_t(), data, failure)
         if (failed(error, failure)) return
-        call warned(error, data%warnings, 'rods.csv: the moment of rod y is 0 all through')
-        call check(error, size(data%warnings), 1)
+        if (estimate_fails(error, 'optimal', observations, estimation_options_t(), solution)) return
+        call check(error, solution%beliefs%lost_channel == '', 'of the rod that nobody drives')
+        observations%knowledge%rods%measured%moment(2, :) = 0
+        call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
+        call check_fails(error, failure, 'did the rods fire ... rods.csv: the moment of rod y is 0 all through')
+        if (allocated(failure)) call check(error, index(failure%message, 'they fit if'), 0, failure%message)
     end subroutine test_lost_channel
 
     !> Four fifths of the moment: a warning that names the factor.

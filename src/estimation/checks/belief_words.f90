@@ -42,6 +42,10 @@ contains
         text = 'the data contradict what the setup says ('//part//')'
         call say_lines(report, part)
         text = text//part
+        if (report%lost_channel /= '') then
+            text = text//'; '//trim(report%lost_channel)
+            return
+        end if
         if (size(report%explanations) == 0) then
             text = text//'; no single wrong belief of those that were tried explains them'
             return

@@ -4,13 +4,12 @@
 !> possible, with a warning.
 module gracecg_estimation_fitting_data
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: sidereal_angle
-    use gracecg_spacecraft_torque_rods, only: dipole_moment, torque_rods_t
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, has_star_camera
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
     use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_samples
@@ -96,30 +95,12 @@ contains
         if (allocated(error)) return
         call take_torque(clean, data, error)
         if (allocated(error)) return
-        call tell_silent_rods(clean%knowledge%rods, data%warnings)
         if (.not. has_star_camera(clean)) return
         call compare_field(clean, data%stars, data%field_seen, data%field_modelled, data%field_compared)
         call guess_rotation(data%stars%time, data%stars%quaternion, quaternion, data%guess_angular_velocity)
         if (.not. is_given(options%guess_quaternion)) data%guess_quaternion = quaternion
         if (is_given(options%guess_angular_velocity)) data%guess_angular_velocity = options%guess_angular_velocity
     end subroutine preprocess
-
-    !> Warns of rods that were measured to do nothing, though the setup drives them: their channel may be lost.
-    subroutine tell_silent_rods(rods, warnings)
-        type(torque_rods_t), intent(in) :: rods
-        type(string_t), allocatable, intent(inout) :: warnings(:)
-
-        integer :: axis
-
-        if (.not. allocated(rods%measured%moment)) return
-        do axis = 1, 3
-            if (any(abs(rods%measured%moment(axis, :)) > 0)) cycle
-            if (.not. any(rods%activations(:rods%count)%axis == axis .and. &
-                          abs(rods%activations(:rods%count)%amplitude) > 0)) cycle
-            call append(warnings, trim(merge('torque.csv: the torque about', 'rods.csv: the moment of rod ', rods%direct))//' '// &
-                        AXES(axis)//' is 0 all through, though the setup drives it: was its channel lost?')
-        end do
-    end subroutine tell_silent_rods
 
     !> Takes out of the samples what the operator knows of their errors: accelerometer scale factors and
     !> magnetometer bias. The accelerometer's delay is taken out of all other times, which from then on count

@@ -1,9 +1,11 @@
 !> The estimators by name.
 module gracecg_estimation_estimators
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: append, join, rounded_text
     use gracecg_files_value, only: did_you_mean
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters, only: SCALE_FACTORS
@@ -97,11 +99,13 @@ contains
             solution%beliefs = tested%beliefs
             solution%misfit = tested%misfit
         end if
+        solution%beliefs%lost_channel = lost_channel(observations%knowledge%rods)
         call doubt_scale(observations%knowledge, options, solution)
         call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
-        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
+        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction() .and. solution%beliefs%lost_channel == '') &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
         call say_contradiction(solution%beliefs, text)
+        if (text == '') text = trim(solution%beliefs%lost_channel)
         if (allocated(error)) then
             if (text /= '') error%message = error%message//'; '//text
             return
@@ -115,6 +119,26 @@ contains
                         'sigmas of offset and state are taken as many times larger')
         end if
     end subroutine judge_beliefs
+
+    !> Says of a rod that it was measured to do nothing, though the setup drives it; empty where there is none.
+    pure function lost_channel(rods) result(text)
+        type(torque_rods_t), intent(in) :: rods
+        character(96) :: text
+
+        integer :: axis
+
+        text = ''
+        if (.not. allocated(rods%measured%moment)) return
+        associate (driven => rods%activations(:rods%count))
+            do axis = 1, 3
+                if (any(abs(rods%measured%moment(axis, :)) > 0)) cycle
+                if (.not. any(driven%axis == axis .and. abs(driven%amplitude) > 0)) cycle
+                text = trim(merge('torque.csv: the torque about', 'rods.csv: the moment of rod ', rods%direct))//' '// &
+                       AXES(axis)//' is 0 all through, though the setup drives it: was its channel lost?'
+                return
+            end do
+        end associate
+    end function lost_channel
 
     !> Where the noise is taken from the data, and that of all axes is larger than the setup says by one factor: the samples may
     !> be as many times too large, and the offset with them, which no test sees then.
