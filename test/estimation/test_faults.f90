@@ -510,7 +510,7 @@ contains
         call check(error, solution%beliefs%lost_channel == '', 'of the rod that nobody drives')
         observations%knowledge%rods%measured%moment(2, :) = 0
         call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-        call check_fails(error, failure, 'did the rods fire ... rods.csv: the moment of rod y is 0 all through')
+        call check_fails(error, failure, 'did the rods fire ... rods.csv: the moment of rod y is 0 all through ... lost?')
         if (allocated(failure)) call check(error, index(failure%message, 'they fit if'), 0, failure%message)
     end subroutine test_lost_channel
 

@@ -21,7 +21,7 @@ module test_level1_changed
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
     use level1_day, only: says
-    use test_level1_round_trip, only: estimate_folder
+    use test_level1_round_trip, only: estimate_folder, flight_fails
     use test_level1_simulation, only: prepare
     implicit none
     private
@@ -214,13 +214,9 @@ contains
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: path
 
         settings%waveform = 'square'
-        call prepare(settings, 'l1s_square', truth, path)
-        call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (flight_fails(error, settings, 'l1s_square', truth, calibration, estimate)) return
         call check(error, estimate%steps .and. size(estimate%findings) == 0 .and. &
                    says(estimate%remarks, 'currents jump now and then'), 'told')
         call check(error, all(abs(estimate%solutions(1)%offset - truth%case%satellite%offset) < &

@@ -20,7 +20,7 @@ module test_level1_round_trip
     use level1_day, only: says
     implicit none
     private
-    public :: collect_level1_round_trip, estimate_folder
+    public :: collect_level1_round_trip, estimate_folder, flight_fails
 
 contains
 
@@ -131,6 +131,22 @@ contains
         call estimate_level1(calibration, setup, 'estimate', estimate, error)
     end subroutine estimate_folder
 
+    !> Flies a day, writes its files and estimates from them; true where that fails.
+    logical function flight_fails(error, settings, name, truth, calibration, estimate)
+        type(error_type), allocatable, intent(inout) :: error
+        type(level1_settings_t), intent(in) :: settings
+        character(*), intent(in) :: name
+        type(level1_truth_t), intent(out) :: truth
+        type(level1_calibration_t), intent(out) :: calibration
+        type(level1_estimate_t), intent(out) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+
+        call prepare(settings, name, truth, path)
+        call estimate_folder(path, calibration, estimate, failure)
+        flight_fails = failed(error, failure)
+    end function flight_fails
+
     !> Four places a quarter of a revolution apart, with all errors: within 4 sigma + 3 um.
     subroutine test_estimate(error)
         type(error_type), allocatable, intent(out) :: error
@@ -240,15 +256,11 @@ contains
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: path
 
         settings%gaps = 2
         settings%gap = 5
         settings%firings_inside = 2
-        call prepare(settings, 'l1s_gaps', truth, path)
-        call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (flight_fails(error, settings, 'l1s_gaps', truth, calibration, estimate)) return
         call check(error, .not. estimate%steps, 'currents are smooth')
         call check(error, all(abs(estimate%solutions(1)%offset - truth%case%satellite%offset) < &
                               4*sigma_of(estimate%solutions(1)) + 3*MICROMETRE), 'd')
@@ -256,9 +268,7 @@ contains
         settings%firings_inside = 0
         settings%moved_at = 2000
         settings%moved = [2e-4_dp, 0.0_dp, 0.0_dp]
-        call prepare(settings, 'l1s_moved', truth, path)
-        call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (flight_fails(error, settings, 'l1s_moved', truth, calibration, estimate)) return
         call check(error, estimate%flag, 2)
         call check(error, estimate%solutions(1)%reason, 'the spans disagree')
     end subroutine test_gaps_and_moved_masses
@@ -373,8 +383,6 @@ contains
         type(level1_truth_t) :: truth
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: path
         real(dp) :: sigma(3)
 
         settings%spans = 1
@@ -382,9 +390,7 @@ contains
         settings%duration = 240
         settings%span%amplitude = [0, 120, 120]
         settings%span%cycles = 6
-        call prepare(settings, 'l1s_phase', truth, path)
-        call estimate_folder(path, calibration, estimate, failure)
-        if (failed(error, failure)) return
+        if (flight_fails(error, settings, 'l1s_phase', truth, calibration, estimate)) return
         associate (first => estimate%solutions(1))
             sigma = sigmas(first%covariance)
             call check(error, first%leakage == 'a priori' .and. first%flag == 2 .and. maxval(sigma) > 50*MICROMETRE, &
@@ -412,24 +418,11 @@ contains
             type(level1_truth_t) :: truth
             type(level1_calibration_t) :: calibration
             type(level1_estimate_t) :: estimate
-            type(error_t), allocatable :: failure
-            character(:), allocatable :: path
-            integer :: i
-            logical :: said
 
             settings = level1_settings_t()
             settings%fault = fault
-            call prepare(settings, 'l1s_fault', truth, path)
-            call estimate_folder(path, calibration, estimate, failure)
-            if (failed(error, failure)) return
-            said = .false.
-            do i = 1, size(estimate%findings)
-                said = said .or. index(estimate%findings(i)%text, words) > 0
-            end do
-            do i = 1, size(calibration%notes)
-                said = said .or. index(calibration%notes(i)%text, words) > 0
-            end do
-            call check(error, said, fault//' is not told by its name')
+            if (flight_fails(error, settings, 'l1s_fault', truth, calibration, estimate)) return
+            call check(error, says(estimate%findings, words) .or. says(calibration%notes, words), fault//' is not told by its name')
             call check(error, estimate%flag >= flag, fault//': the flag')
         end subroutine named
     end subroutine test_faults

@@ -123,7 +123,7 @@ contains
     !> Says of a rod that it was measured to do nothing, though the setup drives it; empty where there is none.
     pure function lost_channel(rods) result(text)
         type(torque_rods_t), intent(in) :: rods
-        character(96) :: text
+        character(112) :: text
 
         integer :: axis
 
