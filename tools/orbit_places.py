@@ -50,7 +50,7 @@ def changed(text, key, value):
     """A case file with another value of a key that it has."""
     text, count = re.subn(rf"\b{key} = {VALUE}", lambda _: f"{key} = {value}", text)
     if count != 1:
-        sys.exit(f"orbit_places.py: the case has the key {key} {count} times; it is needed once, as a line KEY = VALUE")
+        sys.exit(f"orbit_places.py: the case has the key {key} {count} times; it is needed once, as KEY = VALUE")
     return text
 
 

@@ -48,10 +48,8 @@ def of_thrusters(time: ArrayLike, firings: ArrayLike, response: ArrayLike) -> tu
     fired = _checked("firings", np.reshape(firings, (-1, 3)) if np.size(firings) in (0, 3) else firings, None, 3)
     fired = fired[np.lexsort((fired[:, 0], fired[:, 2]))]
     half = (t[1] - t[0]) / 2
-    if np.any(fired[:, 1] < fired[:, 0]):
-        raise ValueError("firings must end after they start")
-    if np.any((fired[:, 0] < t[0] - half) | (fired[:, 1] > t[-1] + half)):
-        raise ValueError(f"firings must lie within the times, {t[0]} to {t[-1]} s")
+    if np.any((fired[:, 1] < fired[:, 0]) | (fired[:, 0] < t[0] - half) | (fired[:, 1] > t[-1] + half)):
+        raise ValueError(f"firings must end after they start, and lie within the times, {t[0]} to {t[-1]} s")
     if np.any(fired[:, 2] != np.round(fired[:, 2])) or np.any((fired[:, 2] < 0) | (fired[:, 2] >= effect.shape[1])):
         raise ValueError(f"numbers of thrusters must be 0 to {effect.shape[1] - 1}")
     if np.any((fired[1:, 2] == fired[:-1, 2]) & (fired[1:, 0] < fired[:-1, 1])):
@@ -97,16 +95,14 @@ def without_force(samples: str | Path, time: ArrayLike, force: ArrayLike, mass: 
     rows = _checked(str(samples), [[float(word) for word in line.split(",")] for line in lines[1:]], None, 4)
     if rows.size and (rows[:, 0].min() < t[0] or rows[:, 0].max() > t[-1]):
         raise ValueError(f"the force is known from {t[0]} to {t[-1]} s, not over all samples")
-    for axis in range(3):
-        rows[:, 1 + axis] -= np.interp(rows[:, 0], t, known[:, axis]) / mass
+    rows[:, 1:] -= np.column_stack([np.interp(rows[:, 0], t, column) for column in known.T]) / mass
     _save(out, SAMPLES, rows)
 
 
 def _save(path: str | Path, header: str, rows: Array) -> None:
     """A file of numbers that can be read back exactly; it gets its name when it is complete."""
-    part = Path(f"{path}.part")
-    np.savetxt(part, rows, "%.17g", ",", header=header, comments="")
-    part.replace(path)
+    np.savetxt(f"{path}.part", rows, "%.17g", ",", header=header, comments="")
+    Path(f"{path}.part").replace(path)
 
 
 def _checked(name: str, values: ArrayLike, *shape: int | None) -> Array:
