@@ -50,8 +50,8 @@ contains
 
     !> Propagates the orbit of a case with its gravity and surface forces.
     !>
-    !> Fails when the case does not turn at least once a day, when its models cannot be built, or when
-    !> the orbit does not stay finite.
+    !> Fails when the case has several accelerometers, whose scale factors no plan takes into account, when it does not turn at
+    !> least once a day, when its models cannot be built, or when the orbit does not stay finite.
     subroutine new_nominal_orbit(case, orbit, error, revolutions, interval)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(out) :: orbit
@@ -64,7 +64,10 @@ contains
         type(controlled_steps_t) :: flight
         integer :: k, steps
 
-        if (.not. norm2(case%angular_velocity) > TWO_PI/SECONDS_PER_DAY) then
+        if (case%satellite%line%number > 1) then
+            call fail(error, 'several accelerometers: manoeuvres are planned for one; give number = 1 in &accelerometers, '// &
+                      'then gracecg bound with all of them')
+        else if (.not. norm2(case%angular_velocity) > TWO_PI/SECONDS_PER_DAY) then
             call fail(error, 'angular_velocity: the nominal attitude has to turn with the orbit, '// &
                       'at least once a day')
         else

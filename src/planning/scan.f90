@@ -165,13 +165,14 @@ contains
         real(dp), intent(in) :: field(3)            !! Body axes, T
         real(dp) :: greatest(3)
 
+        real(dp) :: inverse(3, 3), moment(3)
         integer :: j
 
+        inverse = inverse_3x3(knowledge%inertia)
         greatest = 0
         do j = 0, 2*nint(knowledge%duration/knowledge%accelerometer_interval)
-            greatest = max(greatest, abs(matmul(inverse_3x3(knowledge%inertia), &
-                                                torque_of(rods, dipole_moment(rods, start + j*knowledge%accelerometer_interval/2), &
-                                                          field))))
+            moment = dipole_moment(rods, start + j*knowledge%accelerometer_interval/2)
+            greatest = max(greatest, abs(matmul(inverse, torque_of(rods, moment, field))))
         end do
     end function greatest_acceleration
 

@@ -627,6 +627,11 @@ contains
         call take_example(EXAMPLES(1), .true., calibration)
         calibration%case%duration = 100
         calibration%case%satellite%rods%activations%stop = 100
+        call plan_manoeuvre(calibration, 0.0_dp, settings, planned, design, failure)
+        call check(error, allocated(failure), 'planned with several accelerometers')
+        if (allocated(error)) return
+        call check(error, index(failure%message, 'several accelerometers: manoeuvres are planned for one') > 0, failure%message)
+        calibration%case%satellite%line%number = 1
         call bound_of_case(calibration%case, calibration%options, own, failure)
         settings%amplitude = usual_amplitude(calibration%case%satellite%rods)
         settings%share = usual_shares(calibration%case%satellite%rods)
