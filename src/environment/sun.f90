@@ -126,15 +126,16 @@ contains
         end if
     end function conical_shadow
 
-    !> When in an arc the satellite enters or leaves the full light of the Sun, s; negative where it does not, or its orbit is
-    !> not known.
+    !> When in an arc the satellite enters or leaves the full light of the Sun, or where it does neither in the penumbra, sees
+    !> another part of the Sun than before, s; negative where its light stays, or its orbit is not known.
     pure real(dp) function edge_of_shadow(centuries, time, position, duration) result(edge)
         real(dp), intent(in) :: centuries       !! Of the arc, Julian, TT from J2000
         real(dp), intent(in) :: time(:)         !! Of the positions, rising, s from the begin of the arc
         real(dp), intent(in) :: position(:, :)  !! Inertial frame, (3, size(time)), m
         real(dp), intent(in) :: duration        !! Of the arc, s
 
-        real(dp) :: sun(3), light, before
+        real(dp), parameter :: CHANGE = 0.01_dp     ! of the part that is seen: some 5e-10 m/s^2
+        real(dp) :: sun(3), light, before, first
         integer :: i
 
         edge = -1
@@ -143,6 +144,8 @@ contains
         do i = 1, size(time)
             if (time(i) < 0 .or. time(i) > duration) cycle
             light = conical_shadow(position(:, i), sun)
+            if (before < 0) first = light
+            if (edge < 0 .and. abs(light - first) > CHANGE) edge = time(i)
             if (before >= 0 .and. (light >= 1 .neqv. before >= 1)) edge = time(i)
             before = light
         end do

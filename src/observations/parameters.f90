@@ -105,7 +105,7 @@ module gracecg_observations_parameters
         parameter_kind_t(2, 'side_', 'y z', 'm/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &
         parameter_kind_t(2, 'lift_', 'y z', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-2_dp), &
         parameter_kind_t(3, 'jump_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
-        parameter_kind_t(3, 'light_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
+        parameter_kind_t(9, 'light_', 'x y z x1 y1 z1 x2 y2 z2', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(6, 'torque_', 'x2 x3 y2 y3 z2 z3', 'N m', ROTATION, 1e-5_dp, NO, 0.01_dp), &
         parameter_kind_t(3, 'head2_rate_', XYZ, 'rad/s', ATTITUDE, 1e-5_dp, NO, 1.0_dp), &
         parameter_kind_t(1, 'head2_delay', '-', 's', ATTITUDE, 1.0_dp, NO, 10.0_dp), &
@@ -201,7 +201,8 @@ module gracecg_observations_parameters
     integer, parameter :: LIFT(2) = pack(EVERY, KIND_OF == OF_LIFT)
     !! Of the force along y and z by the airflow's angle towards them
     integer, parameter :: FORCE_JUMP(3) = pack(EVERY, KIND_OF == OF_FORCE_JUMP)     !! Of the acceleration, from one sample on
-    integer, parameter :: LIGHT(3) = pack(EVERY, KIND_OF == OF_LIGHT)               !! Acceleration by the Sun's, as much as is seen
+    integer, parameter :: LIGHT(9) = pack(EVERY, KIND_OF == OF_LIGHT)
+    !! Acceleration by the Sun's, as much as is seen: x, y, z, its slope and its curve from the middle of the arc to its end
     integer, parameter :: ROD_GAINS(3) = pack(EVERY, KIND_OF == OF_ROD_GAINS)
     !! Of the rods along x, y, z: gain over that believed, minus 1
     integer, parameter :: ROD_GAIN = findloc(KIND_OF, OF_ROD_GAIN, 1)               !! g: the same of all rods

@@ -422,6 +422,7 @@ contains
         end do
         reached = (INSIDE + BEHIND*(SOLAR_RADIUS + WGS84_SEMI_MAJOR_AXIS)/norm2(sun))/SPEED
         call check(error, edge_of_shadow(centuries, time, position, 60.0_dp) - reached, 0.5_dp, thr=0.6_dp)
+        call check(error, edge_of_shadow(centuries, time, position, reached - 2) >= 0, 'ends in the penumbra')
         position = -position
         call check(error, edge_of_shadow(centuries, time, position, 60.0_dp) < 0)
         call check(error, edge_of_shadow(centuries, time(:0), position(:, :0), 60.0_dp) < 0)

@@ -453,6 +453,7 @@ contains
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
+        character(:), allocatable :: found
         real(dp) :: off(3), total, limits(2)
         integer :: run
 
@@ -469,6 +470,17 @@ contains
         call check(error, any(solution%parameters%name == 'light_x'))
         limits = chi_square_limits(3*RUNS)
         call check(error, total < limits(2), 'normalised squares: '//number_text(total))
+        associate (case => calibration%case)
+            case%duration = 240
+            case%satellite%rods%activations%stop = 240
+            case%satellite%accelerometer%noise%level = 1e-22_dp
+            case%satellite%accelerometer%noise%corner = 5e-3_dp
+            calibration%options%covariance = .true.
+            call make_observations(case, 4711, 1, observations)
+        end associate
+        if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
+        call say_contradiction(solution%beliefs, found)
+        call check(error, found, '', 'the light turns against the body')
     end subroutine test_edge_of_shadow
 
     !> Ten times the report's drag, 320 km up: forces that are no straight line are larger, too, by what the case says of them.

@@ -419,7 +419,7 @@ contains
                                   real_text(usual%band(1))//' '//real_text(usual%band(2))//' Hz), --pointing-limit and '// &
                                   '--range-limit: sigma after a revolution, a day, a week; --out: how to simulate it')
         call arguments%add_option('--range-limit', 'NM', 'of --whisper: largest error of the range by the turns, through '// &
-                                  real_text(usual%tilt_coupling/MICROMETRE)//' um/rad', &
+                                  trim(rounded_text(usual%tilt_coupling/MICROMETRE, 3))//' um/rad', &
                                   default=real_text(usual%range/NANOMETRE))
     end subroutine declare_whisper
 

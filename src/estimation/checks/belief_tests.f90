@@ -219,7 +219,7 @@ contains
                 used = count(fitted%acceleration_kept(axis, :))
                 tail = CORRELATED_FREQUENCIES*used/2*exp(-lines(axis)/2)
                 score = 0
-                if (tail < 0.5_dp) score = -normal_quantile(max(tail, tiny(1.0_dp))/2)
+                if (tail < 0.5_dp) score = -normal_quantile(max(tail, 4*tiny(1.0_dp))/2)     ! up to 37
                 call add_score(report, 9 + axis, score, frequencies(axis), at_a_rod(frequencies(axis)))
             end do
         end associate

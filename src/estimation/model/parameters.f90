@@ -28,6 +28,9 @@ module gracecg_estimation_parameters
     real(dp), parameter :: USUAL_LIFT = 4e-7_dp
     !! Standard deviation of LIFT, m/s^2, fitted to one small satellite 420 km up, noise 4.5e-22: with 3e-7 (`lift_sigma` of
     !! Level-1) the mean normalised square is 3.8, with 1e-6 0.8
+    real(dp), parameter :: USUAL_LIGHT = 1e-7_dp            !! Of GRACE's satellites, m/s^2: section 6 of docs/theory.md
+    real(dp), parameter :: USUAL_TURNING = 1.1e-3_dp
+    !! Of a satellite that points to the Earth, rad/s: by so much the Sun's light turns against the body
 
 contains
 
@@ -50,6 +53,10 @@ contains
         sigmas(AIRFLOW_TURN) = USUAL_WIND
         sigmas(SIDE_FORCE) = force_size(knowledge)*USUAL_SIDE_FORCE
         sigmas(LIFT) = force_size(knowledge)*USUAL_LIFT
+        associate (turn => USUAL_TURNING*knowledge%duration/2, light_size => force_size(knowledge)*USUAL_LIGHT)
+            sigmas(LIGHT(4:6)) = light_size*turn
+            sigmas(LIGHT(7:9)) = light_size*turn**2/2
+        end associate
     end function a_priori_sigmas
 
     !> How much larger than in the cases of CSR-TM-00-01 the forces are that are no straight line: as the acceleration itself.

@@ -54,7 +54,7 @@ contains
             end if
             unscaled = transformed(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
             if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
-            if (allocated(model%light)) unscaled = unscaled + model%light(k)*state%value(LIGHT)
+            if (allocated(model%light)) unscaled = unscaled + matmul(reshape(state%value(LIGHT), [3, 3]), light_at(model, k))
             shown = factor*unscaled
             if (side_forces) shown(1) = shown(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
             if (lifted) shown(2:) = shown(2:) + along(2:)*state%value(LIFT)
@@ -290,6 +290,17 @@ contains
         end do
     end function bends_at
 
+    !> The part of the Sun that is seen at k h, times 1, x and x^2, x from -1 to 1 along the arc.
+    pure function light_at(model, k) result(light)
+        type(physical_model_t), intent(in) :: model
+        integer, intent(in) :: k
+        real(dp) :: light(3)
+
+        associate (x => 2*real(k, dp)/model%steps - 1)
+            light = model%light(k)*[1.0_dp, x, x**2]
+        end associate
+    end function light_at
+
     !> The direction of the airflow at k h.
     pure function airflow_at(model, q, k) result(along)
         type(physical_model_t), intent(in) :: model
@@ -314,7 +325,7 @@ contains
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
-        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3)
+        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3), sunlight(3)
         integer :: i, axis
 
         associate (t => model%start + k*model%interval)
@@ -351,7 +362,8 @@ contains
                     case (OF_FORCE_JUMP)
                         if (k >= model%jump) partials(i, axis) = factor(axis)
                     case (OF_LIGHT)
-                        partials(i, axis) = factor(axis)*model%light(k)
+                        sunlight = light_at(model, k)
+                        partials(i, axis) = factor(axis)*sunlight((MEMBER_OF(p) + 2)/3)
                     case (OF_SIDE_FORCE)
                         partials(i, 1) = along(1 + MEMBER_OF(p))
                     case (OF_LIFT)
