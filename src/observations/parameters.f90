@@ -20,12 +20,13 @@ module gracecg_observations_parameters
     public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, WAVE_GROWTH, INERTIA, TORQUE_CHANGE
     public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
     public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
-    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, LIFT, FORCE_JUMP, LIGHT, &
+    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, LIFT, TILT, FORCE_JUMP, LIGHT, &
         FIELD_SCALES, FIELD_SHEARS
     public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
     public :: OF_ATTITUDE_ANGLES, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS, OF_DRAG_CURVATURE
     public :: OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH, OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE
-    public :: OF_LIFT, OF_FORCE_JUMP, OF_LIGHT, OF_TORQUE_BENDS, OF_HEAD_DRIFT, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT, OF_ROD_GAINS
+    public :: OF_LIFT, OF_TILT, OF_FORCE_JUMP, OF_LIGHT, OF_TORQUE_BENDS, OF_HEAD_DRIFT, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT, &
+        OF_ROD_GAINS
     public :: OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
     public :: OF_ROD_TURNS, OF_INERTIA, OF_TORQUE_CHANGE, OF_SCALE_FACTORS, OF_ACCELEROMETER_DELAYS
     public :: OF_ACCELEROMETER_TURN, OF_FIELD_BIAS, OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS
@@ -36,7 +37,7 @@ module gracecg_observations_parameters
     public :: OF_HEAD_DELAY, HEAD_DELAY, TORQUE_BENDS, HEAD_DRIFT, CHANNEL_BIAS, CHANNEL_DRIFT, SAMPLING_DELAY, LEAKAGE, &
         LEAKAGE_RATE, CHANNEL_SCALES, &
         CHANNEL_LEAKAGE, CHANNEL_LEAKAGE_RATE
-    public :: BELIEFS, BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
+    public :: BELIEFS, TILT_AXIS, BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
 
     !> What a parameter acts on
     enum, bind(c)
@@ -50,7 +51,7 @@ module gracecg_observations_parameters
     enum, bind(c)
         enumerator :: OF_ATTITUDE_ANGLES = 1, OF_RATE, OF_TORQUE, OF_OFFSET, OF_DRIFT, OF_BIAS
         enumerator :: OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH
-        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_LIFT, OF_FORCE_JUMP, OF_LIGHT, OF_TORQUE_BENDS
+        enumerator :: OF_FORCE_BENDS, OF_AIRFLOW_TURN, OF_SIDE_FORCE, OF_LIFT, OF_TILT, OF_FORCE_JUMP, OF_LIGHT, OF_TORQUE_BENDS
         enumerator :: OF_HEAD_DRIFT
         enumerator :: OF_HEAD_DELAY, OF_CHANNEL_BIAS, OF_CHANNEL_DRIFT
         enumerator :: OF_ROD_GAINS, OF_ROD_GAIN, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY
@@ -104,6 +105,7 @@ module gracecg_observations_parameters
         parameter_kind_t(2, 'airflow_', 'y z', 'rad', ACCELERATION, 1e-1_dp, NO, 1.0_dp), &
         parameter_kind_t(2, 'side_', 'y z', 'm/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &
         parameter_kind_t(2, 'lift_', 'y z', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-2_dp), &
+        parameter_kind_t(5, 'tilt_', 'xr yr yz zr zy', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-2_dp), &
         parameter_kind_t(3, 'jump_', XYZ, 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(9, 'light_', 'x y z x1 y1 z1 x2 y2 z2', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
         parameter_kind_t(6, 'torque_', 'x2 x3 y2 y3 z2 z3', 'N m', ROTATION, 1e-5_dp, NO, 0.01_dp), &
@@ -200,6 +202,8 @@ module gracecg_observations_parameters
     !! Of the drag along x by the airflow's angles towards y and z
     integer, parameter :: LIFT(2) = pack(EVERY, KIND_OF == OF_LIFT)
     !! Of the force along y and z by the airflow's angle towards them
+    integer, parameter :: TILT(5) = pack(EVERY, KIND_OF == OF_TILT)
+    !! Of the force along the first axis by the roll r, or by the airflow's angle towards the second
     integer, parameter :: FORCE_JUMP(3) = pack(EVERY, KIND_OF == OF_FORCE_JUMP)     !! Of the acceleration, from one sample on
     integer, parameter :: LIGHT(9) = pack(EVERY, KIND_OF == OF_LIGHT)
     !! Acceleration by the Sun's, as much as is seen: x, y, z, its slope and its curve from the middle of the arc to its end
@@ -256,6 +260,7 @@ module gracecg_observations_parameters
 
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time
+    integer, parameter :: TILT_AXIS(5) = [1, 2, 2, 3, 3]     !! Of the force of each of TILT
     !> Axes and degrees of FORCE_BENDS
     integer, parameter :: BEND_AXIS(12) = [1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3]
     integer, parameter :: BEND_DEGREE(12) = [3, 4, 5, 6, 2, 3, 4, 5, 6, 2, 3, 4]    !! Of the polynomials

@@ -12,7 +12,7 @@ module gracecg_planning_bound
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_observations_parameters, only: PARAMETERS, parameter_names, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
+    use gracecg_observations_parameters, only: PARAMETERS, parameter_names, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, ROD_GAINS, &
         FIELD_BIAS, INERTIA, TORQUE_CHANGE, LIGHT
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_physical_model, only: model_state_t
@@ -25,7 +25,7 @@ module gracecg_planning_bound
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
-        ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, KNOWN_INERTIA => INERTIA, KNOWN_CHANGE => TORQUE_CHANGE
+        ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, KNOWN_INERTIA => INERTIA, KNOWN_CHANGE => TORQUE_CHANGE, KNOWN_GAINS => ROD_GAIN
     use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator, error_switches_t, &
         new_switched_simulator
     implicit none
@@ -197,6 +197,7 @@ contains
         considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
         source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
         left = [(all(estimated /= considered(i)), i=1, size(considered))]
+        if (any(estimated == ROD_GAINS(1))) left = left .and. considered /= ROD_GAIN    ! it is in them
         considered = pack(considered, left)
         source = pack(source, left)
         call prepare_at_truth(simulator, observations, options, [estimated, considered], problem, error)
@@ -241,7 +242,7 @@ contains
             if (allocated(error)) return
         end do
         do source = 1, size(KNOWLEDGE_SOURCES)
-            if (any(OPERATOR_PLACES == source)) cycle
+            if (any(OPERATOR_PLACES == source) .or. source == KNOWN_GAINS .and. any(estimated == ROD_GAINS(1))) cycle
             do i = 1, KNOWLEDGE_SOURCES(source)%components
                 sigma = operator%sigma(i, source)
                 if (.not. sigma > 0) cycle

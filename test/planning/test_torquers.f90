@@ -56,6 +56,7 @@ contains
         if (.not. exact) return
         calibration%case%operator%sigma = 0
         calibration%case%satellite%line%scale_sigma = 1e-9_dp
+        calibration%case%operator%a_priori%sigma_rod_gain = 1e-9_dp
         calibration%options%optimal%estimate_scale_factors = .false.
         calibration%options%optimal%estimate_rod_gain = .false.
         calibration%options%optimal%also = ''
@@ -192,7 +193,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp), allocatable :: rows(:, :), factor(:, :), normal(:, :), rhs(:), solution(:), inverse(:, :), seen(:)
         real(dp) :: condition
-        integer :: n, p, c, k, axis, sensor, last, scales, many
+        integer :: n, p, c, k, axis, sensor, last, scales, many, gains
 
         call see(calibration%case, base)
         if (allocated(failure)) return
@@ -228,12 +229,13 @@ contains
             c = c + 6
         end do
         associate (asked => calibration%options%optimal)
-            if (asked%estimate_rod_gain) then
+            gains = merge(3, 0, index(asked%also, 'rod_gain_x') > 0 .or. asked%estimate_rod_gain .and. last > 3*n)
+            if (asked%estimate_rod_gain .and. last == 3*n) then
                 case = calibration%case
                 case%satellite%rods%gain = 1.001_dp
                 call add_column(1e-3_dp)
             end if
-            do k = 1, merge(3, 0, index(asked%also, 'rod_gain_x') > 0)
+            do k = 1, gains
                 case = calibration%case
                 case%satellite%rods%gain(k) = 1.001_dp
                 call add_column(1e-3_dp)
@@ -267,7 +269,9 @@ contains
                                                1/calibration%case%satellite%line%scale_sigma(axis)**2/many
                 normal(k, k) = normal(k, k) + 1/calibration%case%satellite%line%scale_sigma(axis)**2
             end do
-            if (asked%estimate_rod_gain) normal(scales, scales) = normal(scales, scales) + 1/known%sigma_rod_gain**2
+            do k = scales, merge(scales - max(gains, 1) + 1, scales + 1, asked%estimate_rod_gain), -1
+                normal(k, k) = normal(k, k) + 1/known%sigma_rod_gain**2
+            end do
         end associate
         allocate (rhs(c), source=0.0_dp)
         allocate (solution(c), inverse(c, c))
@@ -627,12 +631,6 @@ contains
         call take_example(EXAMPLES(1), .true., calibration)
         calibration%case%duration = 100
         calibration%case%satellite%rods%activations%stop = 100
-        call plan_manoeuvre(calibration, 0.0_dp, settings, planned, design, failure)
-        call check(error, allocated(failure), 'planned with several accelerometers')
-        if (allocated(error)) return
-        call check(error, index(failure%message, 'several accelerometers: manoeuvres are planned for one') > 0, failure%message)
-        calibration%case%satellite%line%number = 1
-        call bound_of_case(calibration%case, calibration%options, own, failure)
         settings%amplitude = usual_amplitude(calibration%case%satellite%rods)
         settings%share = usual_shares(calibration%case%satellite%rods)
         call check(error, maxval(abs(settings%amplitude*settings%share - [3.676e-4_dp, 1.9316e-3_dp, 2.1612e-3_dp])) < 1e-12_dp)
@@ -640,6 +638,12 @@ contains
         settings%highest_frequency = 0.1_dp
         settings%waveform_used = [.true., .false., .false., .false.]
         settings%refinement_steps = 0
+        call plan_manoeuvre(calibration, 0.0_dp, settings, planned, design, failure)
+        call check(error, allocated(failure), 'planned with several accelerometers')
+        if (allocated(error)) return
+        call check(error, index(failure%message, 'several accelerometers: manoeuvres are planned for one') > 0, failure%message)
+        calibration%case%satellite%line%number = 1
+        call bound_of_case(calibration%case, calibration%options, own, failure)
         if (.not. allocated(failure)) call plan_manoeuvre(calibration, 0.0_dp, settings, planned, design, failure)
         planned%options = calibration%options
         if (.not. allocated(failure)) call bound_of_case(planned%case, planned%options, bound, failure)

@@ -29,6 +29,8 @@ module gracecg_estimation_parameters
     !! Standard deviation of LIFT, m/s^2, fitted to one small satellite 420 km up, noise 4.5e-22: with 3e-7 (`lift_sigma` of
     !! Level-1) the mean normalised square is 3.8, with 1e-6 0.8
     real(dp), parameter :: USUAL_LIGHT = 1e-7_dp            !! Of GRACE's satellites, m/s^2: section 6 of docs/theory.md
+    real(dp), parameter :: USUAL_TILT = 5e-8_dp
+    !! Standard deviation of TILT, m/s^2, fitted to three accelerometers 500 km up, noise 1e-22: half of the light
     real(dp), parameter :: USUAL_TURNING = 1.1e-3_dp
     !! Of a satellite that points to the Earth, rad/s: by so much the Sun's light turns against the body
 
@@ -46,6 +48,10 @@ contains
         sigmas(SCALE_FACTORS) = knowledge%a_priori%aged_scale_sigmas()
         sigmas(LINE_SCALES) = [knowledge%line%scale_sigma, knowledge%line%scale_sigma]
         sigmas(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
+        if (knowledge%line%number > 1) then     ! which see the rotation, and what makes it
+            sigmas(ROD_GAINS) = knowledge%a_priori%sigma_rod_gain
+            sigmas(TORQUE_BENDS) = knowledge%a_priori%sigma_torque
+        end if
         sigmas(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         sigmas(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
         sigmas(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
@@ -53,6 +59,7 @@ contains
         sigmas(AIRFLOW_TURN) = USUAL_WIND
         sigmas(SIDE_FORCE) = force_size(knowledge)*USUAL_SIDE_FORCE
         sigmas(LIFT) = force_size(knowledge)*USUAL_LIFT
+        sigmas(TILT) = force_size(knowledge)*USUAL_TILT
         associate (turn => USUAL_TURNING*knowledge%duration/2, light_size => force_size(knowledge)*USUAL_LIGHT)
             sigmas(LIGHT(4:6)) = light_size*turn
             sigmas(LIGHT(7:9)) = light_size*turn**2/2

@@ -27,7 +27,8 @@ contains
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
         real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 5), drag(3), along(3), bends(size(FORCE_BENDS)), shown(3), t
-        logical :: drag_changes, side_forces, lifted, bent
+        real(dp) :: tilts(size(TILT))
+        logical :: drag_changes, side_forces, lifted, tilted, bent
         integer, allocatable :: linear(:)
         integer :: i, k, n
 
@@ -36,6 +37,7 @@ contains
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
         side_forces = any(model%estimated == SIDE_FORCE(1))
         lifted = any(model%estimated == LIFT(1))
+        tilted = any(model%estimated == TILT(1))
         bent = any(abs(state%value(FORCE_BENDS)) > 0) .or. &
                any(KIND_OF(model%estimated) == OF_FORCE_BENDS)
         changes = 0
@@ -58,6 +60,12 @@ contains
             shown = factor*unscaled
             if (side_forces) shown(1) = shown(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
             if (lifted) shown(2:) = shown(2:) + along(2:)*state%value(LIFT)
+            if (tilted) then
+                tilts = tilts_at(model, trajectory, along, k)
+                do n = 1, size(TILT)
+                    shown(TILT_AXIS(n)) = shown(TILT_AXIS(n)) + tilts(n)*state%value(TILT(n))
+                end do
+            end if
             if (bent) then
                 bends = bends_at(model, k)
                 do n = 1, size(FORCE_BENDS)
@@ -290,6 +298,20 @@ contains
         end do
     end function bends_at
 
+    !> The angles by which forces change beside SIDE_FORCE and LIFT: of the roll, and of the airflow, rad.
+    pure function tilts_at(model, trajectory, along, k) result(tilts)
+        type(physical_model_t), intent(in) :: model
+        type(model_trajectory_t), intent(in) :: trajectory
+        real(dp), intent(in) :: along(3)
+        integer, intent(in) :: k
+        real(dp) :: tilts(size(TILT))
+
+        real(dp) :: up(3)
+
+        up = vertical_at(model, trajectory, k)
+        tilts = [up(2), up(2), along(3), up(2), along(2)]
+    end function tilts_at
+
     !> The part of the Sun that is seen at k h, times 1, x and x^2, x from -1 to 1 along the arc.
     pure function light_at(model, k) result(light)
         type(physical_model_t), intent(in) :: model
@@ -325,7 +347,8 @@ contains
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
-        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3), sunlight(3)
+        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3), sunlight(3), &
+                    tilts(size(TILT))
         integer :: i, axis
 
         associate (t => model%start + k*model%interval)
@@ -366,6 +389,9 @@ contains
                         partials(i, axis) = factor(axis)*sunlight((MEMBER_OF(p) + 2)/3)
                     case (OF_SIDE_FORCE)
                         partials(i, 1) = along(1 + MEMBER_OF(p))
+                    case (OF_TILT)
+                        tilts = tilts_at(model, trajectory, along, k)
+                        partials(i, TILT_AXIS(MEMBER_OF(p))) = tilts(MEMBER_OF(p))
                     case (OF_LIFT)
                         partials(i, 1 + MEMBER_OF(p)) = along(1 + MEMBER_OF(p))
                     case (OF_AIRFLOW_TURN)

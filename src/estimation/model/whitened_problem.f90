@@ -104,7 +104,7 @@ contains
         if (.not. asked%estimate_within_limits) return
         more = FORCE_SHAPES
         if (knowledge%duration > STEADY) more = [more, TORQUE_CHANGE]
-        if (feels_lift(knowledge)) more = [more, LIFT]
+        if (feels_lift(knowledge)) more = [more, LIFT, TILT]
         if (present(data)) then
             if (edge_of_shadow(julian_centuries_tt(knowledge%epoch), data%orbit_time, data%orbit_position, &
                                knowledge%duration) >= 0) more = [more, LIGHT]
@@ -112,7 +112,8 @@ contains
         estimated = [estimated, pack(more, [(.not. any(estimated == more(i)), i=1, size(more))])]
     end function estimated_parameters
 
-    !> The parameters that the options ask for by name; with several accelerometers theirs, gain and inertia, too.
+    !> The parameters that the options ask for by name; with several accelerometers theirs, inertia, the gain of each rod and
+    !> torques that change, too.
     pure function asked_parameters(asked, knowledge) result(estimated)
         type(optimal_options_t), intent(in) :: asked
         type(operator_knowledge_t), intent(in) :: knowledge
@@ -125,7 +126,7 @@ contains
 
         estimated = ALWAYS_ESTIMATED
         if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
-        if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
+        if (asked%estimate_rod_gain .and. knowledge%line%number == 1) estimated = [estimated, ROD_GAIN]
         if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
         if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
         call find_parameters(asked%also, named, unknown)
@@ -134,8 +135,9 @@ contains
                 estimated = [estimated, LINE_SCALES(:n), LINE_BIAS(:n), LINE_DRIFT(:n)]
             end associate
             sigma = a_priori_sigmas(knowledge)      ! the rotation shows what makes it
-            estimated = [estimated, pack(INERTIA, sigma(INERTIA) > 0), &
-                         pack([ROD_GAIN], sigma([ROD_GAIN]) > 0 .and. .not. asked%estimate_rod_gain)]
+            associate (causes => [INERTIA, ROD_GAINS, TORQUE_CHANGE, TORQUE_BENDS])
+                estimated = [estimated, pack(causes, sigma(causes) > 0)]
+            end associate
         end if
         estimated = [estimated, pack(named, [(.not. any(estimated == named(i)), i=1, size(named))])]
     end function asked_parameters
