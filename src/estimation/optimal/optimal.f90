@@ -205,12 +205,12 @@ contains
         call settle_counted(only_to_search, fit, error)
         if (allocated(error)) return
         if (only_to_search) then
-            wave = search_wave(fit%problem, fit%batch)
+            wave = search_wave(knowledge%rods, fit%problem, fit%batch)
             if (louder) fit%problem%noise = start%noise
             if (louder .and. .not. wave%found) then     ! a small one
                 call settle_counted(.true., fit, error)
                 if (allocated(error)) return
-                wave = search_wave(fit%problem, fit%batch)
+                wave = search_wave(knowledge%rods, fit%problem, fit%batch)
             end if
             if (wave%found) then
                 allocate (wider)
@@ -244,7 +244,7 @@ contains
             type(density_wave_found_t) :: left
             logical :: grows
 
-            left = search_wave(fit%problem, fit%batch)
+            left = search_wave(knowledge%rods, fit%problem, fit%batch)
             if (.not. left%found .or. abs(left%frequency - wave%frequency)*knowledge%duration > NEAR) return
             allocate (wider)
             call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, WAVE_GROWTH], wider%problem)

@@ -12,6 +12,7 @@ module gracecg_estimation_wave_search
     use gracecg_base_lapack, only: sum_of_products
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_base_text, only: append, rounded_text, string_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_parameters, only: WAVE_FREQUENCY, WAVE_SINE, WAVE_COSINE
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_problem, only: batch_solution_t
@@ -49,12 +50,14 @@ contains
     end function search_level
 
     !> Looks for a wave in the residuals of a fit that has converged.
-    function search_wave(problem, batch) result(wave)
+    function search_wave(rods, problem, batch) result(wave)
+        type(torque_rods_t), intent(in) :: rods         !! Of the manoeuvre
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch     !! Of this problem
         type(density_wave_found_t) :: wave
 
-        real(dp) :: line, middle, arc, spacing, gain(FREQUENCIES), one(1), amplitude(2, 1), curvature
+        type(density_wave_found_t) :: other
+        real(dp) :: line, middle, arc, gain, gain_of_other
         real(dp) :: along(3, size(problem%data%accelerometer_epoch))    ! the airflow, body axes
         integer :: i
 
@@ -64,17 +67,63 @@ contains
         do i = 1, size(along, 2)
             along(:, i) = airflow_at(problem%model, problem%state%quaternion, problem%data%accelerometer_epoch(i))
         end do
+        call look_near(problem, batch, along, arc, middle, wave, gain)
+        call look_at_rods(rods, problem, batch, along, arc, middle)
+        if (middle > 0) then
+            call look_near(problem, batch, along, arc, middle, other, gain_of_other)
+            if (gain_of_other > gain) wave = other
+        end if
+    end function search_wave
+
+    !> The best frequency near another.
+    subroutine look_near(problem, batch, along, arc, middle, wave, gain)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        real(dp), intent(in) :: along(:, :), arc, middle        !! The airflow; s; Hz
+        type(density_wave_found_t), intent(out) :: wave
+        real(dp), intent(out) :: gain                           !! At it
+
+        real(dp) :: spacing, gains(FREQUENCIES), one(1), amplitude(2, 1), curvature
+        integer :: i
+
         spacing = 2*NEAR_LINE/arc/(FREQUENCIES - 1)
-        call find_gains(problem, batch, along, [(middle - NEAR_LINE/arc + i*spacing, i=0, FREQUENCIES - 1)], gain)
-        i = min(FREQUENCIES - 1, max(2, maxloc(gain, 1)))
-        curvature = gain(i - 1) - 2*gain(i) + gain(i + 1)
+        call find_gains(problem, batch, along, [(middle - NEAR_LINE/arc + i*spacing, i=0, FREQUENCIES - 1)], gains)
+        i = min(FREQUENCIES - 1, max(2, maxloc(gains, 1)))
+        curvature = gains(i - 1) - 2*gains(i) + gains(i + 1)
         wave%frequency = middle - NEAR_LINE/arc + (i - 1)*spacing
         if (curvature < 0) wave%frequency = wave%frequency + &
-            spacing*min(1.0_dp, max(-1.0_dp, (gain(i - 1) - gain(i + 1))/(2*curvature)))
+            spacing*min(1.0_dp, max(-1.0_dp, (gains(i - 1) - gains(i + 1))/(2*curvature)))
         call find_gains(problem, batch, along, [wave%frequency], one, amplitude)
-        wave%found = one(1) >= LEAST_GAIN
+        gain = one(1)
+        wave%found = gain >= LEAST_GAIN
         wave%amplitude = amplitude(:, 1)
-    end function search_wave
+    end subroutine look_near
+
+    !> A wave at a rod's frequency is taken for an offset by a fit without it, and leaves but a harmonic of square moments, or
+    !> beside a gap another line: the frequency of most gain of all those that rods have, if it is not where the line was.
+    subroutine look_at_rods(rods, problem, batch, along, arc, frequency)
+        type(torque_rods_t), intent(in) :: rods
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        real(dp), intent(in) :: along(:, :), arc        !! The airflow; s
+        real(dp), intent(inout) :: frequency            !! Of the line; then the other, 0: there is none, Hz
+
+        real(dp) :: at(FREQUENCIES), gains(FREQUENCIES), most, first
+        integer :: i, k
+
+        most = 0
+        first = frequency
+        frequency = 0
+        do k = 0, ceiling(2*(maxval([0.0_dp, rods%activations(:rods%count)%frequency])*arc - LEAST_CYCLES))/FREQUENCIES
+            at = [((LEAST_CYCLES + 0.5_dp*(k*FREQUENCIES + i))/arc, i=0, FREQUENCIES - 1)]
+            call find_gains(problem, batch, along, at, gains)
+            i = maxloc(gains, 1)
+            if (gains(i) <= most) cycle
+            most = gains(i)
+            frequency = at(i)
+        end do
+        if (abs(frequency - first)*arc < 1) frequency = 0
+    end subroutine look_at_rods
 
     !> g^T S^-1 g at some frequencies, and S^-1 g. Their sines and cosines lie side by side.
     subroutine find_gains(problem, batch, along, at, gain, amplitude)
