@@ -30,11 +30,9 @@ contains
                     new_unittest('star-camera-stops-early', test_early_end), &
                     new_unittest('times-are-refused', test_times), &
                     new_unittest('values-are-refused', test_values), &
-                    new_unittest('too-few-samples-are-refused', test_too_few), &
-                    new_unittest('magnetometer-gap-is-refused', test_magnetometer_gap), &
+                    new_unittest('too-few-samples-and-gaps-are-refused', test_too_few), &
                     new_unittest('stuck-magnetometer-has-a-gap', test_stuck_magnetometer), &
-                    new_unittest('inconsistent-sizes-are-refused', test_sizes), &
-                    new_unittest('impossible-setup-is-refused', test_setup), &
+                    new_unittest('inconsistent-sizes-and-impossible-setups-are-refused', test_sizes), &
                     new_unittest('the-edge-of-the-shadow', test_shadow)]
     end subroutine collect_preprocessing
 
@@ -305,16 +303,7 @@ contains
         call refused(bad, good, 'star camera ... too few', error)
         bad%knowledge%camera = 3
         call refused(bad, good, 'star camera ... head 3', error)
-    end subroutine test_too_few
-
-    subroutine test_magnetometer_gap(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: good, bad
-
-        call example(good)
-        bad = good
-        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
-                                     2.5_dp)
+        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > 2.5_dp)
         bad%field = good%field(:, nint(bad%magnetometer_time))
         call refused(bad, good, 'magnetometer ... no samples near 28', error)
         bad%magnetometer_time = good%magnetometer_time(:50)
@@ -323,7 +312,7 @@ contains
         bad%magnetometer_time = good%magnetometer_time(5:)
         bad%field = good%field(:, 5:)
         call refused(bad, good, 'magnetometer ... no samples near 0 s', error)
-    end subroutine test_magnetometer_gap
+    end subroutine test_too_few
 
     !> A magnetometer that keeps its value for 4 s has a gap there; 3 s pass.
     subroutine test_stuck_magnetometer(error)
@@ -360,14 +349,6 @@ contains
         call refused(bad, good, 'star camera ... 120 ... 119', error)
         deallocate (bad%field)
         call refused(bad, good, 'missing altogether', error)
-    end subroutine test_sizes
-
-    subroutine test_setup(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: good, bad
-
-        call example(good)
-        bad = good
         bad%knowledge%duration = 0
         call refused(bad, good, 'duration', error)
         bad%knowledge%duration = NAN
@@ -380,7 +361,7 @@ contains
         call refused(bad, good, 'inertia ... symmetric', error)
         bad%knowledge%inertia(3, 3) = 800
         call refused(bad, good, 'inertia ... sum of the two others', error)
-    end subroutine test_setup
+    end subroutine test_sizes
 
     !> Preprocessing must fail with a message that has every one of the parts; then the observations are good again.
     subroutine refused(bad, good, parts, error)
