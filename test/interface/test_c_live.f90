@@ -72,7 +72,6 @@ contains
                             sample%attitude_time(heads), heads, sample%quaternion(:, heads), istat, msg)
             end associate
             call check(error, istat, 0, 'gcliva '//msg)
-            if (allocated(error)) return
         end do
         call own%now(d, covariance, variance)
         call check(error, covariance(1, 1) < 1e-6_dp, 'something is known')

@@ -304,7 +304,6 @@ contains
                 call check(error, all(off < 4*sigma + 3*MICROMETRE) .and. maxval(sigma) < 5*MICROMETRE .and. &
                            solution%flag == 0, solution%source)
             end associate
-            if (allocated(error)) return
         end do
         associate (ratio => estimate%rods%gain*0.25_dp/(truth%dynamics%gain*truth%errors%inertia_factor))
             call check(error, maxval(abs(ratio - 1)) < 0.005_dp, 'gains')
