@@ -15,8 +15,7 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('epoch-of-the-report', test_epoch), &
-                    new_unittest('kp-intervals', test_intervals), &
+                    new_unittest('epoch-of-the-report-and-kp-intervals', test_epoch), &
                     new_unittest('81-day-mean-is-the-mean', test_mean), &
                     new_unittest('outside-the-table', test_outside), &
                     new_unittest('file-of-the-user', test_file), &
@@ -43,25 +42,20 @@ contains
     end subroutine check_indices
 
     !> Ottawa flux of 1989-01-01 and Kp of its last three hours, 3-.
-    subroutine test_epoch(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        call check_indices(error, embedded_space_weather(), '1989-01-02T00:00:00', &
-                           185.7_dp, 210.6_dp, 2.7_dp)
-    end subroutine test_epoch
-
     !> 2000-01-04 closes with Kp 4-, the next day's are 40 33 33 33 23 30 37 40 tenths.
-    subroutine test_intervals(error)
+    subroutine test_epoch(error)
         type(error_type), allocatable, intent(out) :: error
         type(space_weather_t) :: table
 
+        call check_indices(error, embedded_space_weather(), '1989-01-02T00:00:00', &
+                           185.7_dp, 210.6_dp, 2.7_dp)
         table = embedded_space_weather()
         call check_indices(error, table, '2000-01-05T02:59:59', 134.7_dp, 165.0_dp, 3.7_dp)
         call check_indices(error, table, '2000-01-05T03:00:00', 134.7_dp, 165.0_dp, 4.0_dp)
         call check_indices(error, table, '2000-01-05T17:59:59.9', 134.7_dp, 165.0_dp, 2.3_dp)
         call check_indices(error, table, '2000-01-05T23:59:59.9', 134.7_dp, 165.0_dp, 3.7_dp)
         call check_indices(error, table, '2000-01-06T00:00:00', 136.5_dp, 164.8_dp, 4.0_dp)
-    end subroutine test_intervals
+    end subroutine test_epoch
 
     !> The mean of a day against the daily values of the 40 days before to the 40 after it.
     subroutine test_mean(error)

@@ -25,9 +25,8 @@ contains
                     new_unittest('quaternions-as-printed', test_quaternions), &
                     new_unittest('torque-as-printed', test_torque), &
                     new_unittest('mounting-is-undone', test_mounting), &
-                    new_unittest('one-lost-frame-is-bridged', test_bridge), &
+                    new_unittest('one-lost-frame-is-bridged-and-the-last-kept', test_bridge), &
                     new_unittest('star-camera-gap-is-not-bridged', test_gap), &
-                    new_unittest('star-camera-stops-early', test_early_end), &
                     new_unittest('times-are-refused', test_times), &
                     new_unittest('values-are-refused', test_values), &
                     new_unittest('too-few-samples-and-gaps-are-refused', test_too_few), &
@@ -165,6 +164,7 @@ contains
     end subroutine drop_stars
 
     !> Without the sample at 10 s, the straight line from 9.5 s to 10.5 s.
+    !> After the last sample, at 50 s, its value is kept for one interval and no longer.
     subroutine test_bridge(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -178,6 +178,11 @@ contains
         call check(error, maxval(abs(data%quaternion(:, 98) - &
                                      normalised(0.7_dp*q(:, 19) + 0.3_dp*q(:, 21)))), 0.0_dp, &
                    thr=1e-14_dp)
+        call example(observations, q)
+        call drop_stars(observations, observations%star_camera_time < 50.1_dp)
+        if (preprocess_fails(error, observations, data)) return
+        call check(error, maxval(data%attitude_epoch), 505)
+        call check(error, maxval(abs(data%quaternion(:, 503) - q(:, 100))), 0.0_dp, thr=1e-15_dp)
     end subroutine test_bridge
 
     !> Six lost frames: no pseudo-observation between 20 s and 23 s, all others there and unchanged.
@@ -203,20 +208,6 @@ contains
             call check(error, maxval(abs(data%quaternion(:, i) - whole%quaternion(:, k))), 0.0_dp)
         end do
     end subroutine test_gap
-
-    !> After the last sample, at 50 s, its value is kept for one interval and no longer.
-    subroutine test_early_end(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: observations
-        type(fitting_data_t) :: data
-        real(dp) :: q(4, 120)
-
-        call example(observations, q)
-        call drop_stars(observations, observations%star_camera_time < 50.1_dp)
-        if (preprocess_fails(error, observations, data)) return
-        call check(error, maxval(data%attitude_epoch), 505)
-        call check(error, maxval(abs(data%quaternion(:, 503) - q(:, 100))), 0.0_dp, thr=1e-15_dp)
-    end subroutine test_early_end
 
     subroutine test_times(error)
         type(error_type), allocatable, intent(out) :: error
