@@ -49,7 +49,6 @@ program tester
     use test_level1_fuzz, only: collect_level1_fuzz
     use test_level1_simulation, only: collect_level1_simulation
     use test_level1_simulated_files, only: collect_level1_simulated_files
-    use test_level1_simulated_forms, only: collect_level1_simulated_forms
     use test_level1_round_trip, only: collect_level1_round_trip
     use test_level1_changed, only: collect_level1_changed
     use test_commands, only: collect_commands
@@ -196,7 +195,6 @@ program tester
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('level1-simulation', collect_level1_simulation), &
              new_testsuite('level1-simulated-files', collect_level1_simulated_files), &
-             new_testsuite('level1-simulated-forms', collect_level1_simulated_forms), &
              new_testsuite('level1-round-trip', collect_level1_round_trip), &
              new_testsuite('level1-changed-files', collect_level1_changed), &
              new_testsuite('commands', collect_commands), &

@@ -4,9 +4,6 @@ module test_level1_estimate
     use vocabulary
     use calibrations
     use gracecg_base_text, only: split_words, real_text
-    use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
-    use gracecg_cli_console, only: console_t
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_files_file, only: file_exists, output_file_t, text_file_t, read_text_file
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
@@ -19,6 +16,7 @@ module test_level1_estimate
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_results, only: write_event
     use gracecg_level1_to_observations, only: prepare_observations
+    use command_fixture, only: run, STATUS_FAILED
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, day_fails, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
     implicit none
@@ -174,7 +172,7 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        type(console_t) :: console
+        character(:), allocatable :: output, messages
         integer :: status
 
         if (day_fails(error, 'l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), &
@@ -190,12 +188,10 @@ contains
                        ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)// &
                        '/'//achar(10)//'&level1'//achar(10)// &
                        ' accelerometer_axes = 1, 2, 3'//achar(10)//'/'//achar(10))
-        console%captured = .true.
-        call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '// &
-                                          FOLDER//'l1_phase/vcm'), console, status, level1_commands())
-        if (unmet(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
-                  index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
-                  console%messages)) return
+        call run('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '//FOLDER//'l1_phase/vcm', &
+                 status, output, messages)
+        if (unmet(error, status == STATUS_FAILED .and. index(messages, 'vcm: not written') > 0 .and. &
+                  index(output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), messages)) return
         ! Where the samples tell leakage from d, a-priori leakage that is asked for is no fault of theirs.
         if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
         call check(error, estimate%solutions(1)%separable, 'leakage is separable')
