@@ -4,8 +4,7 @@
 !> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
 program tester
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
-        run_selected, select_suite
+    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_selected, select_suite
     use fixture, only: make_folder, set_variable
     use test_arithmetic, only: collect_arithmetic
     use test_quaternion, only: collect_quaternion
@@ -50,7 +49,6 @@ program tester
     use test_level1_fuzz, only: collect_level1_fuzz
     use test_level1_simulation, only: collect_level1_simulation
     use test_level1_simulated_files, only: collect_level1_simulated_files
-    use test_level1_simulated_forms, only: collect_level1_simulated_forms
     use test_level1_round_trip, only: collect_level1_round_trip
     use test_level1_changed, only: collect_level1_changed
     use test_commands, only: collect_commands
@@ -141,7 +139,7 @@ program tester
                                            'knowledge-errors/every-source-in-every-estimator', &
                                            'operator/knowledge-mends-the-samples', &
                                            'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set', &
-                                           'faults/silent-rods', 'faults/weak-rods', 'faults/wrong-frequency', &
+                                           'faults/silent-rods', 'faults/weak-rods-and-wrong-frequency', &
                                            'calibration-page/no-convergence', 'calibration-page/refused-fit', &
                                            'commands/lines-fit', 'case-commands/what-is-next-works-as-typed', &
                                            'level1-changed-files/numbers', 'level1-changed-files/exchanged-moments', &
@@ -197,7 +195,6 @@ program tester
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('level1-simulation', collect_level1_simulation), &
              new_testsuite('level1-simulated-files', collect_level1_simulated_files), &
-             new_testsuite('level1-simulated-forms', collect_level1_simulated_forms), &
              new_testsuite('level1-round-trip', collect_level1_round_trip), &
              new_testsuite('level1-changed-files', collect_level1_changed), &
              new_testsuite('commands', collect_commands), &
@@ -319,20 +316,15 @@ program tester
             end if
             total = 1
         else
-            call run_testsuite(suites(position)%collect, output_unit, failed, parallel=.false.)
-            total = count_tests(suites(position))
+            fast = .false.
+            call run_suite(suites(position), total, failed)
         end if
     else
         do i = 1, size(suites)
             if (fast .and. any(SLOW == suites(i)%name)) cycle
             write (output_unit, '(a)') suites(i)%name
             flush (output_unit)
-            if (fast) then
-                call run_fast_tests(suites(i), total, failed)
-            else
-                call run_testsuite(suites(i)%collect, output_unit, failed, parallel=.false.)
-                total = total + count_tests(suites(i))
-            end if
+            call run_suite(suites(i), total, failed)
             flush (output_unit)
         end do
     end if
@@ -341,30 +333,22 @@ program tester
 
 contains
 
-    integer function count_tests(suite) result(n)
+    !> All tests of a suite, or the fast ones.
+    subroutine run_suite(suite, run, failures)
         type(testsuite_type), intent(in) :: suite
-        type(unittest_type), allocatable :: tests(:)
-
-        call suite%collect(tests)
-        n = size(tests)
-    end function count_tests
-
-    subroutine run_fast_tests(suite, run, failures)
-        type(testsuite_type), intent(in) :: suite
-        integer, intent(inout) :: run
-        integer, intent(inout) :: failures
+        integer, intent(inout) :: run, failures
         type(unittest_type), allocatable :: tests(:)
         integer :: k, status
 
         call suite%collect(tests)
         do k = 1, size(tests)
-            if (any(SLOW == suite%name//'/'//tests(k)%name)) cycle
+            if (fast .and. any(SLOW == suite%name//'/'//tests(k)%name)) cycle
             status = 0
             call run_selected(suite%collect, tests(k)%name, output_unit, status)
             failures = failures + status
             run = run + 1
         end do
-    end subroutine run_fast_tests
+    end subroutine run_suite
 
     subroutine list_suites(unit)
         integer, intent(in) :: unit

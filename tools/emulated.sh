@@ -10,7 +10,7 @@ CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 readonly READERS='arithmetic quaternion lanes lapack runge-kutta time earth-orientation decimal text file table csv json settings
 observation-files geopotential geomagnetic-field thermosphere wind sun earth-radiation fourier statistics spectrum random coloured-noise
 accelerometer star-camera magnetometer torques level1-reader level1-writer level1-time level1-check level1-bundles level1-parts level1-results
-level1-fuzz level1-simulated-files level1-simulated-forms model-commands c-models library'
+level1-fuzz level1-simulated-files model-commands c-models library'
 
 [ $# -ge 2 ] || { sed -n '4,7s/^# *//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
 architecture=$1 root=$2

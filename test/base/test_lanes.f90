@@ -1,6 +1,6 @@
 !> The kernels over what lies side by side, against the same work done plainly.
 module test_lanes
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use vocabulary
     use gracecg_base_lanes, only: LANES, lanes_of, lanes_filter, lanes_sines_cosines, total_of
     implicit none
@@ -174,7 +174,7 @@ contains
                 call check(error, abs(sines(lane) - sin(angle)) < NEAR .and. abs(cosines(lane) - cos(angle)) < NEAR)
             end do
             lane = 1 + modulo(i, LANES)
-            turns(lane) = ieee_value(angle, ieee_quiet_nan)
+            turns(lane) = NAN
             call lanes_sines_cosines(turns, again, other)
             call check(error, ieee_is_nan(again(lane)) .and. ieee_is_nan(other(lane)) .and. &
                        count(abs(again - sines) <= 0 .and. abs(other - cosines) <= 0) == LANES - 1)

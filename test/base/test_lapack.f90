@@ -24,8 +24,7 @@ contains
                     new_unittest('sums-of-products-of-any-size', test_products), &
                     new_unittest('sums-do-not-depend-on-threads', test_threads), &
                     new_unittest('triangle-of-rows', test_triangle), &
-                    new_unittest('singular-direction-is-named', test_singular), &
-                    new_unittest('nan-is-refused', test_nan)]
+                    new_unittest('singular-and-nan-are-refused', test_singular)]
     end subroutine collect_lapack
 
     subroutine test_eigen(error)
@@ -193,17 +192,10 @@ contains
                                     [character(2) :: 'dx', 'dy', 'dz'])
         call check(error, index(message_of(failure), 'dx'), 0, message_of(failure))
         call check_fails(error, failure, 'dy')
-    end subroutine test_singular
-
-    subroutine test_nan(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable :: failure
-        real(dp) :: normal(3, 3), rhs(3), x(3), covariance(3, 3), condition
-
         normal = identity(3)
         normal(1, 2) = NAN
         rhs = 1
         call solve_normal_equations(normal, rhs, x, covariance, condition, failure)
         call check(error, allocated(failure))
-    end subroutine test_nan
+    end subroutine test_singular
 end module test_lapack

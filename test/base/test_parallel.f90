@@ -38,7 +38,6 @@ contains
                     new_unittest('every-piece-once', test_once), &
                     new_unittest('results-do-not-depend-on-threads', test_threads), &
                     new_unittest('first-failure', test_failure), &
-                    new_unittest('nothing-to-do', test_nothing), &
                     new_unittest('stops-when-asked', test_stop), &
                     new_unittest('progress-line', test_line)]
     end subroutine collect_parallel
@@ -74,6 +73,9 @@ contains
         call run_parallel(sums, 1000, 4, failure)
         call check_passes(error, failure)
         call check(error, all(sums%times_done == 1), 'not every piece once')
+        sums = new_sums(0, [integer ::])
+        call run_parallel(sums, 0, 2, failure)
+        call check_passes(error, failure)
     end subroutine test_once
 
     subroutine test_threads(error)
@@ -110,16 +112,6 @@ contains
             end do
         end do
     end subroutine test_failure
-
-    subroutine test_nothing(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(sums_t) :: sums
-        type(error_t), allocatable :: failure
-
-        sums = new_sums(0, [integer ::])
-        call run_parallel(sums, 0, 2, failure)
-        call check_passes(error, failure)
-    end subroutine test_nothing
 
     subroutine listen(self, text)
         class(listener_t), intent(inout) :: self

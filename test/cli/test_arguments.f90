@@ -15,8 +15,7 @@ contains
 
         testsuite = [ &
                     new_unittest('words-and-options', test_words), &
-                    new_unittest('equals-sign', test_equals), &
-                    new_unittest('negative-values', test_negative), &
+                    new_unittest('equals-sign-and-negative-values', test_equals), &
                     new_unittest('defaults', test_defaults), &
                     new_unittest('lists', test_lists), &
                     new_unittest('double-dash', test_double_dash), &
@@ -72,28 +71,20 @@ contains
         type(arguments_t) :: arguments
         type(error_t), allocatable :: failure
         character(:), allocatable :: folder
-        real(dp) :: position(3)
+        real(dp) :: position(3), step
 
         call parse('front-1 --out=a=b --position=-1,2,3e6', arguments, failure)
         call arguments%get('--out', folder, failure)
         call arguments%get('--position', position, failure)
         call check_passes(error, failure)
         call check(error, folder == 'a=b' .and. all(abs(position - [-1.0_dp, 2.0_dp, 3e6_dp]) <= 0))
-    end subroutine test_equals
-
-    subroutine test_negative(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(arguments_t) :: arguments
-        type(error_t), allocatable :: failure
-        real(dp) :: position(3), step
-
         call parse('-1 --position -1 -.5 -3e6 --out - --step -2', arguments, failure)
         call arguments%get('--position', position, failure)
         call arguments%get('--step', step, failure)
         call check_passes(error, failure)
         call check(error, all(abs(position - [-1.0_dp, -0.5_dp, -3e6_dp]) <= 0) .and. &
                    abs(step + 2) <= 0 .and. arguments%positional(1) == '-1')
-    end subroutine test_negative
+    end subroutine test_equals
 
     subroutine test_defaults(error)
         type(error_type), allocatable, intent(out) :: error

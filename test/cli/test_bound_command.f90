@@ -55,47 +55,31 @@ contains
 
     subroutine test_text(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: FLAG = 'estimate_scale_factors = ', NO = '.false.'
-        character(:), allocatable :: output, messages, case_text
-        integer :: status, first
+        character(:), allocatable :: output
 
-        call succeeds(error, 'bound front-1', output, messages)
-        call check_fails(error, output, &
-                         'front-1 ... Cramer-Rao ... scale factors ... rod gain ... magnetometer bias ... inertia ... '// &
-                         'unmodelled torque ... worst direction')
+        call succeeds(error, 'bound front-1', output)
+        call check_says(error, output, 'front-1 ... Cramer-Rao ... scale factors ... rod gain ... magnetometer bias ... '// &
+                        'inertia ... unmodelled torque ... worst direction')
         call check(error, index(output, 'estimated, too') == 0)
-        call run('cases show front-1', status, case_text, messages)
-        first = index(case_text, FLAG) + len(FLAG)
-        call make_file('scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
-        call succeeds(error, 'bound '//FOLDER//'scaled.nml', output, messages)
-        call check_fails(error, output, 'a-priori sigmas of scale factors, which are estimated, too ... adds by rod gain')
+        call edit_case(error, 'front-1', 'scaled.nml', 'estimate_scale_factors = .false.', 'estimate_scale_factors = .true.')
+        call prints(error, 'bound '//FOLDER//'scaled.nml', &
+                    'a-priori sigmas of scale factors, which are estimated, too ... adds by rod gain')
     end subroutine test_text
 
     subroutine test_wrong(error)
         type(error_type), allocatable, intent(out) :: error
-        character(:), allocatable :: output, messages, case_text
-        integer :: status, first, last
 
-        call run('bound front-9', status, output, messages)
-        call check(error, status /= STATUS_DONE)
-        call run('cases show front-1', status, case_text, messages)
-        first = index(case_text, 'noise_level')
-        last = first + index(case_text(first:), LF) - 2
-        call make_file('negative.nml', case_text(:first - 1)//'noise_level = -1e-20, 1e-18, 1e-20'// &
-                       case_text(last + 1:))
-        call run('bound '//FOLDER//'negative.nml', status, output, messages)
-        call check(error, status, STATUS_FAILED)
-        call check_fails(error, messages, 'negative.nml ... noise_level ... -1')
-        call run('montecarlo --without sunlight', status, output, messages)
-        call check(error, status, STATUS_MISUSED)
-        call check_fails(error, messages, '--without ... sunlight ... scale-factors')
+        call refused(error, 'bound front-9', STATUS_FAILED, 'no case "front-9"')
+        call edit_case(error, 'front-1', 'negative.nml', 'noise_level = 1e-20, 1e-18', 'noise_level = -1e-20, 1e-18')
+        call refused(error, 'bound '//FOLDER//'negative.nml', STATUS_FAILED, 'negative.nml ... noise_level ... -1')
+        call refused(error, 'montecarlo --without sunlight', STATUS_MISUSED, '--without ... sunlight ... scale-factors')
     end subroutine test_wrong
 
     subroutine test_files(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
 
-        call succeeds(error, 'simulate front-1 --out '//FOLDER//'optimal-run', output, messages)
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'optimal-run')
         call succeeds(error, 'estimate '//FOLDER//'optimal-run --algorithm optimal', output, messages)
         call check_fails(error, output, 'optimal ... variance factor ... noise level ... torque_x ... wave_sin')
         call check_fails(error, messages, 'a wave of period')
@@ -103,9 +87,8 @@ contains
 
     subroutine test_montecarlo(error)
         type(error_type), allocatable, intent(out) :: error
-        character(:), allocatable :: output, messages
 
-        call succeeds(error, 'montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', output, messages)
-        call check_fails(error, output, 'switched off here: systematic ... own covariances')
+        call prints(error, 'montecarlo --cases front-3 --algorithms optimal --runs 5 --without systematic', &
+                    'switched off here: systematic ... own covariances')
     end subroutine test_montecarlo
 end module test_bound_command

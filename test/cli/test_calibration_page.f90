@@ -38,9 +38,9 @@ contains
     subroutine observe(error, name)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: name
-        character(:), allocatable :: output, messages
+        character(:), allocatable :: messages
 
-        call succeeds(error, 'simulate front-3 --out '//name, output, messages)
+        call succeeds(error, 'simulate front-3 --out '//name, messages=messages)
     end subroutine observe
 
     subroutine has_not(error, html, part)
@@ -87,8 +87,7 @@ contains
             do k = 1, size(MEMBERS)
                 call check_says(error, json, '"'//trim(MEMBERS(k))//'": ')
             end do
-            call check_says(error, json, '"algorithm": "'//name//'"')
-            call check_says(error, json, '"observations": "'//RUN_1//'"')
+            call check_says(error, json, '"algorithm": "'//name//'" ... "observations": "'//RUN_1//'"')
             call check_says(error, json, 'moments_of_inertia = 70.23, 345.14, 388.84')
             call has_not(error, json, 'NaN')
             call has_not(error, json, '***')
@@ -143,7 +142,6 @@ contains
         call observe(error, RUN_1)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest', alone, messages)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest --report '//FOLDER//'page.html', with_page, messages)
-        if (allocated(error)) return
         call check(error, index(with_page, alone//'written: '//FOLDER//'page.html'), 1, with_page)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest --format csv', alone, messages)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest --format csv --report '//FOLDER//'page.html', &
@@ -182,11 +180,9 @@ contains
         call remove_file(FOLDER//'page-lost/magnetometer.csv')
         call succeeds(error, 'estimate '//FOLDER//'page-lost --algorithm assest-fde --report '//FOLDER//'lost.html', &
                       output, messages)
-        if (allocated(error)) return
         call check_says(error, messages, 'warning: magnetometer: no samples for 60 epochs')
         call read_content(error, FOLDER//'lost.html', html)
-        call check_says(error, html, 'magnetometer: no samples for 60 epochs')
-        call check_says(error, html, '"remarks": [')
+        call check_says(error, html, 'magnetometer: no samples for 60 epochs ... "remarks": [')
     end subroutine test_warnings
 
     !> The status is 1, and the page says that the offset is not to be used.
@@ -208,9 +204,7 @@ contains
         call read_content(error, FOLDER//'astray.html', html)
         call check_says(error, html, '"refusal": "assest-fde did not converge in 20 iterations')
         call has_not(error, html, '"offset_m"')
-        call check_says(error, html, '"tables": ')
-        call check_says(error, html, '"options_file": "'//FOLDER//'page-astray/options.nml"')
-        call check_says(error, html, '&estimation')
+        call check_says(error, html, '"tables":  ... "options_file": "'//FOLDER//'page-astray/options.nml" ... &estimation')
         call check_says(error, html, 'not converged in 20 iterations')
         call has_not(error, html, 'move the centre of mass')
     end subroutine test_no_convergence
@@ -223,13 +217,10 @@ contains
         integer :: status
 
         call observe(error, RUN_1)
-        call run('estimate '//RUN_1//' --algorithm assest-fde --report build/no-such-folder/x.html', status, output, &
-                 messages)
-        if (unmet(error, status == STATUS_FAILED .and. output == '' .and. &
-                  index(messages, 'build/no-such-folder/x.html: cannot be written: there is no folder') > 0, messages)) return
-        call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER, status, output, messages)
-        call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'is a folder') > 0, messages)
-        if (.not. allocated(error)) call make_file('blocked_files', 'in the way')
+        call refused(error, 'estimate '//RUN_1//' --algorithm assest-fde --report build/no-such-folder/x.html', STATUS_FAILED, &
+                     'build/no-such-folder/x.html: cannot be written: there is no folder')
+        call refused(error, 'estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER, STATUS_FAILED, 'is a folder')
+        call make_file('blocked_files', 'in the way')
         call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER//'blocked.html', status, output, messages)
         call check(error, status == STATUS_FAILED .and. index(messages, 'blocked_files: cannot make this folder') > 0, &
                    messages)
@@ -269,26 +260,20 @@ contains
     !> Observations that cannot be read: the message of their fault, and a page that says so in the place of an older one.
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: ESTIMATE = 'estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html'
         type(text_file_t) :: samples
         type(error_t), allocatable :: failure
         character(:), allocatable :: html, output, messages
-        integer :: status
 
         call observe(error, FOLDER//'page-bad')
-        call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
-                 messages)
-        call check(error, status == 0, messages)
+        call succeeds(error, ESTIMATE, output, messages)
         call read_text_file(FOLDER//'page-bad/accelerometer.csv', samples, failure)
         if (failed(error, failure)) return
         call make_file('page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
                        samples%text(samples%last(20) + 1:))
-        call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
-                 messages)
-        if (unmet(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
-                  .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)) return
+        call refused(error, ESTIMATE, STATUS_FAILED, 'accelerometer.csv:20 ... bad.html, the page of a refused estimate')
         call read_content(error, FOLDER//'bad.html', html)
-        call check_says(error, html, '"refusal": "')
-        call check_says(error, html, 'accelerometer.csv:20')
+        call check_says(error, html, '"refusal": " ... accelerometer.csv:20')
         call has_not(error, html, '"samples"')
         call has_not(error, html, '"tables"')
     end subroutine test_corrupted
@@ -313,8 +298,7 @@ contains
                        index(messages, 'did the rods fire') > 0, trim(ALGORITHMS(i))//': '//messages)
             call read_content(error, FOLDER//'refused.html', html)
             call check_says(error, html, 'did the rods fire as the setup says?')
-            call check_says(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'"')
-            call check_says(error, html, '"residuals": {')
+            call check_says(error, html, '"algorithm": "'//trim(ALGORITHMS(i))//'" ... "residuals": {')
             call has_not(error, html, '"offset_m"')
         end do
         call run('estimate '//FOLDER//'page-refused --algorithm optimal --format json', status, output, messages)

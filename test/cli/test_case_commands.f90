@@ -83,11 +83,9 @@ contains
         character(*), parameter :: NAME = 'with-physical-weights'
         character(:), allocatable :: output
 
-        call succeeds(error, 'cases show front-3', output)
-        call make_file('case.nml', replaced(output, 'front-3', NAME))
+        call edit_case(error, 'front-3', 'case.nml', 'front-3', NAME)
         call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', output)
-        call check_says(error, output, LF//NAME//'  ascrest    x  ')
-        call check_says(error, output, LF//NAME//'  0.3000 ')
+        call check_says(error, output, LF//NAME//'  ascrest    x   ... '//LF//NAME//'  0.3000 ')
         call check_says(error, output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'ascrest    x  ')
     end subroutine test_long_names
 
@@ -144,9 +142,8 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, text
 
-        call succeeds(error, 'cases show front-1', text)
-        call make_file('edited.nml', replaced(text, 'amplitude = 30 ', 'amplitude = 10 '))
-        call make_file('renamed.nml', replaced(text, 'front-1', 'mine'))
+        call edit_case(error, 'front-1', 'edited.nml', 'amplitude = 30 ', 'amplitude = 10 ')
+        call edit_case(error, 'front-1', 'renamed.nml', 'front-1', 'mine')
         call succeeds(error, 'verify --cases '//FOLDER//'edited.nml,'//FOLDER//'renamed.nml', output)
         call check_says(error, output, 'front-1, edited: not the case of the report'//achar(10))
         call check_says(error, output, 'mine: curves and the printed axis')
@@ -154,8 +151,7 @@ contains
         call succeeds(error, 'montecarlo --runs 2 --algorithms ascfest --cases '// &
                       FOLDER//'edited.nml,'//FOLDER//'renamed.nml --out '//FOLDER// &
                       'edited.csv --runs-out '//FOLDER//'edited_runs.csv', output)
-        call check_says(error, output, 'theory is right (95 %): 3 of 3')
-        call check_says(error, output, 'front-1: edited or switched, not the case')
+        call check_says(error, output, 'theory is right (95 %): 3 of 3 ... front-1: edited or switched, not the case')
         call succeeds(error, 'merge '//FOLDER//'edited_runs.csv', output)
         call check_says(error, output, 'front-1: edited or switched, not the case ... (95 %): 3 of 3')
     end subroutine test_edited_cases
@@ -164,7 +160,7 @@ contains
     !> said with its remedy.
     subroutine test_own_satellite(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: OWN = FOLDER//'own.nml', LF = achar(10)
+        character(*), parameter :: OWN = FOLDER//'own.nml'
         character(*), parameter :: BEGINNING = "&calibration name = 'own', duration = 60, epoch = '"
         character(*), parameter :: SATELLITE = "T00:00:00' /"//LF//"&mass_properties mass = 100, "// &
             "moments_of_inertia = 8, 9, 10 /"//LF//"&rods largest_moment = 3 /"//LF
@@ -176,8 +172,7 @@ contains
         character(:), allocatable :: output, messages
 
         call make_file('own.nml', BEGINNING//'2026-11-25'//SATELLITE//RODS//ORBIT//WEATHER)
-        call succeeds(error, 'timing '//OWN//' --step 600', output)
-        call check_says(error, output, 'best all')
+        call prints(error, 'timing '//OWN//' --step 600', 'best all')
         call succeeds(error, 'verify '//OWN, output)
         call succeeds(error, 'design '//OWN//' --out '//FOLDER//'own-best.nml', output)
         call check(error, index(output, '     3.000  ') > 0 .and. index(output, '30.000  ') == 0, output)
@@ -196,16 +191,14 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: HEADER = 'frequency_hz,ax_m_s2_sqrt_hz,ay_m_s2_sqrt_hz,az_m_s2_sqrt_hz'//LF
         character(10), parameter :: ALGORITHMS(3) = [character(10) :: 'assest-fde', 'optimal', 'sequential']
-        character(:), allocatable :: case, rows, formula, table, set
+        character(:), allocatable :: rows, formula, table, set
         type(text_file_t) :: setup
         type(string_t) :: of_formula(size(ALGORITHMS))
         type(error_t), allocatable :: failure
         real(dp) :: f
         integer :: i, status
 
-        call succeeds(error, 'cases show front-1', case)
-        i = index(case, 'noise_table = ''''')
-        call make_file('table.nml', case(:i + 13)//''''//FOLDER//'noise.csv'''//case(i + 16:))
+        call edit_case(error, 'front-1', 'table.nml', 'noise_table = ''''', 'noise_table = '''//FOLDER//'noise.csv''')
         rows = ''
         do i = 1, 50
             f = 1e-4_dp*5e4_dp**((i - 1)/49.0_dp)
@@ -277,7 +270,6 @@ contains
     !> for an observation set from 2000 on. A design that would not keep the limits in truth has a warning instead.
     subroutine test_next(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: LF = achar(10)
         character(:), allocatable :: text, output, messages
 
         call succeeds(error, 'cases show front-1', text)
@@ -297,7 +289,6 @@ contains
         call succeeds(error, 'simulate '//FOLDER//'held.nml --out '//FOLDER//'held-run', output)
         call check_says(error, output, '--algorithm optimal --arc 60')
         call follow()
-        if (allocated(error)) return
         call succeeds(error, 'design front-1 --duration 600 --out '//FOLDER//'long.nml', output, messages)
         call check_says(error, messages, 'cannot be simulated as it stands')
         call check(error, index(output, 'next:'), 0, output)
@@ -322,8 +313,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: text, messages, output
 
-        call succeeds(error, 'cases show front-3', text)
-        call make_file('off.nml', replaced(text, 'amplitude = 30', 'amplitude = 0', every=.true.))
+        call edit_case(error, 'front-3', 'off.nml', 'amplitude = 30', 'amplitude = 0', every=.true.)
         call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, 'all torque rods are off')
         call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, 'all torque rods are off')
         call refused(error, 'design --manoeuvre '//FOLDER//'off.nml', STATUS_FAILED, 'all torque rods are off')
@@ -412,14 +402,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: text, output
 
-        call succeeds(error, 'timing --step 600', output)
-        call check_says(error, output, 'case 2    1400  00:23:20 ... case 3    2658  00:44:18')
-        call succeeds(error, 'timing --step 600 --format csv', output)
-        call check_says(error, output, LF//'1200,1989-01-02T00:20:00,')
-        call succeeds(error, 'timing --step 600 --format json', output)
-        call check_says(error, output, '"all_utc": "1989-01-02T0 ... "utc": "1989-01-02T00:23:20"')
-        call succeeds(error, 'design --manoeuvre front-1 --at 1400 --format csv', output)
-        call check_says(error, output, 'front-1,1400,1989-01-02T00:23:20,89.5')
+        call prints(error, 'timing --step 600', 'case 2    1400  00:23:20 ... case 3    2658  00:44:18')
+        call prints(error, 'timing --step 600 --format csv', LF//'1200,1989-01-02T00:20:00,')
+        call prints(error, 'timing --step 600 --format json', '"all_utc": "1989-01-02T0 ... "utc": "1989-01-02T00:23:20"')
+        call prints(error, 'design --manoeuvre front-1 --at 1400 --format csv', 'front-1,1400,1989-01-02T00:23:20,89.5')
         call succeeds(error, 'cases show front-1', text)
         text = replaced(text, '1989-01-02T00:00:00', '1990-12-31T23:50:00')
         call make_file('leap.nml', replaced(text, 'density = ''dtm77''', 'density = ''none'''))

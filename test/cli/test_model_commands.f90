@@ -121,8 +121,7 @@ contains
         ! a day later at the same place it is the same local time
         call row_of(error, 'model wind --date 1989-01-03'//EQUATOR, WIND_HEADER, later)
         call check(error, maxval(abs(wind - later)) <= 0 .and. norm2(wind(:2)) > 10 .and. norm2(wind(:2)) < 500)
-        call succeeds(error, 'model wind --date 1989-01-02 --format json'//EQUATOR, output)
-        call check_says(error, output, '"note": "HWM93 of 1989-01-02')
+        call prints(error, 'model wind --date 1989-01-02 --format json'//EQUATOR, '"note": "HWM93 of 1989-01-02')
     end subroutine test_wind_model
 
     !> On 2 January 1989: right ascension 281.9 deg, declination -23 deg, near the perihelion.

@@ -78,8 +78,7 @@ contains
         call check(error, status, STATUS_NOT_TO_BE_USED)
         call check_says(error, output, 'no masses are to be moved')
         call make_file('near.csv', HEAD//'2020-01-01T00:00:00,0.3,0.4,0.0,0.01,0.2,0.01'//new_line('a'))
-        call succeeds(error, 'history '//FOLDER//'near.csv', output)
-        call check_says(error, output, 'move masses along x (gracecg trim) ... y: not known')
+        call prints(error, 'history '//FOLDER//'near.csv', 'move masses along x (gracecg trim) ... y: not known')
         do i = 1, 2
             call make_file('of_'//'CD'(i:i)//'.json', '{"command": "level1 estimate", "satellite": "'//'CD'(i:i)//'", '// &
                            '"epoch_gps_s": 63378720'//'18'(i:i)//', "offset_mm": [0.1, 0.1, 0.1], "flag": 0, '// &

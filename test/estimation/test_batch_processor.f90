@@ -38,9 +38,7 @@ contains
                     new_unittest('linear-problem-in-one-iteration', test_linear), &
                     new_unittest('iterations-agree', test_same), &
                     new_unittest('not-converged-is-said', test_not_converged), &
-                    new_unittest('singular-names-the-parameter', test_singular), &
-                    new_unittest('too-few-observations', test_too_few), &
-                    new_unittest('nan-is-refused', test_nan)]
+                    new_unittest('refusals', test_refusals)]
     end subroutine collect_batch_processor
 
     function example() result(problem)
@@ -210,32 +208,20 @@ contains
         end do
     end subroutine test_not_converged
 
-    subroutine test_singular(error)
+    subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
         type(decay_t) :: problem
 
         problem = example()
         problem%blind = .true.
         call refused(error, problem, 'singular ...  b (')
-    end subroutine test_singular
-
-    subroutine test_too_few(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem
-
         problem = example()
         problem%observations = 1
         call refused(error, problem, '1 observ')
-    end subroutine test_too_few
-
-    subroutine test_nan(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(decay_t) :: problem
-
         problem = example()
         problem%poison = .true.
         call refused(error, problem, 'NaN')
-    end subroutine test_nan
+    end subroutine test_refusals
 
     !> By both.
     subroutine refused(error, problem, parts)

@@ -343,25 +343,31 @@ contains
         call check_fails(error, failure, 'different scale-factors: 1 and 1.01 ... --own')
     end subroutine test_own
 
+    !> Offsets in a file of this content must be refused.
+    subroutine offsets_refused(error, name, content, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: name, content, parts
+        type(dated_offset_t), allocatable :: offsets(:)
+        type(error_t), allocatable :: failure
+
+        call make_file(name, content)
+        call read_offsets(FOLDER//name, offsets, failure)
+        call check_fails(error, failure, parts)
+    end subroutine offsets_refused
+
     subroutine test_broken(error)
         type(error_type), allocatable, intent(out) :: error
         type(offset_change_t), allocatable :: changes(:)
-        type(dated_offset_t), allocatable :: offsets(:)
         type(error_t), allocatable :: failure
         character(1), parameter :: LF = new_line('a')
         character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//LF
 
-        call make_file('bound.json', '{"command": "bound"}')
-        call read_offsets(FOLDER//'bound.json', offsets, failure)
-        call check_fails(error, failure, 'is no estimate ... --format json')
-        call make_file('bound.json', '{"command": "estimate", "epoch_utc": "1989-02-30"}')
-        call read_offsets(FOLDER//'bound.json', offsets, failure)
-        call check_fails(error, failure, 'day 30')
-        call make_file('spoiled.json', '{"command": "estimate", "epoch_utc": "1989-01-02", '// &
-                       '"action": {"kind": "do not use", "text": "do not use: axes"}, "offset_m": [0, 0, 0], '// &
-                       '"covariance": {"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}')
-        call read_offsets(FOLDER//'spoiled.json', offsets, failure)
-        call check_fails(error, failure, 'spoiled.json ... not to be used ... axes')
+        call offsets_refused(error, 'bound.json', '{"command": "bound"}', 'is no estimate ... --format json')
+        call offsets_refused(error, 'bound.json', '{"command": "estimate", "epoch_utc": "1989-02-30"}', 'day 30')
+        call offsets_refused(error, 'spoiled.json', '{"command": "estimate", "epoch_utc": "1989-01-02", '// &
+                             '"action": {"kind": "do not use", "text": "do not use: axes"}, "offset_m": [0, 0, 0], '// &
+                             '"covariance": {"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}', &
+                             'spoiled.json ... not to be used ... axes')
         call make_file('changes.csv', HEAD//'1989-01-02T00:00:00,1,2,3,-1,0,0'//LF)
         call read_changes(FOLDER//'changes.csv', changes, failure)
         call check_fails(error, failure, 'changes.csv:2 ... negative')
@@ -373,9 +379,8 @@ contains
         if (failed(error, failure)) return
         call check(error, all(abs([changes(1)%change, changes(1)%sigma]/MILLIMETRE - &
                                   [1.0_dp, 2.0_dp, 3.0_dp, 0.1_dp, 0.2_dp, 0.3_dp]) < 1e-12_dp))
-        call make_file('offsets.csv', HEAD//'1989-01-02,1,2,3,0.1,0,0.3'//LF)
-        call read_offsets(FOLDER//'offsets.csv', offsets, failure)
-        call check_fails(error, failure, 'offsets.csv:2 ... sigma_y_mm ... positive')
+        call offsets_refused(error, 'offsets.csv', HEAD//'1989-01-02,1,2,3,0.1,0,0.3'//LF, &
+                             'offsets.csv:2 ... sigma_y_mm ... positive')
     end subroutine test_broken
 
     subroutine calibrations_of(offsets)
@@ -478,25 +483,19 @@ contains
         call make_file('level1_again.json', HEAD//MATRIX//'"flag": 1, "reason": "sign", "action": {"kind": "calibrate again"}}')
         call read_offsets(FOLDER//'level1_again.json', offsets, failure)
         call check(error, .not. allocated(failure) .and. .not. offsets(1)%moves_masses, 'it says itself to calibrate again')
-        call make_file('level1_bad.json', HEAD//MATRIX//'"flag": 2, "reason": "wrong sign"}')
-        call read_offsets(FOLDER//'level1_bad.json', offsets, failure)
-        call check_fails(error, failure, 'level1_bad.json ... not to be used ... wrong sign')
-        call make_file('level1_cut.json', HEAD//MATRIX//'"flag": 1, "reason": "sigma"')
-        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
-        call check_fails(error, failure, 'level1_cut.json: is no whole JSON file')
-        call make_file('level1_cut.json', HEAD//'"covariance_mm2": [[4e-6, 1e-6, 0], [2e-6, 9e-6, 0], [0, 0, 1e-6]], "flag": 0}')
-        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
-        call check_fails(error, failure, 'not symmetric')
-        call make_file('level1_cut.json', HEAD//'"flag": 0}')
-        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
-        call check_fails(error, failure, 'covariance_mm2')
-        call make_file('level1_cut.json', HEAD//MATRIX//'"flag": 12abc}')
-        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
-        call check_fails(error, failure, '"12abc" of "flag" is no number')
-        call make_file('level1_cut.json', '{"command": "level1 estimate", "epoch_gps_s": 0, "offset_mm": [2e3, 0, 0], '// &
-                       MATRIX//'"flag": 0}')
-        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
-        call check_fails(error, failure, 'an offset of 2 m')
+        call offsets_refused(error, 'level1_bad.json', HEAD//MATRIX//'"flag": 2, "reason": "wrong sign"}', &
+                             'level1_bad.json ... not to be used ... wrong sign')
+        call offsets_refused(error, 'level1_cut.json', HEAD//MATRIX//'"flag": 1, "reason": "sigma"', &
+                             'level1_cut.json: is no whole JSON file')
+        call offsets_refused(error, 'level1_cut.json', &
+                             HEAD//'"covariance_mm2": [[4e-6, 1e-6, 0], [2e-6, 9e-6, 0], [0, 0, 1e-6]], "flag": 0}', &
+                             'not symmetric')
+        call offsets_refused(error, 'level1_cut.json', HEAD//'"flag": 0}', 'covariance_mm2')
+        call offsets_refused(error, 'level1_cut.json', HEAD//MATRIX//'"flag": 12abc}', '"12abc" of "flag" is no number')
+        call offsets_refused(error, 'level1_cut.json', &
+                             '{"command": "level1 estimate", "epoch_gps_s": 0, "offset_mm": [2e3, 0, 0], '// &
+                             MATRIX//'"flag": 0}', &
+                             'an offset of 2 m')
     end subroutine test_level1_offset
 
     !> Gas that leaves one tank moves the centre of mass to the other.

@@ -119,7 +119,6 @@ contains
                                merge(1e-6_dp, 1e-4_dp, ESTIMATOR_NAMES(a) == 'optimal')*sqrt(told%covariance(1, 1)), &
                                REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
                 end if
-                if (allocated(error)) return
             end do
         end do
     end subroutine test_no_telling

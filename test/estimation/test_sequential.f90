@@ -440,18 +440,14 @@ contains
     subroutine test_no_noise_level(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(solution_t) :: solution
-        type(error_t), allocatable :: failure
         real(dp) :: true_offset(3)
 
         call straight_set('front-3', 1, observations, true_offset)
         observations%knowledge%accelerometer_noise(2)%level = 0
-        call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
-        call check_says(error, message_of(failure), 'noise_level of accelerometer axis y')
+        call estimate_refused(error, 'sequential', observations, 'noise_level of accelerometer axis y')
         observations%knowledge%accelerometer_noise(2)%level = 1e-18_dp
         observations%knowledge%star_camera_sigma = 0
-        call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
-        call check_says(error, message_of(failure), 'noise_about_axes')
+        call estimate_refused(error, 'sequential', observations, 'noise_about_axes')
     end subroutine test_no_noise_level
 
     !> A satellite that hardly turns does not show its offset.

@@ -19,12 +19,7 @@ contains
 
         testsuite = [ &
                     new_unittest('read', test_read), &
-                    new_unittest('windows-line-ends', test_windows), &
-                    new_unittest('header-fails', test_header_fails), &
-                    new_unittest('column-count-fails', test_count_fails), &
-                    new_unittest('values-fail', test_values_fail), &
-                    new_unittest('empty-fails', test_empty_fails), &
-                    new_unittest('blank-line-within-fails', test_blank_fails), &
+                    new_unittest('refused', test_refused), &
                     new_unittest('round-trip-is-exact', test_round_trip), &
                     new_unittest('quotes', test_quotes), &
                     new_unittest('writer-refuses', test_writer_refuses)]
@@ -71,66 +66,39 @@ contains
                    all(abs(table(2, :) - [0.1_dp, 3.0_dp, 4.0_dp]) <= 0))
         call check(error, size(comments) == 2 .and. comments(1)%text == 'seed 1' .and. &
                    comments(2)%text == '')
-    end subroutine test_read
-
-    subroutine test_windows(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), allocatable :: table(:, :)
-        type(error_t), allocatable :: failure
-
         call read_table('time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
         call check_passes(error, failure)
         call check(error, all(abs(table(:, 3) - [3.0_dp, 6.0_dp]) <= 0))
-    end subroutine test_windows
+    end subroutine test_read
 
-    subroutine test_header_fails(error)
+    subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: BEGIN = 'time_s,ax,ay'//LF//'1,2,3'//LF
+        character(8), parameter :: BAD(*) = [character(8) :: 'NaN', '-inf', '1.2.3', 'abc', &
+                                             '1e999', '', '1 2']
+        integer :: i
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
 
         call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, &
                            ':2: ... column 2 is "ay", expected "ax" ... time_s,ax,ay ... | time_s,ay,ax')
         call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, ':1: ... 2 columns, expected 3')
         call check_refused(error, 'time_s,ax,ay,az'//LF//'1,2,3,4'//LF, ':1: ... 4 columns, expected 3')
         call check_refused(error, '1,2,3'//LF, ':1: ... column 1 is "1"')
-    end subroutine test_header_fails
-
-    subroutine test_count_fails(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: BEGIN = 'time_s,ax,ay'//LF//'1,2,3'//LF
-
         call check_refused(error, BEGIN//'4,5', ':3: ... 2 columns, expected 3 ... | 4,5')
         call check_refused(error, BEGIN//'4,5,6,7'//LF, ':3: ... 4 columns, expected 3')
         call check_refused(error, BEGIN//'4,5,'//LF, ':3: ... column ay: ""')
-    end subroutine test_count_fails
-
-    subroutine test_values_fail(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(8), parameter :: BAD(*) = [character(8) :: 'NaN', '-inf', '1.2.3', 'abc', &
-                                             '1e999', '', '1 2']
-        integer :: i
-
         do i = 1, size(BAD)
             call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// LF, &
                                ':3: ... column ax: "'//trim(BAD(i))//'" ... not a finite number')
         end do
-    end subroutine test_values_fail
-
-    subroutine test_empty_fails(error)
-        type(error_type), allocatable, intent(out) :: error
-        real(dp), allocatable :: table(:, :)
-        type(error_t), allocatable :: failure
-
         call check_refused(error, '', 'is empty ... time_s,ax,ay')
         call check_refused(error, '# only'//LF//'# comments'//LF//LF, 'is empty')
         call check_refused(error, 'time_s,ax,ay'//LF, 'no row')
         call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
         call check_fails(error, failure, FOLDER//'missing.csv ... no such file')
-    end subroutine test_empty_fails
-
-    subroutine test_blank_fails(error)
-        type(error_type), allocatable, intent(out) :: error
-
         call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, ':3: ... 1 columns, expected 3')
-    end subroutine test_blank_fails
+    end subroutine test_refused
 
     subroutine test_round_trip(error)
         type(error_type), allocatable, intent(out) :: error

@@ -20,10 +20,8 @@ contains
                     new_unittest('document', test_document), &
                     new_unittest('escapes', test_escapes), &
                     new_unittest('numbers-are-exact', test_numbers), &
-                    new_unittest('not-finite-is-refused', test_not_finite), &
-                    new_unittest('not-ended-is-refused', test_not_ended), &
-                    new_unittest('lists-are-read', test_lists), &
-                    new_unittest('broken-lists', test_broken_lists), &
+                    new_unittest('not-finite-and-not-ended-are-refused', test_not_finite), &
+                    new_unittest('lists-are-read-or-refused', test_lists), &
                     new_unittest('members', test_members), &
                     new_unittest('units-of-columns', test_units)]
     end subroutine collect_json
@@ -131,35 +129,16 @@ contains
         call json%finish(text, failure)
         call check_fails(error, failure, 'sigma_x_mm ... not a finite number')
         call check(error, text, '')
-    end subroutine test_not_finite
-
-    subroutine test_not_ended(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(json_writer_t) :: json
-        type(error_t), allocatable :: failure
-        character(:), allocatable :: text
-
+        json = json_writer_t()
         call json%begin()
         call json%begin_array('rows')
         call json%end()
         call json%finish(text, failure)
         call check_fails(error, failure, 'not ended')
-    end subroutine test_not_ended
+    end subroutine test_not_finite
 
     !> However it is laid out, and whatever stands beside; a member of an inner object is another.
     subroutine test_lists(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(string_t), allocatable :: list(:)
-        logical :: ok
-
-        call read_json_list('{"x":{"about":["no"]},"about":["a","b\u0041\n"],"y":[1,2]}', 'about', list, ok)
-        call check(error, ok .and. size(list) == 2)
-        call check(error, list(2)%text, 'bA'//LF)
-        call read_json_list('  {'//LF//'"text": "about", "about" :'//LF//'[ ]}', 'about', list, ok)
-        call check(error, ok .and. size(list) == 0)
-    end subroutine test_lists
-
-    subroutine test_broken_lists(error)
         type(error_type), allocatable, intent(out) :: error
         character(40), parameter :: BROKEN(8) = [character(40) :: '', '{', '{"about"', '{"about":"a"}', &
                                                  '{"about":["a","b}', '{"about":["a",1]}', '{"about":["a', &
@@ -168,11 +147,16 @@ contains
         logical :: ok
         integer :: i
 
+        call read_json_list('{"x":{"about":["no"]},"about":["a","b\u0041\n"],"y":[1,2]}', 'about', list, ok)
+        call check(error, ok .and. size(list) == 2)
+        call check(error, list(2)%text, 'bA'//LF)
+        call read_json_list('  {'//LF//'"text": "about", "about" :'//LF//'[ ]}', 'about', list, ok)
+        call check(error, ok .and. size(list) == 0)
         do i = 1, size(BROKEN)
             call read_json_list(trim(BROKEN(i)), 'about', list, ok)
             call check(error, .not. ok, BROKEN(i))
         end do
-    end subroutine test_broken_lists
+    end subroutine test_lists
 
     subroutine test_units(error)
         type(error_type), allocatable, intent(out) :: error

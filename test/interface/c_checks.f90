@@ -6,7 +6,7 @@ module c_checks
     use c_library
     implicit none
     private
-    public :: check_ok, check_refused, check_equal, check_answer, simulate, simulated_set
+    public :: check_ok, check_refused, check_equal, check_answer, free, simulate, simulated_set
     public :: status, failure
     public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, HAS_FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
 
@@ -22,20 +22,24 @@ module c_checks
 
 contains
 
-    !> The last call must have succeeded. A failure before this one stays.
-    subroutine check_ok(error)
+    !> A call, or the last one, must have succeeded. A failure before this one stays.
+    subroutine check_ok(error, returned)
         type(error_type), allocatable, intent(inout) :: error
+        integer(c_int), intent(in), optional :: returned        !! By the call; left out: `status` has it
 
+        if (present(returned)) status = returned
         call check(error, int(status), int(OK), message_text(failure))
         call check(error, message_text(failure), '', 'a message after success')
     end subroutine check_ok
 
-    !> The last call must have failed with a status and, in its message, a text.
-    subroutine check_refused(error, expected, part)
+    !> A call, or the last one, must have failed with a status and, in its message, a text.
+    subroutine check_refused(error, expected, part, returned)
         type(error_type), allocatable, intent(inout) :: error
         integer(c_int), intent(in) :: expected
         character(*), intent(in) :: part
+        integer(c_int), intent(in), optional :: returned        !! As `check_ok` has it
 
+        if (present(returned)) status = returned
         call check(error, int(status), int(expected), 'status of "'//part//'": '//trim(message_text(failure)))
         call check(error, int(failure%status), int(expected), 'status in the error')
         call check(error, index(message_text(failure), part) > 0, &
@@ -68,16 +72,25 @@ contains
         integer(c_int32_t), intent(in) :: seed, run
         integer(c_intptr_t), intent(out) :: observations
         integer(c_intptr_t) :: handle, simulator
-        integer(c_int) :: ignored
 
         observations = 0
         simulator = 0
         status = gracecg_case_open(c_string(name), handle, failure)
         if (status == OK) status = gracecg_simulator_open(handle, simulator, failure)
         if (status == OK) status = gracecg_simulate(simulator, seed, run, observations, failure)
-        ignored = gracecg_free(simulator)
-        ignored = gracecg_free(handle)
+        if (status == OK) call free(simulator, handle)
     end subroutine simulate
+
+    !> Objects that are no longer needed.
+    subroutine free(first, second, third, fourth)
+        integer(c_intptr_t), intent(inout) :: first
+        integer(c_intptr_t), intent(inout), optional :: second, third, fourth
+
+        status = gracecg_free(first)
+        if (present(second)) status = gracecg_free(second)
+        if (present(third)) status = gracecg_free(third)
+        if (present(fourth)) status = gracecg_free(fourth)
+    end subroutine free
 
     !> The observations of a run, by the Fortran API.
     function simulated_set(name, seed, run) result(set)

@@ -36,10 +36,8 @@ contains
         integer(c_intptr_t) :: handle, copy
         integer(c_size_t) :: length
 
-        status = gracecg_case_open(c_string('back-2'), handle, failure)
-        call check_ok(error)
-        status = gracecg_get_text(handle, c_string('text'), size=NONE, length=length, error=failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_case_open(c_string('back-2'), handle, failure))
+        call check_ok(error, gracecg_get_text(handle, c_string('text'), size=NONE, length=length, error=failure))
         call take_calibration('back-2', calibration)
         call calibration_text(calibration, expected, problem)
         if (unmet(error, int(length), len(expected), 'length')) return
@@ -49,15 +47,12 @@ contains
         if (.not. allocated(error)) call check(error, text(1) == c_null_char, 'no empty text after a failure')
         call get_words(handle, 'text', words)
         call check(error, words == expected, 'another text')
-        status = gracecg_case_open(c_string(words), copy, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_case_open(c_string(words), copy, failure))
         call get_words(copy, 'text', again)
         call check(error, again == words, 'another case from the text')
         call check(error, copy /= handle, 'two cases of one handle')
-        status = gracecg_free(handle)
-        status = gracecg_free(copy)
-        status = gracecg_case_open(c_string('&truth positon = 1 /'), handle, failure)
-        call check_refused(error, HAS_FAILED, 'text')
+        call free(handle, copy)
+        call check_refused(error, HAS_FAILED, 'text', gracecg_case_open(c_string('&truth positon = 1 /'), handle, failure))
     end subroutine test_case_text
 
     !> Two epochs at once, parts and sum; each output may be NULL.
@@ -75,8 +70,7 @@ contains
         integer :: i
 
         status = gracecg_case_open(c_string('front-3'), handle)
-        status = gracecg_force_model_open(handle, model, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_force_model_open(handle, model, failure))
         state = item(handle, 'state', 13)
         call take_case('front-3', case)
         call check_equal(error, state, initial_state(case), 'initial state')
@@ -84,8 +78,7 @@ contains
         v = spread(state(STATE_VELOCITY), 2, 2)
         q = spread(state(STATE_ATTITUDE), 2, 2)
         x(:, 2) = x(:, 2) + SECONDS(2)*v(:, 2)
-        status = gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, g, d, s, e, total, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_force_model_evaluate(model, 2_c_size_t, SECONDS, x, v, q, g, d, s, e, total, failure))
         call make_dynamics(case, dynamics)
         do i = 1, 2
             call dynamics%accelerations(SECONDS(i), x(:, i), v(:, i), q(:, i), acting)
@@ -98,15 +91,12 @@ contains
         call check_equal(error, [item(model, 'epoch', 2), item(model, 'sidereal_angle', 1)], &
                          [real(case%epoch%mjd, dp), case%epoch%seconds, &
                              case%sidereal_angle], 'epoch')
-        status = gracecg_free(model)
-        status = gracecg_free(handle)
+        call free(model, handle)
         case%gravity_model = 'file'
         case%gravity_file = 'nowhere.gfc'
         call case_text(case, text, problem)
-        status = gracecg_case_open(c_string(text), handle, failure)
-        call check_ok(error)
-        status = gracecg_force_model_open(handle, model, failure)
-        call check_refused(error, HAS_FAILED, 'nowhere.gfc')
+        call check_ok(error, gracecg_case_open(c_string(text), handle, failure))
+        call check_refused(error, HAS_FAILED, 'nowhere.gfc', gracecg_force_model_open(handle, model, failure))
         call check(error, model == 0, 'a handle after a failure')
         status = gracecg_free(handle)
     end subroutine test_force_model
@@ -121,8 +111,7 @@ contains
         real(dp), parameter :: T = 2.5_dp
 
         status = gracecg_case_open(c_string('back-1'), handle)
-        status = gracecg_force_model_open(handle, model, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_force_model_open(handle, model, failure))
         call take_case('back-1', case)
         call make_dynamics(case, dynamics)
         state = initial_state(case)
@@ -135,8 +124,7 @@ contains
         status = gracecg_force_model_loads(model, T, state, rate=rate, rotation=rotation, error=failure)
         call check_equal(error, rate, expected, 'rate')
         call check_equal(error, rotation, [transpose(dynamics%earth%from_inertial(T))], 'orientation')
-        status = gracecg_free(model)
-        status = gracecg_free(handle)
+        call free(model, handle)
     end subroutine test_torques
 
     subroutine test_propagation(error)
@@ -150,8 +138,7 @@ contains
         real(dp) :: state(13), states(13, 0:STEPS), fine(13, 0:360)
 
         status = gracecg_case_open(c_string('front-2'), handle)
-        status = gracecg_force_model_open(handle, model, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_force_model_open(handle, model, failure))
         call take_case('front-2', case)
         call make_dynamics(case, dynamics)
         state = initial_state(case)
@@ -176,8 +163,7 @@ contains
         call check_refused(error, BAD_VALUE, 'at most a century')
         ! An interval that is too long for one step is flown in steps under control: six hours, by a minute and at once
         status = gracecg_force_model_propagate(model, state, 1, 600.0_dp, int(STEPS, c_size_t), 0.0_dp, states, failure)
-        status = gracecg_force_model_propagate(model, state, 1, 60.0_dp, 36*10_c_size_t, 0.0_dp, fine, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_force_model_propagate(model, state, 1, 60.0_dp, 36*10_c_size_t, 0.0_dp, fine, failure))
         call check(error, maxval(norm2(states(1:3, :36) - fine(1:3, ::10), 1)) < 1e-3_dp, 'long intervals')
         status = gracecg_force_model_propagate(model, state, 0, 0.2_dp, ONE, -1.0_dp, states, failure)
         call check_refused(error, BAD_VALUE, 'tolerance')
@@ -193,8 +179,7 @@ contains
                                                        state(7:)], 1, 1.0_dp, ONE, 0.0_dp, states, failure)
         call check_refused(error, BAD_VALUE, 'plane')
         if (.not. allocated(error)) call compare_held(error, model, state)
-        status = gracecg_free(model)
-        status = gracecg_free(handle)
+        call free(model, handle)
     end subroutine test_propagation
 
     !> Nadir pointing: body z to the Earth, body x along or against the orbit, near the attitude of the case, whose
@@ -239,8 +224,7 @@ contains
         real(dp), allocatable :: t(:), b(:), drag(:)
 
         status = gracecg_case_open(c_string('front-1'), handle)
-        status = gracecg_simulator_open(handle, simulator, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_simulator_open(handle, simulator, failure))
         status = gracecg_get(simulator, c_string('time'), NONE, count=n, error=failure)
         call check(error, int(n), 601, 'epochs')
         t = item(simulator, 'time', 601)
@@ -253,9 +237,7 @@ contains
         call check_equal(error, drag(901:903), expected%arc%loads(300)%drag + expected%arc%loads(300)%srp + &
                          expected%arc%loads(300)%erp, 'non-gravitational')
         call check_equal(error, [t(4), t(n)], [0.3_dp, 60.0_dp], 'times')
-        status = gracecg_get(simulator, c_string('time'), n - 1, t, n, failure)
-        call check_refused(error, BAD_SIZE, 'there are 601')
-        status = gracecg_free(simulator)
-        status = gracecg_free(handle)
+        call check_refused(error, BAD_SIZE, 'there are 601', gracecg_get(simulator, c_string('time'), n - 1, t, n, failure))
+        call free(simulator, handle)
     end subroutine test_truth
 end module test_c_cases

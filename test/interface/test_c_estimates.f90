@@ -95,8 +95,7 @@ contains
         call check_ok(error)
         set = simulated_set('front-3', 5, 2)
         do i = 1, size(ESTIMATOR_NAMES)
-            status = gracecg_estimate(c_string(trim(ESTIMATOR_NAMES(i))), observations, fit, failure)
-            call check_ok(error)
+            call check_ok(error, gracecg_estimate(c_string(trim(ESTIMATOR_NAMES(i))), observations, fit, failure))
             call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, report_options('front-3'), expected, problem)
             call check_equal(error, [item(fit, 'offset', 3), item(fit, 'covariance', 9), item(fit, 'drift', 3), &
                                      item(fit, 'bias', 3)], &
@@ -110,7 +109,6 @@ contains
                              [real(expected%iterations, dp), 1.0_dp], 'iterations, convergence')
             call get_words(fit, 'warnings', warnings)
             call check(error, count([(warnings(k:k) == new_line('a'), k=1, len(warnings))]), size(expected%warnings), 'warnings')
-            if (allocated(error)) return
             status = gracecg_free(fit)
         end do
         status = gracecg_free(observations)
@@ -133,8 +131,7 @@ contains
             call run_from_observations(set, report_options(NAMES(i)), runs(i), problem)
         end do
         call estimate_runs(runs, joint_options_t(), expected, problem)
-        status = gracecg_estimate_joint(2_c_size_t, observations, joint, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_estimate_joint(2_c_size_t, observations, joint, failure))
         call check_equal(error, [item(joint, 'offset', 3), item(joint, 'covariance', 9), item(joint, 'chi_square', 1), &
                                  item(joint, 'probability', 1)], &
                          [expected%offset, expected%covariance, expected%statistic, expected%probability], 'joint')
@@ -143,8 +140,7 @@ contains
                           expected%runs(2)%difference_sigma], 'differences')
         call check_equal(error, [item(joint, 'degrees', 1), item(joint, 'consistent', 1)], [3.0_dp, 1.0_dp], 'agreement')
         status = gracecg_free(joint)
-        status = gracecg_estimate_joint(NONE, observations, joint, failure)
-        call check_refused(error, BAD_SIZE, 'count = 0')
+        call check_refused(error, BAD_SIZE, 'count = 0', gracecg_estimate_joint(NONE, observations, joint, failure))
         status = gracecg_free(observations(2))
         status = gracecg_estimate_joint(2_c_size_t, observations, joint, failure)
         call check_refused(error, BAD_HANDLE, 'observation set')
@@ -163,20 +159,15 @@ contains
         call check_ok(error)
         set = simulated_set('front-3', 5, 2)
         call estimate_chain(set, report_options('front-3'), joint_options_t(), 20.0_dp, 1, expected, problem)
-        status = gracecg_estimate_chain(observations, 20.0_dp, 2, chain, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_estimate_chain(observations, 20.0_dp, 2, chain, failure))
         call check_equal(error, [item(chain, 'offset', 3), item(chain, 'covariance', 9), item(chain, 'chi_square', 1)], &
                          [expected%solution%offset, expected%solution%covariance, expected%solution%statistic], 'chain')
         call check_equal(error, [item(chain, 'arcs', 1), item(chain, 'joined', 1)], [3.0_dp, 1.0_dp*count(expected%arcs%joined)], &
                          'arcs')
         status = gracecg_free(chain)
-        if (allocated(error)) return
-        status = gracecg_estimate_chain(observations, 20.0_dp, 0, chain, failure)
-        call check_refused(error, BAD_VALUE, 'threads')
-        status = gracecg_estimate_chain(observations, 1.0_dp, 1, chain, failure)
-        call check_refused(error, HAS_FAILED, 'arcs of 1 s')
-        status = gracecg_estimate_chain(observations, 20.0_dp, 1, error=failure)
-        call check_refused(error, NULL_POINTER, 'chain')
+        call check_refused(error, BAD_VALUE, 'threads', gracecg_estimate_chain(observations, 20.0_dp, 0, chain, failure))
+        call check_refused(error, HAS_FAILED, 'arcs of 1 s', gracecg_estimate_chain(observations, 1.0_dp, 1, chain, failure))
+        call check_refused(error, NULL_POINTER, 'chain', gracecg_estimate_chain(observations, 20.0_dp, 1, error=failure))
         status = gracecg_free(observations)
     end subroutine test_chain
 
@@ -202,15 +193,13 @@ contains
         status = gracecg_setup_from(observations, NONE, setup=knowledge, error=failure)
         call get_words(knowledge, 'text', text)
         status = gracecg_free(knowledge)
-        status = gracecg_setup_open(c_string(text), knowledge, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_setup_open(c_string(text), knowledge, failure))
         call create(knowledge, samples, copy)
         call check_ok(error)
         call estimate('ascfest', observations, there)
         call estimate('ascfest', copy, again)
         call check_equal(error, again, there, 'estimate of the copy')
         status = gracecg_free(copy)
-        if (allocated(error)) return
 
         ! measured moments: the numbers of the Fortran API
         set = simulated_set('front-3', 1, 1)
@@ -218,16 +207,14 @@ contains
         do k = 1, size(time)
             moment(:, k) = 1.02_dp*dipole_moment(set%knowledge%rods, time(k))
         end do
-        status = gracecg_setup_from(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_setup_from(knowledge, size(time, kind=c_size_t), time, moment, measured, failure))
         call create(measured, samples, copy)
         call estimate('assest-fde', copy, again)
         call new_moment_series(time, moment, series, problem)
         call take_measured_moments(series, set%knowledge%rods)
         call estimate_offset('assest-fde', set, report_options('front-3'), expected, problem)
         call check_equal(error, again, [expected%offset, expected%covariance], 'estimate from measured moments')
-        status = gracecg_free(copy)
-        status = gracecg_free(measured)
+        call free(copy, measured)
         moment(1, 7) = 1e4_dp
         status = gracecg_setup_from(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
         call check_refused(error, BAD_VALUE, 'have to be in A m^2')
@@ -240,7 +227,6 @@ contains
         call estimate('assest-fde', copy, again, warnings)
         call check(error, status == OK .and. index(warnings, '10 of 600 samples are missing') > 0, warnings)
         status = gracecg_free(copy)
-        if (allocated(error)) return
 
         ! without the orbit, and without a magnetometer: neither is too little
         fewer = samples
@@ -254,8 +240,7 @@ contains
         status = gracecg_observations_create(knowledge, NONE, star_camera_count=NONE, magnetometer_count=NONE, &
                                              orbit_count=NONE, observations=copy, error=failure)
         call check_refused(error, BAD_VALUE, 'accelerometer: fewer than two samples')
-        status = gracecg_free(knowledge)
-        status = gracecg_free(observations)
+        call free(knowledge, observations)
     end subroutine test_arrays
 
     subroutine test_files(error)
@@ -264,19 +249,13 @@ contains
         integer(c_intptr_t) :: observations, copy, knowledge
 
         call simulate('back-3', 1, 1, observations)
-        status = gracecg_observations_write(observations, c_string(FOLDER//'c-interface'), failure)
-        call check_ok(error)
-        status = gracecg_observations_open(c_string(FOLDER//'c-interface'), copy, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_observations_write(observations, c_string(FOLDER//'c-interface'), failure))
+        call check_ok(error, gracecg_observations_open(c_string(FOLDER//'c-interface'), copy, failure))
         call estimate('assest-rde', observations, there)
         call estimate('assest-rde', copy, again)
         call check_equal(error, again, there, 'estimate from files')
-        status = gracecg_setup_open(c_string(FOLDER//'c-interface/setup.nml'), knowledge, failure)
-        call check_ok(error)
-        status = gracecg_free(knowledge)
-        status = gracecg_free(copy)
-        status = gracecg_free(observations)
-        if (allocated(error)) return
+        call check_ok(error, gracecg_setup_open(c_string(FOLDER//'c-interface/setup.nml'), knowledge, failure))
+        call free(knowledge, copy, observations)
         status = gracecg_observations_open(c_string(''), copy, failure)
         call check_refused(error, HAS_FAILED, 'name of the folder is empty')
         status = gracecg_observations_open(c_string(FOLDER//'nowhere'), copy, failure)
@@ -299,40 +278,32 @@ contains
         status = gracecg_estimate(c_string('optimal'), observations, fit, failure)
         status = gracecg_get(fit, c_string('parameter_value'), NONE, count=before)
         status = gracecg_free(fit)
-        status = gracecg_options_replace(observations, c_string(GAIN_TOO), changed, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_options_replace(observations, c_string(GAIN_TOO), changed, failure))
         call check_text(changed, 'estimate_rod_gain = .true.', .true.)
         call check_text(changed, 'guess_quaternion = -0.7', .false.)
         call check_text(observations, 'estimate_rod_gain = .false.', .true.)
-        status = gracecg_estimate(c_string('optimal'), changed, fit, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_estimate(c_string('optimal'), changed, fit, failure))
         status = gracecg_get(fit, c_string('parameter_value'), NONE, count=after)
         status = gracecg_free(fit)
         call check(error, after == before + 1, 'the gain is estimated')
         ! by way of a folder, a setup and a case
         status = gracecg_observations_write(changed, c_string(FOLDER//'c-options'), failure)
-        status = gracecg_observations_open(c_string(FOLDER//'c-options'), from_folder, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_observations_open(c_string(FOLDER//'c-options'), from_folder, failure))
         call check_text(from_folder, 'estimate_rod_gain = .true.', .true.)
         status = gracecg_setup_from(changed, NONE, setup=knowledge, error=failure)
         call check_text(knowledge, 'estimate_rod_gain = .true.', .true.)
-        status = gracecg_free(from_folder)
-        status = gracecg_free(changed)
-        status = gracecg_free(observations)
+        call free(from_folder, changed, observations)
         status = gracecg_options_replace(knowledge, c_string('&estimation /'), changed, failure)
         call check_text(changed, 'estimate_rod_gain = .false.', .true.)
-        status = gracecg_free(changed)
-        status = gracecg_free(knowledge)
+        call free(changed, knowledge)
         status = gracecg_case_open(c_string('back-1'), case, failure)
         status = gracecg_options_replace(case, c_string(GAIN_TOO), changed, failure)
         call check_text(changed, 'estimate_rod_gain = .true.', .true.)
         status = gracecg_free(changed)
-        if (allocated(error)) return
 
         status = gracecg_options_replace(case, c_string('&optimal sigma_rod_gain = 1 /'), changed, failure)
         call check_refused(error, HAS_FAILED, '"sigma_rod_gain" is not known')
-        status = gracecg_options_replace(case, error=failure)
-        call check_refused(error, NULL_POINTER, 'changed')
+        call check_refused(error, NULL_POINTER, 'changed', gracecg_options_replace(case, error=failure))
         status = gracecg_free(case)
         status = gracecg_options_replace(case, c_string('&estimation /'), changed, failure)
         call check_refused(error, BAD_HANDLE, 'gracecg object')
@@ -378,8 +349,7 @@ contains
         call check_ok(error)
         do i = 1, size(NAMES_OF)
             call estimate_offset(trim(NAMES_OF(i)), set, report_options('front-3'), expected, problem, record)
-            status = gracecg_estimate(c_string(trim(NAMES_OF(i))), observations, fit, failure)
-            call check_ok(error)
+            call check_ok(error, gracecg_estimate(c_string(trim(NAMES_OF(i))), observations, fit, failure))
             call check_equal(error, [item(fit, 'offset', 3), item(fit, 'sigma', 3)], &
                              [expected%offset, [(sqrt(expected%covariance(k, k)), k=1, 3)]], trim(NAMES_OF(i)))
             k = size(record%epoch)
@@ -426,14 +396,11 @@ contains
         call check_refused(error, HAS_FAILED, 'did you mean "offset"')
         status = gracecg_get(fit, c_string('offset'), 2_c_size_t, tests%sigma, error=failure)
         call check_refused(error, BAD_SIZE, 'there are 3')
-        status = gracecg_get(fit, c_string('warnings'), NONE, count=n, error=failure)
-        call check_refused(error, BAD_VALUE, 'a text')
+        call check_refused(error, BAD_VALUE, 'a text', gracecg_get(fit, c_string('warnings'), NONE, count=n, error=failure))
         status = gracecg_get_text(fit, c_string('offset'), size=NONE, length=n, error=failure)
         call check_refused(error, BAD_VALUE, 'numbers')
-        status = gracecg_get(fit, c_string('offset'), NONE, error=failure)
-        call check_refused(error, NULL_POINTER, 'values')
-        status = gracecg_free(fit)
-        status = gracecg_free(observations)
+        call check_refused(error, NULL_POINTER, 'values', gracecg_get(fit, c_string('offset'), NONE, error=failure))
+        call free(fit, observations)
     end subroutine test_details
 
     !> A NaN in any array of samples.
@@ -466,8 +433,7 @@ contains
         status = gracecg_observations_create(knowledge, NONE, star_camera_count=NONE, magnetometer_count=NONE, &
                                              orbit_count=ONE, observations=copy, error=failure)
         call check_refused(error, NULL_POINTER, 'orbit_time')
-        status = gracecg_free(knowledge)
-        status = gracecg_free(observations)
+        call free(knowledge, observations)
 
     contains
 
@@ -497,8 +463,6 @@ contains
         status = gracecg_estimate(c_string('assest-fde'), hopeless, fit, failure)
         call check_refused(error, NOT_CONVERGED, 'did not converge')
         call check(error, fit /= 0 .and. nint(sum(item(fit, 'converged', 1))) == 0, 'a fit that did not converge')
-        status = gracecg_free(fit)
-        status = gracecg_free(hopeless)
-        status = gracecg_free(observations)
+        call free(fit, hopeless, observations)
     end subroutine test_not_converged
 end module test_c_estimates

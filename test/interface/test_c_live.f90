@@ -56,8 +56,7 @@ contains
         call check_ok(error)
         call begin_live_estimate(set%knowledge, quaternion, RATE, own, problem, FREQUENCY)
         if (failed(error, problem)) return
-        status = gracecg_live_begin(setup, quaternion, RATE, FREQUENCY, live, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_live_begin(setup, quaternion, RATE, FREQUENCY, live, failure))
         call gclivb(int(setup), quaternion, RATE, FREQUENCY, ilive, istat, msg)
         call check(error, istat, 0, 'gclivb '//msg)
         if (allocated(error)) return
@@ -73,7 +72,6 @@ contains
                             sample%attitude_time(heads), heads, sample%quaternion(:, heads), istat, msg)
             end associate
             call check(error, istat, 0, 'gcliva '//msg)
-            if (allocated(error)) return
         end do
         call own%now(d, covariance, variance)
         call check(error, covariance(1, 1) < 1e-6_dp, 'something is known')
@@ -84,9 +82,7 @@ contains
         call check_answer(error, 'gclivn', istat, [f77_d, [f77_covariance], f77_variance], [d, [covariance], variance])
         call check(error, all(counts == [own%samples, own%edited]), 'counts of gclivn')
         call gcfree(ilive, istat, msg)
-        status = gracecg_free(live)
-        status = gracecg_free(setup)
-        status = gracecg_free(observations)
+        call free(live, setup, observations)
     end subroutine test_same
 
     subroutine add_to(live, sample)
@@ -116,8 +112,7 @@ contains
         call check_refused(error, BAD_VALUE, 'wave_frequency')
         status = gracecg_live_begin(setup, 2*quaternion, RATE, 0.0_dp, live, failure)
         call check_refused(error, BAD_VALUE, 'quaternion')
-        status = gracecg_live_begin(setup, quaternion, RATE, 0.0_dp, live, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_live_begin(setup, quaternion, RATE, 0.0_dp, live, failure))
         call add_to(live, sample_of(set, 0))
         call check_ok(error)
         call add_to(live, sample_of(set, 2))
@@ -143,7 +138,6 @@ contains
         status = gracecg_free(live)
         call add_to(live, sample_of(set, 2))
         call check_refused(error, BAD_HANDLE, 'live estimate')
-        status = gracecg_free(setup)
-        status = gracecg_free(observations)
+        call free(setup, observations)
     end subroutine test_misuse
 end module test_c_live

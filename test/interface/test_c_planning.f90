@@ -34,8 +34,7 @@ contains
         call take_case('front-2', case)
         call bound_of_case(case, estimation_options_t(), expected, problem)
         status = gracecg_case_open(c_string('front-2'), handle)
-        status = gracecg_case_bound(handle, bound, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_case_bound(handle, bound, failure))
         covariance = item(bound, 'covariance', 9)
         direction = item(bound, 'direction', 9)
         call check_equal(error, [covariance, item(bound, 'sigma', 3), item(bound, 'principal_sigma', 3), direction, &
@@ -47,20 +46,16 @@ contains
                                 expected%principal_sigma(3)**2*direction(7:)) < &
                    1e-9_dp*expected%principal_sigma(3)**2, 'worst direction')
         status = gracecg_free(bound)
-        status = gracecg_case_bound(handle, error=failure)
-        call check_refused(error, NULL_POINTER, 'bound')
+        call check_refused(error, NULL_POINTER, 'bound', gracecg_case_bound(handle, error=failure))
         status = gracecg_free(handle)
-        status = gracecg_case_bound(handle, bound, failure)
-        call check_refused(error, BAD_HANDLE, 'case')
+        call check_refused(error, BAD_HANDLE, 'case', gracecg_case_bound(handle, bound, failure))
         status = gracecg_gravity_open(c_string('point-mass'), 0, 0, handle)
-        status = gracecg_case_bound(handle, bound, failure)
-        call check_refused(error, BAD_HANDLE, 'case')
+        call check_refused(error, BAD_HANDLE, 'case', gracecg_case_bound(handle, bound, failure))
         status = gracecg_free(handle)
         case%satellite%rods%count = 0
         call case_text(case, text, problem)
         status = gracecg_case_open(c_string(text), handle)
-        status = gracecg_case_bound(handle, bound, failure)
-        call check_refused(error, HAS_FAILED, 'rods are off')
+        call check_refused(error, HAS_FAILED, 'rods are off', gracecg_case_bound(handle, bound, failure))
         status = gracecg_free(handle)
     end subroutine test_bound
 
@@ -91,8 +86,7 @@ contains
         settings(4:5) = [5/50.0_dp, 6/50.0_dp]      ! few candidates
         settings(8) = 0.9_dp*settings(8)
         choices(4:) = [1, 0, 0, 0, 2]
-        status = gracecg_design(handle, settings, choices, 1, 1, planned, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_design(handle, settings, choices, 1, 1, planned, failure))
         calibration%case%duration = settings(2)
         calibration%case%limits%rate = settings(8)
         own_settings%lowest_frequency = settings(4)
@@ -123,8 +117,7 @@ contains
         status = gracecg_get(planned, c_string('rods'), 14_c_size_t, rods, count, failure)
         call check_refused(error, BAD_SIZE, 'there are 21')
 
-        status = gracecg_map(planned, 2_c_size_t, TIMES, 2, places, failure)
-        call check_ok(error)
+        call check_ok(error, gracecg_map(planned, 2_c_size_t, TIMES, 2, places, failure))
         call map_case(planned_case%case, TIMES, 1, points, problem)
         call check_passes(error, problem)
         sigma = item(places, 'sigma', 6)
@@ -137,9 +130,7 @@ contains
         status = gracecg_free(places)
         status = gracecg_map(planned, NONE, threads=1, places=places, error=failure)
         call check(error, int(status), int(OK), 'a map of no place')
-        status = gracecg_free(places)
-        status = gracecg_free(planned)
-        status = gracecg_free(handle)
+        call free(places, planned, handle)
     end subroutine test_design
 
     !> Every setting that is none, missing pointers, handles of another kind: refused, with no case made.
@@ -175,28 +166,22 @@ contains
         call refuse(HAS_FAILED, 'no waveform')
         call refuse(BAD_VALUE, 'place = 4', place=4)
         call refuse(BAD_VALUE, 'revolutions = 0', revolutions=0)
-        status = gracecg_design(handle, right, right_choices, 1, 1, error=failure)
-        call check_refused(error, NULL_POINTER, 'planned')
+        call check_refused(error, NULL_POINTER, 'planned', gracecg_design(handle, right, right_choices, 1, 1, error=failure))
         status = gracecg_design(handle, choices=right_choices, place=1, revolutions=1, planned=planned, error=failure)
         call check_refused(error, NULL_POINTER, 'settings')
         status = gracecg_design(handle, right, place=1, revolutions=1, planned=planned, error=failure)
         call check_refused(error, NULL_POINTER, 'choices')
-        status = gracecg_map(handle, ONE, threads=1, places=places, error=failure)
-        call check_refused(error, NULL_POINTER, 'seconds')
-        status = gracecg_map(handle, ONE, [NAN], 1, places, failure)
-        call check_refused(error, BAD_VALUE, 'seconds')
+        call check_refused(error, NULL_POINTER, 'seconds', gracecg_map(handle, ONE, threads=1, places=places, error=failure))
+        call check_refused(error, BAD_VALUE, 'seconds', gracecg_map(handle, ONE, [NAN], 1, places, failure))
         status = gracecg_map(handle, ONE, [-5.0_dp], 1, places, failure)
         call check_refused(error, HAS_FAILED, 'time of the calibration')
-        status = gracecg_map(handle, ONE, [1e9_dp], 1, places, failure)
-        call check_refused(error, HAS_FAILED, '150 revolutions')
-        status = gracecg_map(handle, ONE, [0.0_dp], -1, places, failure)
-        call check_refused(error, BAD_VALUE, 'threads')
+        call check_refused(error, HAS_FAILED, '150 revolutions', gracecg_map(handle, ONE, [1e9_dp], 1, places, failure))
+        call check_refused(error, BAD_VALUE, 'threads', gracecg_map(handle, ONE, [0.0_dp], -1, places, failure))
         status = gracecg_map(handle, -1_c_size_t, [0.0_dp], 1, places, failure)
         call check_refused(error, BAD_SIZE, 'n is negative or too great')
         status = gracecg_free(handle)
         call refuse(BAD_HANDLE, 'case')
-        status = gracecg_map(handle, ONE, [0.0_dp], 1, places, failure)
-        call check_refused(error, BAD_HANDLE, 'case')
+        call check_refused(error, BAD_HANDLE, 'case', gracecg_map(handle, ONE, [0.0_dp], 1, places, failure))
 
     contains
 

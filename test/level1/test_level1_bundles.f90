@@ -1,17 +1,14 @@
 !> Level-1 files as data centres give them out: bundles, compressed files, folders in folders, releases, parts.
 module test_level1_bundles
     use vocabulary
-    use gracecg_base_text, only: split_words
-    use gracecg_cli_command_line, only: run_command_line
-    use gracecg_cli_console, only: console_t
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_run_record, only: begin_record, end_record, get_provenance
     use gracecg_level1_bundles, only: find_level1_files, level1_stream_t
     use gracecg_level1_calibration, only: level1_calibration_t
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_outcome, only: level1_estimate_t
+    use command_fixture, only: succeeds
     use level1_day, only: flaws_t, setup_said, day_fails, says
     implicit none
     private
@@ -39,8 +36,7 @@ contains
         type(level1_calibration_t) :: whole, shipped
         type(level1_estimate_t) :: expected, found
         type(error_t), allocatable :: failure
-        type(console_t) :: console
-        integer :: status
+        character(:), allocatable :: output, messages
 
         if (day_fails(error, 'l1_unshipped', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, &
                       expected)) return
@@ -63,12 +59,10 @@ contains
         call gather_calibration([character(80) :: PLACE//'/a_1A.tgz', PLACE//'/1B', FOLDER//'l1_unshipped'], setup_said(), '', &
                                 '', reshape([real(dp) ::], [2, 0]), 'model', shipped, failure)
         call check_passes(error, failure)
-        console%captured = .true.
-        call run_command_line(split_words('level1 list '//PLACE), console, status, level1_commands())
-        call check(error, status == 0 .and. index(console%output, 'MAG1B') > 0, console%messages)
-        console%output = ''
-        call run_command_line(split_words('level1 check '//PLACE), console, status, level1_commands())
-        call check(error, status == 0 .and. index(console%output, 'acc1a_samples') > 0, console%messages)
+        call succeeds(error, 'level1 list '//PLACE, output, messages)
+        call check_says(error, output, 'MAG1B')
+        call succeeds(error, 'level1 check '//PLACE, output, messages)
+        call check_says(error, output, 'acc1a_samples')
     end subroutine test_shipped
 
     !> The bytes of a file, whatever it is in, in pieces of any length; and none behind the end.

@@ -5,13 +5,11 @@ module test_level1_changed
     use gracecg_base_text, only: real_text, parse_real, split_words
     use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: quaternion_of_matrix
-    use gracecg_cli_command_line, only: run_command_line
-    use gracecg_cli_console, only: console_t, STATUS_NOT_TO_BE_USED
+    use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
     use gracecg_files_path, only: files_in_folder
     use gracecg_level1_attitude_reading, only: check_pointing
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_frames, only: gracecg_quaternion
     use gracecg_level1_gathering, only: gather_calibration
@@ -20,6 +18,7 @@ module test_level1_changed
     use gracecg_level1_simulated_folder, only: SETUP_NAME
     use gracecg_level1_simulation_settings, only: level1_settings_t
     use gracecg_level1_simulated_truth, only: level1_truth_t
+    use command_fixture, only: run
     use level1_day, only: says
     use test_level1_round_trip, only: estimate_folder, flight_fails
     use test_level1_simulation, only: prepare
@@ -87,8 +86,7 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        type(console_t) :: console
-        character(:), allocatable :: path, whole
+        character(:), allocatable :: path, whole, output, messages
         integer :: status
 
         call prepare(level1_settings_t(), 'l1s_fields', truth, whole)
@@ -108,10 +106,8 @@ contains
         call estimate_folder(path, calibration, estimate, failure)
         if (failed(error, failure)) return
         call check(error, says(calibration%notes, 'magnetometer: its field is 1') .and. size(estimate%findings) == 0, 'nT')
-        console%captured = .true.
-        call run_command_line(split_words('level1 estimate '//path//' --setup '//path//'/'//SETUP_NAME//' --format json'), &
-                              console, status, level1_commands())
-        call check_says(error, console%output, '"unseen": "a factor below 3 of all accelerometer axes')
+        call run('level1 estimate '//path//' --setup '//path//'/'//SETUP_NAME//' --format json', status, output, messages)
+        call check_says(error, output, '"unseen": "a factor below 3 of all accelerometer axes')
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
         call gather_calibration([path], setup, '', '', reshape([real(dp) ::], [2, 0]), 'magnetometer', calibration, failure)
         call check_fails(error, failure, 'times that of the model ... in uT')
@@ -230,9 +226,8 @@ contains
         type(level1_truth_t) :: truth
         type(level1_estimate_t) :: estimate
         type(level1_calibration_t) :: calibration
-        type(console_t) :: console
         type(error_t), allocatable :: failure
-        character(:), allocatable :: path, whole
+        character(:), allocatable :: path, whole, output, messages
         real(dp) :: sound(3)
         integer :: status, record
 
@@ -307,11 +302,9 @@ contains
         call change(path, 'ACC1A', [9], -1.0_dp, 0.0_dp, error)
         call told('sign of accelerometer x')
         if (allocated(error)) return
-        console%captured = .true.
-        call run_command_line(split_words('level1 estimate '//path//' --setup '//path//'/'//SETUP_NAME), console, status, &
-                              level1_commands())
+        call run('level1 estimate '//path//' --setup '//path//'/'//SETUP_NAME, status, output, messages)
         call check(error, status, STATUS_NOT_TO_BE_USED)
-        call check(error, index(console%output, '(flag 2)') > 0 .and. index(console%output, 'trim:') == 0, console%output)
+        call check(error, index(output, '(flag 2)') > 0 .and. index(output, 'trim:') == 0, output)
 
     contains
 

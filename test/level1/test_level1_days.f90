@@ -4,11 +4,7 @@ module test_level1_days
     use vocabulary
     use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
     use f77_interfaces, only: gcl1dy
-    use gracecg_base_text, only: split_words
     use gracecg_files_file, only: make_directory
-    use gracecg_cli_command_line, only: run_command_line
-    use gracecg_cli_console, only: console_t
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
@@ -16,6 +12,7 @@ module test_level1_days
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_spans, only: find_spans
+    use command_fixture, only: succeeds
     use level1_day, only: flaws_t, setup_said, start_of, write_day, copy_day, day_fails, says, make_setup, EPOCH, DURATION
     implicit none
     private
@@ -41,10 +38,9 @@ contains
         type(level1_calibration_t) :: whole, parted
         type(level1_estimate_t) :: expected, found
         type(error_t), allocatable :: failure
-        type(console_t) :: console
-        character(:), allocatable :: text
+        character(:), allocatable :: output, messages
         real(dp) :: middle
-        integer :: status, i
+        integer :: i
 
         if (day_fails(error, 'l1_whole', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected)) return
         middle = start_of(0) + DURATION/2
@@ -71,10 +67,8 @@ contains
             call check(error, all(abs(found%solutions(i)%covariance - expected%solutions(i)%covariance) < &
                                   1e-6_dp*maxval(abs(expected%solutions(i)%covariance))), 'covariance')
         end do
-        console%captured = .true.
-        call run_command_line(split_words('level1 list '//FOLDER//'l1_parted'), console, status, level1_commands())
-        text = console%output//console%messages
-        call check(error, status == 0 .and. index(text, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, text)
+        call succeeds(error, 'level1 list '//FOLDER//'l1_parted', output, messages)
+        call check_says(error, output//messages, 's before the last record of ACC1A_2020-02-01_C_04.txt')
     end subroutine test_midnight
 
     !> Two manoeuvres three days apart in one folder: which is meant has to be said, by its day, and is then taken.

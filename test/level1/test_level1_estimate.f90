@@ -4,9 +4,6 @@ module test_level1_estimate
     use vocabulary
     use calibrations
     use gracecg_base_text, only: split_words, real_text
-    use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
-    use gracecg_cli_console, only: console_t
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_files_file, only: file_exists, output_file_t, text_file_t, read_text_file
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_calibration, only: level1_calibration_t
@@ -19,6 +16,7 @@ module test_level1_estimate
     use gracecg_level1_events, only: level1_event_t, read_events
     use gracecg_level1_results, only: write_event
     use gracecg_level1_to_observations, only: prepare_observations
+    use command_fixture, only: run, STATUS_FAILED
     use level1_day, only: flaws_t, setup_said, current_at, start_of, write_day, estimate_day, day_fails, says, check_offsets, &
         EPOCH, RADIUS, OFFSET, ROD
     implicit none
@@ -36,11 +34,8 @@ contains
                     new_unittest('jumps-of-currents', test_jumps), &
                     new_unittest('orbits', test_orbits), &
                     new_unittest('one-place', test_one_place), &
-                    new_unittest('wrong-rod', test_wrong_rod), &
-                    new_unittest('wrong-axes', test_wrong_axes), &
-                    new_unittest('obc-tags', test_obc_tags), &
-                    new_unittest('wrong-b-currents', test_wrong_b), &
-                    new_unittest('no-angular-channels', test_no_angular), &
+                    new_unittest('faults-by-name', test_named_faults), &
+                    new_unittest('wrong-b-currents-and-no-angular-channels', test_wrong_b), &
                     new_unittest('what-no-data-show', test_unseen), &
                     new_unittest('units-and-mass', test_units), &
                     new_unittest('orbits-that-differ', test_orbits_apart), &
@@ -119,7 +114,6 @@ contains
         call check(error, maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 1e-3_dp, 'gains')
         call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
         call check_offsets(estimate, 0.5_dp*MICROMETRE, error)
-        if (allocated(error)) return
         if (day_fails(error, 'l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, &
                       estimate)) return
         if (unmet(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')) return
@@ -178,7 +172,7 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        type(console_t) :: console
+        character(:), allocatable :: output, messages
         integer :: status
 
         if (day_fails(error, 'l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), &
@@ -189,18 +183,15 @@ contains
             call check(error, all(abs(first%offset - OFFSET) < 4*sqrt([first%covariance(1, 1), first%covariance(2, 2), &
                                                                         first%covariance(3, 3)])), 'within its sigma')
         end associate
-        if (allocated(error)) return
         ! And what is not to be used, here with wrong axes, is not filed.
         call make_file('l1_srf.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
                        ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)// &
                        '/'//achar(10)//'&level1'//achar(10)// &
                        ' accelerometer_axes = 1, 2, 3'//achar(10)//'/'//achar(10))
-        console%captured = .true.
-        call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '// &
-                                          FOLDER//'l1_phase/vcm'), console, status, level1_commands())
-        if (unmet(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
-                  index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), &
-                  console%messages)) return
+        call run('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_srf.nml --vcm '//FOLDER//'l1_phase/vcm', &
+                 status, output, messages)
+        if (unmet(error, status == STATUS_FAILED .and. index(messages, 'vcm: not written') > 0 .and. &
+                  index(output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), messages)) return
         ! Where the samples tell leakage from d, a-priori leakage that is asked for is no fault of theirs.
         if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
         call check(error, estimate%solutions(1)%separable, 'leakage is separable')
@@ -336,27 +327,17 @@ contains
         end subroutine spoil_orbit
     end subroutine test_orbits_apart
 
-    subroutine test_wrong_rod(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        call check_finding(error, 'l1_rod', flaws_t(wrong_rod=.true.), setup_said(), 'wrong sign of rod y')
-        call check_finding(error, 'l1_silent', flaws_t(silent_rod=.true.), setup_said(), 'the currents of rod y read zero from')
-    end subroutine test_wrong_rod
-
-    subroutine test_wrong_axes(error)
+    subroutine test_named_faults(error)
         type(error_type), allocatable, intent(out) :: error
         type(level1_setup_t) :: setup
 
+        call check_finding(error, 'l1_rod', flaws_t(wrong_rod=.true.), setup_said(), 'wrong sign of rod y')
+        call check_finding(error, 'l1_silent', flaws_t(silent_rod=.true.), setup_said(), 'the currents of rod y read zero from')
         setup = setup_said()
         setup%accelerometer_axes = [1, 2, 3]
         call check_finding(error, 'l1_axes', flaws_t(), setup, 'AF taken as SRF')
-    end subroutine test_wrong_axes
-
-    subroutine test_obc_tags(error)
-        type(error_type), allocatable, intent(out) :: error
-
         call check_finding(error, 'l1_tags', flaws_t(obc_tags=.true.), setup_said(), 'tags left in OBC time')
-    end subroutine test_obc_tags
+    end subroutine test_named_faults
 
     !> Something wrong is named, and no source is good.
     subroutine check_finding(error, name, flaws, setup, part)
@@ -382,17 +363,10 @@ contains
         if (day_fails(error, 'l1_b', flaws_t(positive_b=.true.), setup_said(), calibration, estimate)) return
         call check(error, says(calibration%notes, 'B currents with the wrong sign'), 'is told')
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
-    end subroutine test_wrong_b
-
-    subroutine test_no_angular(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(level1_calibration_t) :: calibration
-        type(level1_estimate_t) :: estimate
-
         if (day_fails(error, 'l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate)) return
         call check(error, says(estimate%findings, 'transplanted'), 'is told')
         call check(error, estimate%flag, 2, 'not to be used')
-    end subroutine test_no_angular
+    end subroutine test_wrong_b
 
     subroutine test_no_manoeuvre(error)
         type(error_type), allocatable, intent(out) :: error

@@ -22,21 +22,18 @@ contains
         testsuite = [ &
                     new_unittest('products', test_products), &
                     new_unittest('text', test_text), &
-                    new_unittest('text-without-end', test_text_end), &
                     new_unittest('binary', test_binary), &
                     new_unittest('long-text', test_long_text), &
                     new_unittest('satellite-and-frame-by-value', test_order), &
                     new_unittest('prod-flag', test_prod_flag), &
                     new_unittest('forms-of-star-camera', test_star_camera), &
                     new_unittest('channels', test_channels), &
-                    new_unittest('sorted-once', test_sorted), &
-                    new_unittest('last-of-history', test_history), &
+                    new_unittest('sorted-once-or-last-of-history', test_sorted), &
                     new_unittest('spans-and-fields', test_spans), &
                     new_unittest('warnings', test_warnings), &
                     new_unittest('broken-headers', test_broken_headers), &
                     new_unittest('broken-lines', test_broken_lines), &
-                    new_unittest('broken-bytes', test_broken_bytes), &
-                    new_unittest('mixed', test_mixed)]
+                    new_unittest('broken-bytes-and-mixed-records', test_broken_bytes)]
     end subroutine collect_level1_reader
 
     !> A YAML header.
@@ -161,6 +158,7 @@ contains
     end subroutine test_products
 
     !> Text: white space of any kind, blank lines, flags; header facts.
+    !> The last line may lack its line feed; no record at all is legal.
     subroutine test_text(error)
         type(error_type), allocatable, intent(out) :: error
         type(level1_records_t) :: records
@@ -181,20 +179,13 @@ contains
         call check(error, ieee_is_nan(records%values(1, records%field_of('bias_vol'))), 'a value that is not there')
         call check(error, records%header%records, 2)
         call check(error, records%header%first_time, 738849600.5_dp)
-    end subroutine test_text
-
-    !> The last line may lack its line feed; no record at all is legal.
-    subroutine test_text_end(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(level1_records_t) :: records
-
         call read_well(error, 'VCM1B_2020-02-01_C_04.txt', cards('1', 'GRACE C', '1')// &
                        '633798000 C 0.5 1 0 0 00000000', records)
         call check(error, records%count, 1)
         call read_well(error, 'VCM1B_2020-02-01_C_04.txt', cards('1', 'GRACE C', '0'), records)
         call check(error, records%count, 0)
         call check(error, size(records%warnings), 0)
-    end subroutine test_text_end
+    end subroutine test_text
 
     !> Binary: every kind of number, with its sign.
     subroutine test_binary(error)
@@ -346,6 +337,7 @@ contains
     end subroutine test_channels
 
     !> Passes overlap: sorted, the first of equal epochs stays, both counted; heads are apart.
+    !> Of calibration histories and clocks the last of equal epochs stays.
     subroutine test_sorted(error)
         type(error_type), allocatable, intent(out) :: error
         type(level1_records_t) :: records
@@ -359,20 +351,13 @@ contains
         call check(error, records%unsorted, 2)
         call check(error, all(nint(records%values(:, records%field_of('FiltAng'))) == [13, 10, 20, 11, 14]))
         call check_warned(error, records, '2 records came before ... 1 records have an epoch')
-    end subroutine test_sorted
-
-    !> Of calibration histories and clocks the last of equal epochs stays.
-    subroutine test_history(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(level1_records_t) :: records
-
         call read_well(error, 'CLK1B_2020-02-01_C_04.txt', cards('1', 'GRACE C', '2')// &
                        '633798000 C -1 -0.25 0 0 0 00000010'//LF//'633798000 C -1 -0.5 0 0 0 00000000'//LF, records)
         if (allocated(error)) return
         call check(error, records%count, 1)
         call check(error, records%values(1, records%field_of('eps_time')), -0.5_dp)
         call check(error, size(records%warnings), 0)
-    end subroutine test_history
+    end subroutine test_sorted
 
     subroutine test_spans(error)
         type(error_type), allocatable, intent(out) :: error
@@ -493,6 +478,7 @@ contains
         end subroutine refused
     end subroutine test_broken_lines
 
+    !> Satellites or time frames mixed in one file are refused for use.
     subroutine test_broken_bytes(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: NAME = 'VKB1B_2003-09-14_A_02.dat'
@@ -511,17 +497,11 @@ contains
                            'byte 502, ... record 2 ... prod_flag')
         call check_refused(error, 'MAG1B_2003-09-14_A_02.dat', &
                            head//big(116769600_i8, 4)//big(-1_i8, 4)//'GA'// repeat(achar(0), 53), 'time_frac ... -1')
-    end subroutine test_broken_bytes
-
-    !> Satellites or time frames mixed in one file are refused for use.
-    subroutine test_mixed(error)
-        type(error_type), allocatable, intent(out) :: error
-
         call check_refused(error, 'IMU1A_2020-02-01_C_04.txt', &
                            yaml('2', 'any')//'633798002 0 R C 1 10 00000000'//LF// '633798003 0 R D 1 10 00000000'//LF, &
                            '1 of 2 records are of another satellite')
         call check_refused(error, 'IMU1A_2020-02-01_C_04.txt', &
                            yaml('2', 'any')//'633798002 0 R C 1 10 00000000'//LF// '633798003 0 G C 1 10 00000000'//LF, &
                            '1 of 2 records have another time frame')
-    end subroutine test_mixed
+    end subroutine test_broken_bytes
 end module test_level1_reader

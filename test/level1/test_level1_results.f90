@@ -2,11 +2,7 @@
 module test_level1_results
     use vocabulary
     use gracecg_base_constants, only: JULIAN_YEAR
-    use gracecg_base_text, only: split_words
-    use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
-    use gracecg_cli_console, only: console_t
     use gracecg_files_file, only: file_exists, make_directory, remove_file
-    use gracecg_level1_commands, only: level1_commands
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
@@ -15,6 +11,7 @@ module test_level1_results
     use gracecg_level1_setup, only: level1_setup_t, origin_t, read_level1_setup
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change
+    use command_fixture, only: refused, succeeds, STATUS_FAILED
     use level1_day, only: flaws_t, setup_said, day_fails, write_day
     implicit none
     private
@@ -186,18 +183,22 @@ contains
 
         call make_file('l1_one.json', '{'//RESULT//'"epoch_gps_s": 6e8, "flag": 1}')
         call make_file('l1_bad.json', '{'//RESULT//'"epoch_gps_s": 7e8, "flag": 2}')
-        call refuses('level1 trend '//FOLDER//'l1_one.json '//FOLDER//'l1_bad.json', 'l1_bad.json ... not to be used ... sign')
-        call refuses('level1 trend '//FOLDER//'l1_one.json '//FOLDER//'l1_one.json', 'of the same time')
+        call refused(error, 'level1 trend '//FOLDER//'l1_one.json '//FOLDER//'l1_bad.json', STATUS_FAILED, &
+                     'l1_bad.json ... not to be used ... sign')
+        call refused(error, 'level1 trend '//FOLDER//'l1_one.json '//FOLDER//'l1_one.json', STATUS_FAILED, &
+                     'of the same time')
         call make_directory(FOLDER//'l1_other_day', failure)
         call make_file(DAY, 'samples')
-        call refuses('level1 simulate front-1 --out '//FOLDER//'l1_other_day', 'ACC1A_2019-01-01_C_04.txt ... join both')
+        call refused(error, 'level1 simulate front-1 --out '//FOLDER//'l1_other_day', STATUS_FAILED, &
+                     'ACC1A_2019-01-01_C_04.txt ... join both')
         call check(error, .not. file_exists(FOLDER//'l1_other_day/truth.csv'), 'nothing is written')
         call make_directory(FOLDER//'l1_measured', failure)
         call make_file('l1_measured/setup.nml', 'of somebody')
         call make_file('l1_measured/accelerometer.csv', 'samples')
-        call refuses('level1 simulate front-1 --out '//FOLDER//'l1_measured', 'l1_measured holds an observation set')
-        call refuses('level1 prepare '//FOLDER//' --setup '//FOLDER//'none.nml --out '//FOLDER//'l1_measured', &
-                     'level1 prepare did not write')
+        call refused(error, 'level1 simulate front-1 --out '//FOLDER//'l1_measured', STATUS_FAILED, &
+                     'l1_measured holds an observation set')
+        call refused(error, 'level1 prepare '//FOLDER//' --setup '//FOLDER//'none.nml --out '//FOLDER//'l1_measured', &
+                     STATUS_FAILED, 'level1 prepare did not write')
         call make_file('l1_short.nml', '&level1_simulation spans = 1, span_duration = 30, first_start = 130 /'//achar(10))
         call make_file('l1_shorter.nml', '&level1_simulation spans = 1, span_duration = 24, first_start = 130 /'//achar(10))
         call execute_command_line('rm -rf '//FOLDER//'l1_again')
@@ -212,28 +213,12 @@ contains
         subroutine simulates(words, is_told)
             character(*), intent(in) :: words
             logical, intent(in) :: is_told
-            type(console_t) :: console
-            integer :: status
+            character(:), allocatable :: output, messages
 
-            if (allocated(error)) return
-            console%captured = .true.
-            call run_command_line(split_words('level1 simulate '//words//' --out '//FOLDER//'l1_again'), console, status, &
-                                  level1_commands())
-            call check(error, status, 0, console%messages)
-            call check(error, (index(console%messages, 'of another scenario') > 0) .eqv. is_told, words)
+            call succeeds(error, 'level1 simulate '//words//' --out '//FOLDER//'l1_again', output, messages)
+            call check(error, (index(messages, 'of another scenario') > 0) .eqv. is_told, words)
         end subroutine simulates
 
-        subroutine refuses(words, part)
-            character(*), intent(in) :: words, part
 
-            type(console_t) :: console
-            integer :: status
-
-            if (allocated(error)) return
-            console%captured = .true.
-            call run_command_line(split_words(words), console, status, level1_commands())
-            call check(error, status, STATUS_FAILED)
-            call check_says(error, console%messages, part)
-        end subroutine refuses
     end subroutine test_refused
 end module test_level1_results

@@ -28,8 +28,7 @@ contains
         testsuite = [ &
                     new_unittest('every-product', test_products), &
                     new_unittest('forms-of-numbers', test_numbers), &
-                    new_unittest('losses', test_losses), &
-                    new_unittest('refused', test_refused), &
+                    new_unittest('losses-and-what-is-refused', test_losses), &
                     new_unittest('summary', test_summary), &
                     new_unittest('official-files', test_samples)]
     end subroutine collect_level1_writer
@@ -212,9 +211,11 @@ contains
     !> What binary cannot keep is told.
     subroutine test_losses(error)
         type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: FLAG = '00000100000000000000000000000001'
+        character(*), parameter :: TNK = FOLDER//'TNK1B_2020-02-01_C_04.txt', OUT = FOLDER//'refused.dat'
+        character(*), parameter :: HEAD = 'header:'//LF//'# End of YAML header'//LF
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: warnings(:)
-        character(*), parameter :: FLAG = '00000100000000000000000000000001'
 
         call make_file('ACC1A_2020-02-01_C_04.txt', 'header:'//LF//'# End of YAML header'//LF// &
                        '633798000 0 R C 00000000 '//FLAG//' 1 70000'//LF//'633798001 0 R C 00000000 '//FLAG//' 1 5'//LF)
@@ -227,15 +228,6 @@ contains
         call check_passes(error, failure)
         call check(error, size(warnings), 1)
         call check_fails(error, warnings(1)%text, '1 values of tank_pres were rounded')
-    end subroutine test_losses
-
-    subroutine test_refused(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable :: failure
-        type(string_t), allocatable :: warnings(:)
-        character(*), parameter :: TNK = FOLDER//'TNK1B_2020-02-01_C_04.txt', OUT = FOLDER//'refused.dat'
-        character(*), parameter :: HEAD = 'header:'//LF//'# End of YAML header'//LF
-
         call make_file('TNK1B_2020-02-01_C_04.txt', HEAD//'633798000 0 G C 1 00000000 00000001 1e39'//LF)
         call convert_level1(TNK, OUT, warnings, failure)
         call check_fails(error, failure, 'record 1 ... tank_pres ... too large for single precision')
@@ -251,7 +243,7 @@ contains
         call make_file('IMU1B_2020-02-01_C_04.txt', HEAD//'633798000 0 G C 1 2 00000000'//LF)
         call convert_level1(FOLDER//'IMU1B_2020-02-01_C_04.txt', OUT, warnings, failure)
         call check_fails(error, failure, 'has no binary form')
-    end subroutine test_refused
+    end subroutine test_losses
 
     !> Mean, extremes, gaps, doubles, disorder and flags of a file in one pass.
     subroutine test_summary(error)

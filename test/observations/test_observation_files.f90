@@ -99,7 +99,6 @@ contains
             call same('measured moments', [a%rods%measured%time, a%rods%measured%moment], &
                       [b%rods%measured%time, b%rods%measured%moment])
             call same('sidereal angle', [a%sidereal_angle], [b%sidereal_angle])
-            if (allocated(error)) return
             call check(error, a%name == b%name .and. a%camera == b%camera .and. &
                        a%field_model == b%field_model .and. a%field_model == 'igrf95' .and. &
                        a%rods%count == b%rods%count .and. &
@@ -133,7 +132,6 @@ contains
             else
                 call check(error, index(text, '.'), 0, text)
             end if
-            if (allocated(error)) return
         end do
         call simulated_set(observations)
         call check(error, all(abs(observations%accelerometer_time - [(k/10.0_dp, k=1, 600)]) <= 0))
@@ -255,36 +253,31 @@ contains
     subroutine test_broken_rows(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call broken('accelerometer.csv', 1, 'time,ax_m_s2,ay_m_s2,az_m_s2', &
-                    'accelerometer.csv:1 ... column 1 is "time", expected "time_s"')
-        call broken('accelerometer.csv', 8, '0.7,NaN,0,0', &
-                    'accelerometer.csv:8 ... column ax_m_s2 ... "NaN" is not a finite number')
-        call broken('accelerometer.csv', 8, '0.7,0,1e999,0', &
-                    'accelerometer.csv:8 ... column ay_m_s2 ... is not a finite number')
-        call broken('accelerometer.csv', 8, '0.7,0,0', 'accelerometer.csv:8 ... 3 columns, expected 4')
-        call broken('accelerometer.csv', 8, '0.6,0,0,0', 'accelerometer.csv:8 ... times must increase, but 0.6 follows 0.6')
-        call broken('magnetometer.csv', 3, '1,0,0,0', 'magnetometer.csv:3 ... times must increase')
-        call broken('orbit.csv', 3, '0,0,0,7e6', 'orbit.csv:3 ... times must increase')
-        call broken('orbit.csv', 3, '1,0,0,7e3', 'orbit ... at 1 s ... 7000 m ... in metres')
-        call broken('orbit.csv', 1, 'time_s,x,y,z', 'orbit.csv:1 ... column 2 is "x", expected "rx_m"')
-        call broken('rods.csv', 1, 'time_s,mx,my,mz_a_m2', 'rods.csv:1 ... expected')
-        call broken('rods.csv', 8, '4.2,0,NaN,0', 'rods.csv:8 ... column my_a_m2 ... finite number')
-        call broken('rods.csv', 8, '1,0,0,0', 'rods.csv:8 ... times must increase')
-        call broken('rods.csv', 8, '4.2,0,0,1e4', 'rods.csv ... at 4.2 s ... have to be in A m^2')
-        call broken('star_camera.csv', 6, '1.5,3,0,0,0,1', 'star_camera.csv:6 ... 3 is not the number of a camera head')
-        call broken('star_camera.csv', 6, '1.5,1.5,0,0,0,1', 'star_camera.csv:6 ... 1.5 is not the number of a camera head')
-        call broken('star_camera.csv', 6, '1.5,1,0,0,0,1.001', 'star_camera.csv:6 ... not a unit quaternion ... 1.001')
-        call broken('star_camera.csv', 6, '1.5,1,0,0,0,0', 'star_camera.csv:6 ... not a unit quaternion')
-        call broken('star_camera.csv', 6, '0.5,1,0,0,0,1', 'star_camera.csv:6 ... times must increase, but 0.5 follows 1')
-
-    contains
-
-        subroutine broken(file, line, text, parts)
-            character(*), intent(in) :: file, text, parts
-            integer, intent(in) :: line
-
-            if (.not. allocated(error)) call check_broken(error, file, line, text, parts)
-        end subroutine broken
+        call check_broken(error, 'accelerometer.csv', 1, 'time,ax_m_s2,ay_m_s2,az_m_s2', &
+                          'accelerometer.csv:1 ... column 1 is "time", expected "time_s"')
+        call check_broken(error, 'accelerometer.csv', 8, '0.7,NaN,0,0', &
+                          'accelerometer.csv:8 ... column ax_m_s2 ... "NaN" is not a finite number')
+        call check_broken(error, 'accelerometer.csv', 8, '0.7,0,1e999,0', &
+                          'accelerometer.csv:8 ... column ay_m_s2 ... is not a finite number')
+        call check_broken(error, 'accelerometer.csv', 8, '0.7,0,0', 'accelerometer.csv:8 ... 3 columns, expected 4')
+        call check_broken(error, 'accelerometer.csv', 8, '0.6,0,0,0', &
+                          'accelerometer.csv:8 ... times must increase, but 0.6 follows 0.6')
+        call check_broken(error, 'magnetometer.csv', 3, '1,0,0,0', 'magnetometer.csv:3 ... times must increase')
+        call check_broken(error, 'orbit.csv', 3, '0,0,0,7e6', 'orbit.csv:3 ... times must increase')
+        call check_broken(error, 'orbit.csv', 3, '1,0,0,7e3', 'orbit ... at 1 s ... 7000 m ... in metres')
+        call check_broken(error, 'orbit.csv', 1, 'time_s,x,y,z', 'orbit.csv:1 ... column 2 is "x", expected "rx_m"')
+        call check_broken(error, 'rods.csv', 1, 'time_s,mx,my,mz_a_m2', 'rods.csv:1 ... expected')
+        call check_broken(error, 'rods.csv', 8, '4.2,0,NaN,0', 'rods.csv:8 ... column my_a_m2 ... finite number')
+        call check_broken(error, 'rods.csv', 8, '1,0,0,0', 'rods.csv:8 ... times must increase')
+        call check_broken(error, 'rods.csv', 8, '4.2,0,0,1e4', 'rods.csv ... at 4.2 s ... have to be in A m^2')
+        call check_broken(error, 'star_camera.csv', 6, '1.5,3,0,0,0,1', &
+                          'star_camera.csv:6 ... 3 is not the number of a camera head')
+        call check_broken(error, 'star_camera.csv', 6, '1.5,1.5,0,0,0,1', &
+                          'star_camera.csv:6 ... 1.5 is not the number of a camera head')
+        call check_broken(error, 'star_camera.csv', 6, '1.5,1,0,0,0,1.001', 'star_camera.csv:6 ... not a unit quaternion ... 1.001')
+        call check_broken(error, 'star_camera.csv', 6, '1.5,1,0,0,0,0', 'star_camera.csv:6 ... not a unit quaternion')
+        call check_broken(error, 'star_camera.csv', 6, '0.5,1,0,0,0,1', &
+                          'star_camera.csv:6 ... times must increase, but 0.5 follows 1')
     end subroutine test_broken_rows
 
     !> A set with one line replaced must be refused with a message of the given parts.
@@ -324,15 +317,13 @@ contains
             call cut(good%last(last - 3) + 1, 'truncated')
             call cut(len(good%text) - 1, 'truncated')
             call cut(good%first(30) + 3, '.csv:30')
-            if (allocated(error)) return
             call make_file('observations/'//trim(OBSERVATION_FILES(i)), good%text)
         end do
-        if (allocated(error)) return
         ! rows lost at the beginning
         call read_text_file(SET//'/accelerometer.csv', good, failure)
         call make_file('observations/accelerometer.csv', &
                        good%text(:good%last(1) + 1)//good%text(good%first(30):))
-        if (.not. allocated(error)) call refused('rows are missing')
+        call refused('rows are missing')
         ! but for those of the accelerometer's first second
         call make_file('observations/accelerometer.csv', good%text(:good%last(1) + 1)//good%text(good%first(11):))
         call read_observations(SET, observations, failure)
@@ -346,7 +337,7 @@ contains
             character(*), intent(in) :: part
 
             call make_file('observations/'//trim(OBSERVATION_FILES(i)), good%text(:length))
-            if (.not. allocated(error)) call refused(part)
+            call refused(part)
         end subroutine cut
 
         subroutine refused(part)
@@ -404,14 +395,13 @@ contains
             call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
             call write_observations(BLOCKED, observations, ['comment'], failure)
             call check_fails(error, failure, trim(OBSERVATION_FILES(i))//' ... is a folder')
-            if (.not. allocated(error)) call nothing_stands(BLOCKED)
+            call nothing_stands(BLOCKED)
             call remove_file(BLOCKED//'/'//trim(OBSERVATION_FILES(i)))
-            if (allocated(error)) return
         end do
         observations%field(2, 5) = NAN
         call write_observations(BLOCKED, observations, ['comment'], failure)
         call check_fails(error, failure, 'magnetometer.csv ... by_tesla ... not a finite number')
-        if (.not. allocated(error)) call nothing_stands(BLOCKED)
+        call nothing_stands(BLOCKED)
 
     contains
 

@@ -254,7 +254,6 @@ contains
             call check(error, maxval(abs(quality%force - found)) < 0.1_dp*maxval(found) + 0.3_dp*MICROMETRE)
             if (low_or_high == 1) call check(error, maxval(found) > 5*MICROMETRE)
             if (low_or_high == 2) call check(error, maxval(found) < 3*MICROMETRE)
-            if (allocated(error)) return
         end do
     end subroutine test_forces
 

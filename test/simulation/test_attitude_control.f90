@@ -175,7 +175,6 @@ contains
                 call check(error, all(abs(torque - acting%torque_magnetic) < 1e-12_dp), 'moments')
                 most = max(most, norm2(moment - rod_moments(case%satellite%rods, k*simulator%arc%interval)))
             end associate
-            if (allocated(error)) return
         end do
         call check(error, most > 0.1_dp .and. most < case%control%greatest_moment, 'the law commands something')
         options%optimal%density_wave = WAVE_NONE

@@ -327,13 +327,9 @@ contains
         call case_text(case, text, failure)
         text = text(:index(text, '&operator') - 1)//'@'//text(index(text, '&a_priori'):)
         call try('rod_gian = 1, 1, 1', 'rod_gian ... rod_gain')
-        if (allocated(error)) return
         call try('rod_gain = 1e-3, 1e-3', 'rod_gain')
-        if (allocated(error)) return
         call try('mass_sigma = -1e-3', 'mass_sigma')
-        if (allocated(error)) return
         call try('star_camera_noise = 0, 1, 1', 'star_camera_noise')
-        if (allocated(error)) return
         call try('field_model = ''igrf15''', 'igrf14')
 
     contains
@@ -367,8 +363,7 @@ contains
             a%scale3 = 0
             case%satellite%magnetometer%bias = 0
             call estimate(case, case%operator, ideal)
-            if (allocated(error)) return
-            a%scale1 = [1.02_dp, 0.97_dp, 1.03_dp]
+                a%scale1 = [1.02_dp, 0.97_dp, 1.03_dp]
             case%satellite%magnetometer%bias = [500e-9_dp, -400e-9_dp, 300e-9_dp]
             rods%gain = [1.0_dp, 0.97_dp, 1.04_dp]
             rods%misalignment = [(0.5_dp*DEGREE, i=1, 6)]
@@ -376,14 +371,12 @@ contains
             case%operator%value(:3, ACCELEROMETER_SCALE) = a%scale1 - 1
             case%operator%value(:3, MAGNETOMETER_BIAS) = case%satellite%magnetometer%bias
             call estimate(case, case%operator, known)
-            if (allocated(error)) return
-            blind = without_errors(case%operator)
+                blind = without_errors(case%operator)
             blind%value(:3, ROD_GAIN) = 1/rods%gain - 1
             blind%value(:6, ROD_DIRECTION) = -rods%misalignment
             blind%value(:3, ROD_DELAY) = -rods%delay
             call estimate(case, blind, unknown)
-            if (allocated(error)) return
-        end associate
+            end associate
         associate (d => case%satellite%offset)
             ! not the same manoeuvre any more: drag and the air's torque leave another error of some 1e-5 m
             call check(error, norm2(unknown%offset - d) > 50*norm2(known%offset - ideal%offset), &
@@ -398,11 +391,9 @@ contains
             type(solution_t), intent(out) :: solution
 
             call make_simulator(case, simulator)
-            if (.not. allocated(failure)) then
-                call observe_without_noise(simulator, density_wave_t(), observations)
-                call tell_operator(simulator, operator, observations)
-                call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
-            end if
+            call observe_without_noise(simulator, density_wave_t(), observations)
+            call tell_operator(simulator, operator, observations)
+            call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
             call check_passes(error, failure)
         end subroutine estimate
     end subroutine test_mends

@@ -128,7 +128,6 @@ contains
                                       maxval(abs(moment + 30*pattern))), 0.0_dp, &
                            REPORT_CASE_NAMES(i), thr=1e-13_dp)
             end associate
-            if (allocated(error)) return
         end do
     end subroutine test_rods
 

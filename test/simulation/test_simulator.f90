@@ -18,7 +18,8 @@ module test_simulation
     private
     public :: collect_simulation
 
-    integer(i8), parameter :: SEED = 1
+    integer, parameter :: SEED_OF_RUNS = 1
+    integer(i8), parameter :: SEED = SEED_OF_RUNS
     integer, parameter :: RUNS = 20     !! For statistics
 
 contains
@@ -174,12 +175,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(error_t), allocatable :: failure
         integer :: i, head
 
         call make_simulator('front-1', simulator)
-        call observe(simulator, SEED, 1, observations, failure)
-        if (failed(error, failure)) return
+        call make_observations(simulator, SEED_OF_RUNS, 1, observations)
         if (unmet(error, all(shape(observations%acceleration) == [3, 600]) .and. &
                   all(shape(observations%quaternion) == [4, 240]) .and. all(shape(observations%field) == [3, 60]))) return
         call check(error, maxval(abs(observations%accelerometer_time - [(i/10.0_dp, i=1, 600)])), 0.0_dp, thr=1e-13_dp)
@@ -207,27 +206,25 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator, other
         type(observation_set_t) :: reference, changed
-        type(error_t), allocatable :: failure
 
         call make_simulator('front-1', simulator)
-        call observe(simulator, SEED, 7, reference, failure)
-        if (failed(error, failure)) return
+        call make_observations(simulator, SEED_OF_RUNS, 7, reference)
         other = simulator
-        call observe(other, SEED, 8, changed, failure)
+        call make_observations(other, SEED_OF_RUNS, 8, changed)
         call check_changed('run')
-        call observe(other, SEED + 1, 7, changed, failure)
+        call make_observations(other, SEED_OF_RUNS + 1, 7, changed)
         call check_changed('seed')
         other%case%number = 2
-        call observe(other, SEED, 7, changed, failure)
+        call make_observations(other, SEED_OF_RUNS, 7, changed)
         call check_changed('case')
         other = simulator
         other%case%satellite%name = 'back'
-        call observe(other, SEED, 7, changed, failure)
+        call make_observations(other, SEED_OF_RUNS, 7, changed)
         call check_changed('satellite')
         other%case%number = 0
-        call observe(other, SEED, 7, reference, failure)
+        call make_observations(other, SEED_OF_RUNS, 7, reference)
         other%case%name = 'front-1a'
-        call observe(other, SEED, 7, changed, failure)
+        call make_observations(other, SEED_OF_RUNS, 7, changed)
         call check_changed('name of a case without number')
         call check(error, simulator%case%label() == 1 .and. other%case%label() > 9999, 'labels')
 
@@ -245,16 +242,13 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: full, alone
-        type(error_t), allocatable :: failure
         integer :: head, i
 
         call make_simulator('front-1', simulator)
         do head = 1, 2
             simulator%case%operator%head = head
-            call observe(simulator, SEED, 4, full, failure)
-            if (failed(error, failure)) return
-            call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
-            if (failed(error, failure)) return
+            call make_observations(simulator, SEED_OF_RUNS, 4, full)
+            call make_observations(simulator, SEED_OF_RUNS, 4, alone, only_used_head=.true.)
             if (unmet(error, all(alone%star_camera_head == head) .and. &
                       size(alone%star_camera_head) == 120)) return
             associate (used => pack([(i, i=1, 240)], full%star_camera_head == head))
@@ -311,7 +305,6 @@ contains
         real(dp), parameter :: SIGMA(3) = [3.16227766e-10_dp, 3.16227766e-9_dp, 3.16227766e-10_dp]
         type(simulator_t) :: simulator
         type(observation_set_t) :: clean, noisy
-        type(error_t), allocatable :: failure
         real(dp) :: squares(3, 3), total(3, 3), turn(4)     ! of accelerometer, magnetometer, star camera
         integer :: run, i
 
@@ -320,8 +313,7 @@ contains
         squares = 0
         total = 0
         do run = 1, RUNS
-            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            if (failed(error, failure)) return
+            call make_observations(simulator, SEED_OF_RUNS, run, noisy, only_used_head=.true.)
             call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
             call add(1, noisy%acceleration - clean%acceleration)
             call add(2, noisy%field - clean%field)
@@ -439,10 +431,9 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(error_t), allocatable :: failure
 
         call make_simulator('front-1', simulator)
-        call observe(simulator, SEED, 1, observations, failure)
+        call make_observations(simulator, SEED_OF_RUNS, 1, observations)
         associate (knowledge => observations%knowledge, case => simulator%case)
             call check(error, all(knowledge%accelerometer_noise%level == &
                        case%satellite%accelerometer%noise%level) .and. &

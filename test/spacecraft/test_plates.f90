@@ -131,7 +131,6 @@ contains
                 facing = dot_product(surface%normal(i, :), v)
                 if (facing <= 0) printed = printed - surface%area(i)*facing
                 if (side == 1 .and. facing <= 0) call check(error, surface%normal(i, 3) > -0.2_dp, 'faces the Earth')
-                if (allocated(error)) return
             end do
             call check(error, printed, projected_area(surface, -v), thr=1e-14_dp)
             call check(error, printed, projected_area(surface, v), thr=1e-14_dp)

@@ -277,7 +277,6 @@ contains
             else
                 call check(error, norm2(rows(i, :)) < 2e-6_dp*whole, 'undetermined: '//trim(parameter_names(tested(i - n))))
             end if
-            if (allocated(error)) return
         end do
     end subroutine test_information_left
 

@@ -242,8 +242,7 @@ contains
             if (failed(error, failure)) return
             if (cut < len(journal%text)) call check(error, all(kept%entries(1, 1)%run == [4, 5]))
             if (cut == len(journal%text)) call check(error, all(kept%entries(1, 1)%run == [1, 4, 5]))
-            if (allocated(error)) return
-            if (.not. allocated(failure)) call run_entry(kept, 1, 1, simulator, options, 2, failure)
+            call run_entry(kept, 1, 1, simulator, options, 2, failure)
             if (.not. allocated(failure)) call write_runs(FOLDER//'kept.csv', kept, 'test', failure)
             call check_passes(error, failure)
             call check_same_files(error, 'whole.csv', 'kept.csv')
@@ -271,8 +270,7 @@ contains
         subroutine refused(line, parts)
             character(*), intent(in) :: line, parts
 
-            if (.not. allocated(error)) call make_file('broken.csv.part', journal%text//line)
-            if (allocated(error)) return
+            call make_file('broken.csv.part', journal%text//line)
             call read_runs(FOLDER//'broken.csv.part', read_back, failure)
             call check_fails(error, failure, parts)
         end subroutine refused
@@ -287,7 +285,7 @@ contains
         type(error_t), allocatable :: failure
 
         if (campaign_fails(error, 'sound', 1, 2, 2, campaign)) return
-        if (.not. allocated(error)) call read_with_comments(error, 'sound_runs.csv', sound)
+        call read_with_comments(error, 'sound_runs.csv', sound)
         if (allocated(error)) return
         call broken('#     version', '# version = ''0.0.0''', 'broken.csv:3 ... make it anew')
         call broken('#     seed', '', 'key "seed" ... is missing')
@@ -327,8 +325,7 @@ contains
                 end if
             end do
             call check(error, done, beginning)
-            if (.not. allocated(error)) call make_file('broken.csv', text)
-            if (allocated(error)) return
+            call make_file('broken.csv', text)
             call read_runs(FOLDER//'broken.csv', campaign, failure)
             call check_fails(error, failure, parts)
         end subroutine broken

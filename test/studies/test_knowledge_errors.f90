@@ -58,7 +58,6 @@ contains
                 call check(error, all(small .or. abs(found/considered - 1) < CURVATURE), SOURCES(CHECKED(i))%name)
                 call check(error, .not. all(small), 'no effect, '//SOURCES(CHECKED(i))%name)
             end associate
-            if (allocated(error)) return
         end do
     end subroutine test_consider
 

@@ -22,8 +22,7 @@ contains
                     new_unittest('condition', test_condition), &
                     new_unittest('two-steps', test_two_steps), &
                     new_unittest('stars', test_stars), &
-                    new_unittest('table', test_table), &
-                    new_unittest('unknown', test_unknown)]
+                    new_unittest('table-and-unknown-name', test_table)]
     end subroutine collect_statements
 
     !> Examines a statement, which must give so many rows. Cannot the test go on?
@@ -180,7 +179,7 @@ contains
     !> For people the table has the columns that its statement fills; files have all, and empty cells.
     subroutine test_table(error)
         type(error_type), allocatable, intent(out) :: error
-        type(statement_t) :: s(2)
+        type(statement_t) :: s(2), none
         type(data_table_t) :: table
         type(string_t), allocatable :: lines(:)
         type(error_t), allocatable :: failure
@@ -198,14 +197,7 @@ contains
         if (unmet(error, size(lines), 1 + 9 + 14)) return
         call check(error, index(lines(2)%text, 'condition,front-1,full state (FDE),0,,,,,,,14.6') == 1 .and. &
                    index(lines(2)%text, ',,,,', back=.true.) == len(lines(2)%text) - 3, lines(2)%text)
-    end subroutine test_table
-
-    subroutine test_unknown(error)
-        type(error_type), allocatable, intent(out) :: error
-        type(statement_t) :: s
-        type(error_t), allocatable :: failure
-
-        call examine_statement('two-rods', 0, 1_i8, 1, s, failure)
+        call examine_statement('two-rods', 0, 1_i8, 1, none, failure)
         call check_fails(error, failure, 'no statement "two-rods" ... one-rod')
-    end subroutine test_unknown
+    end subroutine test_table
 end module test_statements

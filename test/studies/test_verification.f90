@@ -23,7 +23,6 @@ contains
         testsuite = [ &
                     new_unittest('windows', test_windows), &
                     new_unittest('tick-marks', test_ticks), &
-                    new_unittest('windows-of-the-report-end-at-ticks', test_printed_ticks), &
                     new_unittest('small-curves-miss-the-ticks', test_small), &
                     new_unittest('points-of-figures-6.2-and-6.3', test_estimates), &
                     new_unittest('a-case-by-its-settings', test_built_in), &
@@ -137,20 +136,15 @@ contains
     end subroutine test_shifted
 
     !> Limits by hand, and the share of an axis that a curve covers.
+    !> The printed limits of all figures are marks of the printed step, 2 to 4 intervals apart.
     subroutine test_ticks(error)
         type(error_type), allocatable, intent(out) :: error
+        integer :: i
 
         call check(error, same_limits(limits_on_ticks(-1.97_dp, 1.88_dp, 1.0_dp), [-2.0_dp, 2.0_dp], 1.0_dp))
         call check(error, same_limits(limits_on_ticks(0.0_dp, 4.0_dp, 2.0_dp), [0.0_dp, 4.0_dp], 2.0_dp), 'ends on marks')
         call check(error, share_covered(1.0_dp, 2.0_dp, 0.0_dp, 4.0_dp), 0.25_dp, thr=1e-15_dp)
         call check(error, abs(share_covered(5.0_dp, 6.0_dp, 0.0_dp, 4.0_dp)) <= 0)
-    end subroutine test_ticks
-
-    !> The printed limits of all figures are marks of the printed step, 2 to 4 intervals apart.
-    subroutine test_printed_ticks(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer :: i
-
         call check(error, size(WINDOW_STEP), 90)
         do i = 1, size(WINDOW_STEP)
             call check_axis(WINDOW_LOW(i), WINDOW_HIGH(i), WINDOW_STEP(i))
@@ -167,7 +161,7 @@ contains
             call check(error, same_limits(limits_on_ticks(low, high, step), [low, high], step), 'ends on marks')
             call check(error, any(nint((high - low)/step) == [2, 3, 4]), 'intervals')
         end subroutine check_axis
-    end subroutine test_printed_ticks
+    end subroutine test_ticks
 
     !> A tenth of the printed curve stays inside, but reaches the ends of few windows.
     subroutine test_small(error)

@@ -1,6 +1,5 @@
 !> The magnetometer: bias, noise, range and resolution.
 module test_magnetometer
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use vocabulary
     use gracecg_simulation_magnetometer, only: magnetometer_t
     use statistics, only: Z_999, mean, variance, correlation
@@ -74,7 +73,6 @@ contains
                 call check(error, sqrt(sum(seen(i, 10001:)**2)/sum(wave(i, 10001:)**2)), &
                            1/sqrt(1 + (f(i)/4.5_dp)**2), thr=2e-3_dp, rel=.true.)
             end associate
-            if (allocated(error)) return
         end do
     end subroutine test_bandwidth
 
@@ -86,7 +84,7 @@ contains
 
         stream = new_stream(31, 0, 0, 0, 0)
         call magnetometer%measure(spread(FIELD, 2, N), stream, measured, failure)
-        if (allocated(failure)) measured = ieee_value(measured, ieee_quiet_nan)
+        call need(failure)
     end subroutine take_samples
 
     !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 eq. (3-23), section 5.2.

@@ -7,7 +7,7 @@ module testdrive
     implicit none
     private
     public :: error_type, unittest_type, testsuite_type, collect_interface
-    public :: new_unittest, new_testsuite, run_testsuite, run_selected, select_suite, select_test
+    public :: new_unittest, new_testsuite, run_selected, select_suite, select_test
     public :: check, test_failed, skip_test
 
     integer, parameter :: SUCCESS = 0, FAILURE = 1, SKIPPED = 77
@@ -70,22 +70,6 @@ contains
         suite%name = name
         suite%collect => collect
     end function new_testsuite
-
-    !> Runs every test of a suite, one after the other; adds the number of failures to `stat`.
-    subroutine run_testsuite(collect, unit, stat, parallel)
-        procedure(collect_interface) :: collect
-        integer, intent(in) :: unit
-        integer, intent(inout) :: stat
-        logical, intent(in), optional :: parallel       !! Upstream's default is .true.; here there is .false. alone
-
-        type(unittest_type), allocatable :: tests(:)
-        integer :: i
-
-        call collect(tests)
-        do i = 1, size(tests)
-            call run_unittest(tests(i), unit, stat)
-        end do
-    end subroutine run_testsuite
 
     !> Runs the one test of a suite that has this name; `stat` becomes negative when there is none.
     subroutine run_selected(collect, name, unit, stat)

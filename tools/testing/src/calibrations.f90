@@ -20,7 +20,8 @@ module calibrations
     implicit none
     private
     public :: case_t, simulator_t, observation_set_t, calibration_t, estimation_options_t, solution_t
-    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, estimate_offset, estimate_fails, sigmas
+    public :: REPORT_CASE_NAMES, ESTIMATOR_NAMES, REPORT_ESTIMATORS, observe_without_noise, sigmas
+    public :: estimate_offset, estimate_fails, estimate_refused
     public :: take_case, take_calibration, make_simulator, make_observations, make_dynamics, make_arc, make_orbit, make_plan
 
     !> make_simulator(source, simulator) of a case or of the name of one; make_simulator(case, switches, simulator).
@@ -171,6 +172,21 @@ contains
         call estimate_offset(trim(algorithm), observations, options, solution, failure, record)
         estimate_fails = failed(error, failure)
     end function estimate_fails
+
+    !> Estimates, which must fail with every one of the parts in the message.
+    subroutine estimate_refused(error, algorithm, observations, parts, options)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: algorithm, parts
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in), optional :: options     !! Left out: as they are by themselves
+        type(estimation_options_t) :: used
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        if (present(options)) used = options
+        call estimate_offset(trim(algorithm), observations, used, solution, failure)
+        call check_fails(error, failure, parts)
+    end subroutine estimate_refused
 
     !> Standard deviations of d.
     pure function sigmas(covariance)

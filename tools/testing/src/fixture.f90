@@ -10,8 +10,8 @@ module fixture
     use testdrive, only: error_type, check_now => check, fail_now => test_failed
     implicit none
     private
-    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, replaced, check_same_files, set_variable
-    public :: has_parts, joined, check_says, check_fails, check_passes, failed
+    public :: check, unmet, test_failed, FOLDER, make_folder, make_file, read_content, check_content, replaced, check_same_files
+    public :: set_variable, has_parts, joined, check_says, check_fails, check_passes, failed
 
     character(*), parameter :: FOLDER = 'build/test-output/'
     character(*), parameter :: BETWEEN = ' ... '        !! Between the parts of a message
@@ -159,6 +159,16 @@ contains
         read (unit) content
         close (unit)
     end subroutine read_content
+
+    !> A file below FOLDER must have exactly this content.
+    subroutine check_content(error, name, expected)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: name, expected
+        character(:), allocatable :: content
+
+        call read_content(error, FOLDER//name, content)
+        call check(error, content, expected)
+    end subroutine check_content
 
     !> A text with the first `old`, or every one, in another form; a text that has none becomes a complaint, which nothing reads.
     pure function replaced(text, old, new, every) result(changed)

@@ -7,7 +7,7 @@ module command_fixture
     use gracecg_level1_commands, only: level1_commands
     implicit none
     private
-    public :: run, succeeds, refused, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    public :: run, succeeds, prints, refused, edit_case, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
 
 contains
 
@@ -31,20 +31,42 @@ contains
     subroutine succeeds(error, line, output, messages)
         type(error_type), allocatable, intent(inout) :: error
         character(*), intent(in) :: line
-        character(:), allocatable, intent(out) :: output
-        character(:), allocatable, intent(out), optional :: messages
-        character(:), allocatable :: said
+        character(:), allocatable, intent(out), optional :: output, messages
+        character(:), allocatable :: printed, said
         integer :: status
 
-        output = ''
+        printed = ''
         said = ''
         if (.not. allocated(error)) then
-            call run(line, status, output, said)
+            call run(line, status, printed, said)
             call check(error, status, STATUS_DONE, line//': '//said)
             if (.not. present(messages)) call check(error, said, '', line)
         end if
+        if (present(output)) output = printed
         if (present(messages)) messages = said
     end subroutine succeeds
+
+    !> The line must succeed, say nothing on standard error and print every one of the parts.
+    subroutine prints(error, line, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: line, parts
+        character(:), allocatable :: output
+
+        call succeeds(error, line, output)
+        call check_says(error, output, parts)
+    end subroutine prints
+
+    !> Makes a file of a built-in case in which a text is another one.
+    subroutine edit_case(error, case, file, old, new, every)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: case, old, new
+        character(*), intent(in) :: file            !! Below FOLDER
+        logical, intent(in), optional :: every      !! As `replaced` has it
+        character(:), allocatable :: text
+
+        call succeeds(error, 'cases show '//case, text)
+        call make_file(file, replaced(text, old, new, every))
+    end subroutine edit_case
 
     !> The line must end with a status, write no result and say every one of the parts.
     subroutine refused(error, line, expected_status, parts)
