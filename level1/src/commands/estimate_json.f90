@@ -1,8 +1,7 @@
 !> What the page of a Level-1 estimate shows beyond its results, as members of its JSON: rods, leakage, and the series
 !> behind the figures.
 module gracecg_level1_estimate_json
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
+    use gracecg_level1_basics
     use gracecg_level1_setup, only: origin_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT, UNSEEN

@@ -1,15 +1,10 @@
 !> Attitude and orbit of the spans of a manoeuvre from Level-1 files, in GPS time and SRF, and the field, which depends on both.
 module gracecg_level1_attitude_reading
-    use gracecg_base_constants, only: AXES, DEGREE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: rotation_matrix, rotation_between, quaternion_product, normalised, quaternion_of_matrix, &
-        rotation_angle_between
-    use gracecg_base_text, only: string_t, integer_text, pick_text, rounded_text
-    use gracecg_base_vectors, only: inverse_3x3, cross
+    use gracecg_level1_basics
+    use gracecg_base_quaternion, only: quaternion_of_matrix, rotation_angle_between
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
-    use gracecg_environment_time, only: utc_of_gps, decimal_year
+    use gracecg_environment_time, only: decimal_year
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN, &
         find_files, read_product, without_bits, no_attitude
     use gracecg_level1_frames, only: gracecg_quaternion, continuous_quaternions, mounting_of_head, attitude_by_head, &

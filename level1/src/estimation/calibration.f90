@@ -1,11 +1,7 @@
 !> The data of a calibration: in GPS time and SRF, what lies in the spans of the manoeuvre and a little around them; and how
 !> products are read from its files.
 module gracecg_level1_calibration
-    use gracecg_base_constants, only: NANOTESLA
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_environment_time, only: utc_t, utc_of_gps
+    use gracecg_level1_basics
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_header, only: name_of
     use gracecg_level1_records, only: level1_records_t, read_level1

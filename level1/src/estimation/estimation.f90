@@ -2,13 +2,8 @@
 !> (gracecg_estimation_arcs), with gains and delay of the rods, delay and angular channels of the accelerometer, leakage and all of
 !> an arc's own.
 module gracecg_level1_estimation
-    use gracecg_base_constants, only: AXES
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
-    use gracecg_base_text, only: append, integer_text, pick_text, rounded_text
-    use gracecg_environment_time, only: utc_t, utc_plus
+    use gracecg_level1_basics
+    use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_offset_movement, only: movement_of_arcs

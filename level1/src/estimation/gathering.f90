@@ -1,14 +1,8 @@
 !> A calibration gathered from Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_level1_gathering
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, NANOTESLA
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t, integer_text, pick_text, rounded_text
+    use gracecg_level1_basics
     use gracecg_environment_sun, only: sun_position, conical_shadow
-    use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
+    use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
     use gracecg_level1_folder, only: open_level1_folder
     use gracecg_level1_records, only: level1_records_t, read_level1

@@ -1,9 +1,6 @@
 !> Currents of the rods that are held from tag to tag: whether the angular channels of the accelerometer show their steps.
 module gracecg_level1_held_currents
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_level1_basics
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_moments
     use gracecg_level1_series, only: interpolate

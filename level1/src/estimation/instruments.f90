@@ -2,10 +2,7 @@
 !> accelerometer, gyros; in GPS time and SRF. Of a day of ACC1A nothing else is kept.
 module gracecg_level1_instruments
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_level1_basics
     use gracecg_level1_frames, only: srf_of_accelerometer
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, find_files, read_product, without_bits

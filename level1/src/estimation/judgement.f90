@@ -1,9 +1,6 @@
 !> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
 module gracecg_level1_judgement
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE, MILLIMETRE
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: append, integer_text, rounded_text
+    use gracecg_level1_basics
     use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction

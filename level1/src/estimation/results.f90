@@ -2,11 +2,8 @@
 !> it leaves of the accelerations, over time and as a spectrum; and where each value that it uses is from: the setup by line or
 !> default, the day's own products, or the data themselves.
 module gracecg_level1_results
-    use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_level1_basics
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
-    use gracecg_base_text, only: integer_text, real_text, rounded_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_file, only: output_file_t, appended_file_t, check_writable
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of, middle_of_span

@@ -1,9 +1,7 @@
 !> Whether currents, attitude and accelerometer show the manoeuvre at the same time: tags of one of them that are seconds off (a
 !> leap second, GPS time taken as UTC) look like wrong signs, axes or gains.
 module gracecg_level1_time_shifts
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_quaternion, only: rotation_between
-    use gracecg_base_text, only: rounded_text
+    use gracecg_level1_basics
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_level1_held_currents, only: rod_acceleration

@@ -1,14 +1,9 @@
 !> Spans of a calibration from Level-1 files as observation sets, an arc each: SRF for body axes, times from the arc's first
 !> sample of the accelerometer, the currents of the rods as measured moments, the gyros as head 2.
 module gracecg_level1_to_observations
+    use gracecg_level1_basics
     use gracecg_base_coloured_noise, only: ONE_SIDED
-    use gracecg_base_error, only: error_t, add_context, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_statistics, only: median_of, sort
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_vectors, only: cross
-    use gracecg_environment_time, only: utc_of_gps, utc_plus
+    use gracecg_base_statistics, only: sort
     use gracecg_estimation_physical_model, only: turned_by
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series

@@ -1,11 +1,8 @@
 !> How the offset changes with time, by calibrations of several dates: for each axis a weighted straight line with a
 !> step at every change of the trim, beside what the gas used lets expect.
 module gracecg_level1_trend
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: SECONDS_PER_DAY, JULIAN_YEAR
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_text, only: integer_text
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: JULIAN_YEAR
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private

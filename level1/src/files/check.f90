@@ -5,12 +5,8 @@
 !> periodogram 2 dt |F|^2/sum w^2, root of its mean over the band, dt the mean interval. Quantum: the least step
 !> between different values.
 module gracecg_level1_check
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_level1_basics
     use gracecg_base_spectrum, only: power_spectrum, HANN
-    use gracecg_base_text, only: integer_text, lower_case
     use gracecg_level1_check_attitude, only: check_attitude_and_field, level1_check_t, check_row_t, without_line, slope_of
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, srf_of_accelerometer

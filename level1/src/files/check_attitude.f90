@@ -4,15 +4,9 @@
 !> Rate of interval k: rotation vector of R(q_k+1) R(q_k)^T per second. Its noise: RMS of the differences of rates by
 !> sqrt 6.
 module gracecg_level1_check_attitude
-    use gracecg_base_constants, only: AXES, NANOTESLA
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: rotation_matrix, rotation_between
-    use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_level1_basics
     use gracecg_environment_geomagnetic_field, only: igrf, igrf_t
-    use gracecg_environment_time, only: utc_of_gps, decimal_year
+    use gracecg_environment_time, only: decimal_year
     use gracecg_level1_frames, only: orbit_at, attitude_at, gracecg_quaternion, continuous_quaternions
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_records, only: level1_records_t, read_level1

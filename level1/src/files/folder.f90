@@ -1,8 +1,8 @@
 !> The Level-1 files of some places, by product, satellite and day, as their names say.
 module gracecg_level1_folder
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, lower_case, join
-    use gracecg_environment_time, only: utc_t, parse_utc
+    use gracecg_level1_basics
+    use gracecg_base_text, only: join
+    use gracecg_environment_time, only: parse_utc
     use gracecg_files_file, only: is_unfinished
     use gracecg_level1_bundles, only: find_level1_files
     use gracecg_level1_header, only: product_of_file_name, satellite_of_file_name, date_of_file_name, name_of

@@ -1,9 +1,8 @@
 !> Headers of Level-1 files: recognised by their first bytes, YAML (GRACE-FO text) or cards of 80 characters
 !> (GRACE, and some products of GRACE-FO).
 module gracecg_level1_header
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, parse_integer, parse_real, integer_text, lower_case
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_in_file
     use gracecg_level1_products, only: is_level1_product, FAMILIES, TITLES
     implicit none
     private

@@ -18,9 +18,8 @@
 !> (`achar(nint(value))`). A value that a record has not (prod_flag), or that is not finite, is NaN.
 module gracecg_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, integer_text, split_words
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_in_file
     use gracecg_level1_bundles, only: level1_stream_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &

@@ -7,9 +7,8 @@
 !>     call acc%times_since(738849600_i8, t)          ! s, to the microsecond of the tag
 !>     x = acc%values(:, acc%field_of('lin_accl_x'))  ! m/s^2, in the axes of the file
 module gracecg_level1_records
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail, fail_unknown_name
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_unknown_name
     use gracecg_level1_products, only: level1_layout_t
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t, BLOCK_RECORDS

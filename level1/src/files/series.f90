@@ -1,12 +1,7 @@
 !> Series of samples in order of time: interpolation, weighted means about every tenth sample (docs/theory.md, 18.9),
 !> samples far off their neighbours, and what a combination of others explains.
 module gracecg_level1_series
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_error, only: error_t
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_statistics, only: median_of
+    use gracecg_level1_basics
     use gracecg_estimation_spike_screen, only: is_spike
     implicit none
     private

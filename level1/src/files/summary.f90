@@ -2,10 +2,7 @@
 !> each field how many values there are, the first, the last, mean, least and greatest.
 module gracecg_level1_summary
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t
+    use gracecg_level1_basics
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t

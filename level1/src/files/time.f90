@@ -7,11 +7,7 @@
 !>     receiver time = t + (rcvtime - obctime)(t)              TIM1B, between its records linear
 !>     GPS time      = t_r + eps_time + eps_drift (t_r - t_k)  CLK1B, its last record at or before t_r
 module gracecg_level1_time
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: SECONDS_PER_DAY
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_text, only: integer_text
+    use gracecg_level1_basics
     use gracecg_environment_time, only: GPS_EPOCH, calendar_date
     use gracecg_level1_records, only: level1_records_t
     implicit none

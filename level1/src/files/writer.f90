@@ -8,9 +8,7 @@
 !> Reals of text have the fewest of 15 to 17 digits that give the same number back: those of official files.
 module gracecg_level1_writer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: integer_text, real_text, string_t, append
+    use gracecg_level1_basics
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
     use gracecg_level1_field_forms, only: put_bytes, BLOCK_NUMBERS, put_word

@@ -8,10 +8,7 @@
 !>     call folder%finish()
 module gracecg_level1_simulated_folder
     use, intrinsic :: iso_fortran_env, only: real32
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_level1_basics
     use gracecg_files_csv, only: csv_writer_t, SIDE_ENDING
     use gracecg_files_file, only: remove_file, output_file_t
     use gracecg_files_settings, only: settings_t, FULL_RANGE
