@@ -13,7 +13,7 @@ module gracecg_level1_check_attitude
     use gracecg_level1_series, only: take_away
     implicit none
     private
-    public :: level1_check_t, check_row_t, without_line, slope_of, check_attitude_and_field
+    public :: level1_check_t, check_row_t, check_attitude_and_field
 
     integer, parameter :: MOST_RECORDS = 100000     !! Of a product: more are not looked at
 
@@ -108,24 +108,6 @@ contains
         if (records%count >= MOST_RECORDS) &
             call self%note(product//': the first '//integer_text(records%count)//' records are looked at')
     end subroutine take
-
-    !> Values less the straight line through them.
-    pure function without_line(times, values) result(rest)
-        real(dp), intent(in) :: times(:), values(:)     !! s, anything
-        real(dp) :: rest(size(values))
-
-        rest = values - sum(values)/size(values) - slope_of(times, values)*(times - sum(times)/size(times))
-    end function without_line
-
-    !> The slope of the straight line through some values.
-    pure real(dp) function slope_of(times, values) result(slope)
-        real(dp), intent(in) :: times(:), values(:)     !! s, anything
-
-        real(dp) :: t(size(times))
-
-        t = times - sum(times)/size(times)
-        slope = dot_product(t, values - sum(values)/size(values))/max(dot_product(t, t), tiny(1.0_dp))
-    end function slope_of
 
     !> Looks at SCA1B, GNV1B, GNI1B, MAG1B.
     subroutine check_attitude_and_field(check)

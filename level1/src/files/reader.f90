@@ -88,8 +88,7 @@ contains
 
         call self%close()
         self%path = trim(path)
-        if (allocated(self%warnings)) deallocate (self%warnings)
-        allocate (self%warnings(0))
+        self%warnings = [string_t ::]
         self%records = 0
         self%of_other_satellites = 0
         self%of_other_time = 0
@@ -320,7 +319,6 @@ contains
         character(:), allocatable, intent(inout) :: problem !! Allocated when it is wrong
 
         character(1) :: id, frame
-        real(dp) :: swap
 
         field = self%layout%id
         id = achar(int(values(record, field)))
@@ -328,9 +326,7 @@ contains
             frame = achar(int(values(record, self%layout%time_ref)))
             if (frame /= 'R' .and. frame /= 'G') then
                 if (id == 'R' .or. id == 'G') then      ! the other order
-                    swap = values(record, field)
-                    values(record, field) = values(record, self%layout%time_ref)
-                    values(record, self%layout%time_ref) = swap
+                    values(record, [field, self%layout%time_ref]) = values(record, [self%layout%time_ref, field])
                     id = frame
                 else
                     problem = '"'//printable(frame)//'" and "'//printable(id)//'": neither is a time frame, R or G'
@@ -338,7 +334,7 @@ contains
                 end if
             end if
         end if
-        if (id /= 'A' .and. id /= 'B' .and. id /= 'C' .and. id /= 'D') then
+        if (scan(id, SATELLITES) == 0) then
             problem = '"'//printable(id)//'" is no satellite; allowed are A, B, C and D'
             return
         end if

@@ -38,8 +38,8 @@ contains
         type(level1_clock_t), intent(out) :: clock
         type(error_t), allocatable, intent(out) :: error
         type(level1_records_t), intent(in) :: clk1b             !! All fields
-        type(level1_records_t), intent(in), optional :: tim1b   !! All fields; without it receiver time is taken as
-                                                                !! that of the on-board computer
+        type(level1_records_t), intent(in), optional :: tim1b   !! All fields; without it, or its records, receiver time is
+                                                                !! taken as that of the on-board computer
 
         real(dp), parameter :: USUAL_STEPS = 3      !! Of records: what is farther is extrapolated
         integer :: n
@@ -61,6 +61,7 @@ contains
         if (n > 1) clock%longest_reach = USUAL_STEPS*real(clk1b%seconds(n) - clk1b%seconds(1), dp)/(n - 1)
         allocate (clock%obc_seconds(0), clock%receiver_offset(0))
         if (.not. present(tim1b)) return
+        if (tim1b%count == 0) return
         clock%obc_seconds = tim1b%seconds
         clock%receiver_offset = (tim1b%values(:, tim1b%field_of('rcvtime_intg')) - real(tim1b%seconds, dp)) + &
             tim1b%values(:, tim1b%field_of('time_frac'))*tim1b%layout%fraction_unit
