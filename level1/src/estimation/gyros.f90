@@ -79,9 +79,8 @@ contains
                 again = .false.
                 call leave_out_worst(off, FAR_OFF, 1.0_dp, kept, again)
             end do
-            do axis = 1, 3      ! with the gyros' drifts: by differences
-                noise(axis) = TO_SIGMA*median_of(abs(left(axis, 2:) - left(axis, :size(kept) - 1)))/sqrt(2.0_dp)
-            end do
+            ! with the gyros' drifts: by differences
+            noise = [(TO_SIGMA*median_of(abs(left(axis, 2:) - left(axis, :size(kept) - 1)))/sqrt(2.0_dp), axis=1, 3)]
             if (.not. abs(determinant_3x3(map)) > 0) return
             axes%axis = transpose(matmul(turned, inverse_3x3(map)))
         end associate

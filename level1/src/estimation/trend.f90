@@ -42,6 +42,7 @@ contains
         type(level1_trend_t), intent(out) :: trend
         type(error_t), allocatable, intent(out) :: error
 
+        integer, parameter :: YEARS = 50            ! That are looked ahead for the limit, day by day
         real(dp), allocatable :: rows(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), weighted(:)
         real(dp) :: condition
         integer :: i, k, n, parameters, axis
@@ -88,26 +89,12 @@ contains
             trend%step_sigma(axis, :) = sqrt([(covariance(k, k), k=3, parameters)])
             trend%chi_square(axis) = sum((weighted - matmul(x, rows))**2)
         end do
-        call find_passage(points(n)%time, limit, trend)
-    end subroutine fit_trend
-
-    !> When a component of d exceeds a limit, from a time on, to a day.
-    subroutine find_passage(from, limit, trend)
-        real(dp), intent(in) :: from, limit
-        type(level1_trend_t), intent(inout) :: trend
-
-        integer, parameter :: YEARS = 50
-        real(dp) :: time
-        integer :: day
-
-        do day = 0, nint(YEARS*JULIAN_YEAR/SECONDS_PER_DAY)
-            time = from + day*SECONDS_PER_DAY
-            if (any(abs(trend%at(time)) > limit)) then
-                trend%passes = time
-                return
-            end if
+        do i = 0, nint(YEARS*JULIAN_YEAR/SECONDS_PER_DAY)
+            if (.not. any(abs(trend%at(points(n)%time + i*SECONDS_PER_DAY)) > limit)) cycle
+            trend%passes = points(n)%time + i*SECONDS_PER_DAY
+            exit
         end do
-    end subroutine find_passage
+    end subroutine fit_trend
 
     !> d by the line, m.
     pure function trend_at(self, time) result(offset)
