@@ -138,9 +138,7 @@ contains
 
         share = 1
         do i = 1, size(self%spans)
-            associate (span => self%spans(i))
-                away = max(span%start - FREE - t, t - span%start - span%duration - FREE)
-            end associate
+            away = max(self%spans(i)%start - FREE - t, t - self%spans(i)%start - self%spans(i)%duration - FREE)
             away = max(0.0_dp, min(1.0_dp, away/TAKE_OVER))
             share = min(share, away**3*(10 - 15*away + 6*away**2))
         end do

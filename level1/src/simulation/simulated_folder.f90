@@ -158,10 +158,8 @@ contains
         call file%open(folder%path_of(SOE_NAME), folder%failure)
         if (allocated(folder%failure)) return
         do i = 1, size(truth%dynamics%spans)
-            associate (span => truth%dynamics%spans(i))
-                call file%line(trim(event(span%start))//' CMCAL 1 1 start')
-                call file%line(trim(event(span%start + span%duration))//' CMCAL 1 0 stop')
-            end associate
+            call file%line(trim(event(truth%dynamics%spans(i)%start))//' CMCAL 1 1 start')
+            call file%line(trim(event(truth%dynamics%spans(i)%start + truth%dynamics%spans(i)%duration))//' CMCAL 1 0 stop')
         end do
         call file%line(trim(event(0.0_dp))//' VCM 3 0 0 0 before')
         call append(folder%written, SOE_NAME)

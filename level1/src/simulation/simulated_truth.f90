@@ -281,7 +281,6 @@ contains
         type(random_stream_t), intent(inout) :: random
         type(level1_errors_t), intent(out) :: errors
 
-        real(dp) :: normal
         integer :: axis, rod
 
         do axis = 1, 3
@@ -295,8 +294,7 @@ contains
                 errors%angular_leak_rate(axis, rod) = settings%angular_leakage(2)*random%normal()
             end do
         end do
-        normal = random%normal()
-        errors%inertia_factor = 1 + settings%inertia_error*normal
+        errors%inertia_factor = 1 + settings%inertia_error*random%normal()
     end subroutine draw_errors
 
     !> Orbit and attitude, from nadir with the pitch that is held, body x along the orbit (back) or against it (front).
